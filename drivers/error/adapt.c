@@ -13,7 +13,7 @@
 #include "cli/json_memory.h"
 #include "error/carry.h"
 #include "error/indicator.h"
-#include "error/quantity.h"
+#include "plot/curves.h"
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
 #include "run/runner.h"
@@ -137,17 +137,17 @@ static int keep_state(void *data, const flesh_step_record *record)
 /* The column's last value and unit, and how far a position has moved from rest, beyond rounding. */
 static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
 {
-  flesh_error_table table;
-  int status = flesh_error_table_read(folder, "probes.csv", &table), found = -1;
-  char name[FLESH_CSV_NAME];
-  for (int c = 0; c < table.csv.columns && !status; c++) {
-    char unit[FLESH_CSV_NAME];
-    flesh_csv_label(&table.csv, c, name, unit);
+  flesh_csv csv = {0};
+  char *path = flesh_text_new("%s/probes.csv", folder);
+  int status = path ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : no_memory(), found = -1;
+  for (int c = 0; c < csv.columns && !status; c++) {
+    char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+    flesh_csv_label(&csv, c, name, unit);
     if (!strcmp(name, a->column)) found = c, strcpy(a->unit, unit);
   }
   if (!status && found < 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s, which is no column of probes.csv", a->column);
-  if (!status) flesh_csv_number(&table.csv, table.csv.rows - 1, found, &l->value);
+  if (!status) flesh_csv_number(&csv, csv.rows - 1, found, &l->value);
   l->moved = l->value;
   const char *dot = strrchr(a->column, '.');
   flesh_mesh_info info;
@@ -156,7 +156,8 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
     l->moved = l->value - flesh_probe_of(scene, a->column)->point[dot[10] - 'x'];
     if (fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
   }
-  flesh_error_table_clear(&table);
+  flesh_csv_clear(&csv);
+  free(path);
   return status;
 }
 

@@ -1,20 +1,24 @@
 /* bars.c: the error bars of a complete run. */
 #include "error/error.h"
 
-#include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/confine.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/scan.h"
+#include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/output.h"
-#include "error/quantity.h"
+#include "error/companion.h"
+#include "plot/curves.h"
 #include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
+#include "study/embedded.h"
 
 static const char *const files[] = {"history.csv", "probes.csv"};
-enum { FILES = sizeof files / sizeof *files };
+static const char *const kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
 
 int flesh_error_wanted(const flesh_scene *scene) { return scene->keys.output.error_bars; }
 
@@ -23,28 +27,13 @@ typedef struct bars {
   char *path; /* room for the folder and a name */
   flesh_scene *scene;
   flesh_error_judge judges[FLESH_ERROR_KINDS];
-  flesh_error_quantities quantities[FILES];
+  sqlite3 *database;
 } bars;
 
-static int judge_file(bars *b, const char *folder, int file)
-{
-  flesh_error_quantities *all = &b->quantities[file];
-  flesh_error_table tables[FLESH_ERROR_KINDS][FLESH_ERROR_COMPANIONS] = {{{{0}, NULL}}};
-  int status = flesh_error_quantities_read(folder, files[file], b->scene, all);
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
-    for (int k = 0; k < b->judges[kind].count && !status; k++) {
-      sprintf(b->path, "%s/%s", folder, b->judges[kind].companions[k].folder);
-      status = flesh_error_table_read(b->path, files[file], &tables[kind][k]);
-    }
-  for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++)
-    if (b->judges[kind].count)
-      status = flesh_error_quantities_judge(all, (flesh_error_kind)kind, &b->judges[kind], tables);
-  for (int k = 0; k < FLESH_ERROR_KINDS * FLESH_ERROR_COMPANIONS; k++) flesh_error_table_clear(&tables[0][0] + k);
-  return status;
-}
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for error bars"); }
 
-/* A judge as it stands in result.json. */
-static json_t *judge_json(const flesh_error_judge *judge)
+/* A judge as it stands in result.json, new text. */
+static char *judge_text(const flesh_error_judge *judge)
 {
   json_t *object = json_object(), *companions = json_array();
   json_object_set_new(object, judge->count ? "compared_with" : "no_bar", flesh_json_text(judge->words));
@@ -55,62 +44,106 @@ static json_t *judge_json(const flesh_error_judge *judge)
                                                 "cpu_s", judge->companions[k].cpu_s));
   if (judge->count) json_object_set_new(object, "factor", json_real(judge->factor));
   json_object_set_new(object, "companions", companions);
-  return object;
+  char *text = json_dumps(object, JSON_COMPACT);
+  json_decref(object);
+  return text;
 }
 
-static json_t *quantity_json(const flesh_error_quantity *q, int last)
+/* Executes a statement, which sqlite3_mprintf makes of the format. */
+static int execute(const bars *b, const char *format, ...)
 {
-  json_t *object = json_pack("{so* so* so*}", "name", flesh_json_text(q->name), "unit", flesh_json_text(q->unit), "value",
-                             flesh_json_number(q->values[last]));
-  char key[32];
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) {
-    snprintf(key, sizeof key, "error_%s", flesh_error_kind_names[kind]);
-    json_object_set_new(object, key, flesh_json_number(q->bars[kind] ? q->bars[kind][last] : NAN));
-    if (!*q->why[kind]) continue;
-    snprintf(key, sizeof key, "no_%s_bar", flesh_error_kind_names[kind]);
-    json_object_set_new(object, key, flesh_json_text(q->why[kind]));
+  va_list arguments;
+  va_start(arguments, format);
+  char *sql = sqlite3_vmprintf(format, arguments);
+  va_end(arguments);
+  const int bad = !sql || sqlite3_exec(b->database, sql, NULL, NULL, NULL);
+  sqlite3_free(sql);
+  return bad ? no_memory() : FLESH_OK;
+}
+
+/* Tells SQL how the run is judged, and of the points beside pins. */
+static int fill(const bars *b)
+{
+  int count, held, source = 1;
+  int status = execute(b, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, coarser, doubled, data);"
+                          "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
+                          "CREATE TABLE pinned (probe); CREATE TABLE asked (result)");
+  for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++) {
+    const flesh_error_judge *judge = &b->judges[kind];
+    char *text = judge_text(judge);
+    status = text ? execute(b, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %Q)", kind, kind_names[kind],
+                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled, text) : no_memory();
+    free(text);
+    for (int k = 0; k < judge->count && !status; k++)
+      status = execute(b, "INSERT INTO companions VALUES (%d, %d, %d)", source++, kind, k);
   }
-  if (isfinite(q->better)) json_object_set_new(object, "better", json_real(q->better));
-  return object;
+  const flesh_probe *probes = flesh_scene_probes(b->scene, &count);
+  for (int k = 0; k < count && !status; k++) {
+    status = flesh_probe_is_at_pin(b->scene, &probes[k], 0, &held);
+    if (!status && held) status = execute(b, "INSERT INTO pinned VALUES (%Q)", probes[k].name);
+  }
+  return status;
 }
 
-/* Adds the bars to result.json. */
-static int write_result(bars *b, const char *folder)
+/* Prints the table with its bars, which a query of rows and fields has, in place of those that it may have. */
+static void print_table(FILE *stream, const flesh_csv *csv, sqlite3_stmt *query)
 {
-  json_t *result, *object = json_object(), *list = json_array();
+  for (int row = -1; row < csv->rows; row++) {
+    for (int c = 0; c < csv->columns; c++) {
+      if (strstr(csv->names[c], "_error_mesh") || strstr(csv->names[c], "_error_step")) continue;
+      if (c) putc(',', stream);
+      flesh_csv_print(stream, row < 0 ? csv->names[c] : flesh_csv_cell(csv, row, c));
+    }
+    for (int more = 1; more && sqlite3_column_int(query, 0) == row; more = sqlite3_step(query) == SQLITE_ROW)
+      fprintf(stream, ",%s", (const char *)sqlite3_column_text(query, 1));
+    putc('\n', stream);
+  }
+}
+
+/* Adds bars to a table that has any. */
+static int write_table(const bars *b, const char *folder, int tab)
+{
+  static const char sql[] = "SELECT row, text FROM fields WHERE tab = ? ORDER BY row, id, aspect";
+  flesh_csv csv = {0};
+  flesh_file file;
+  sqlite3_stmt *query = NULL;
+  int status = sqlite3_prepare_v2(b->database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab) ? no_memory() : FLESH_OK;
+  if (!status && sqlite3_step(query) == SQLITE_ROW) {
+    sprintf(b->path, "%s/%s", folder, files[tab]);
+    status = flesh_csv_read(b->path, FLESH_CSV_WHOLE, &csv);
+    if (!status) status = flesh_file_open(b->path, &file);
+    if (!status) {
+      print_table(file.stream, &csv, query);
+      status = flesh_file_commit(&file);
+    }
+  }
+  sqlite3_finalize(query);
+  flesh_csv_clear(&csv);
+  return status;
+}
+
+/* The bars by SQL of the run's tables and its companions', then tables, result.json and words. */
+static int tell(bars *b, const char *folder, int quiet)
+{
+  const flesh_results to = {.out = folder, .quiet = quiet};
+  const char *const words[] = {flesh_own_text("error_words"), NULL};
+  char *paths[1 + FLESH_ERROR_COMPANIONS * FLESH_ERROR_KINDS] = {NULL}, *text = NULL;
+  int count = 0, status = sqlite3_open(":memory:", &b->database) ? no_memory() : fill(b);
+  if (!(paths[count++] = strdup(folder))) status = no_memory();
+  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
+    for (int k = 0; k < b->judges[kind].count && !status; k++)
+      if (!(paths[count++] = flesh_text_new("%s/%s", folder, b->judges[kind].companions[k].folder))) status = no_memory();
+  if (!status)
+    status = flesh_curves_make(b->database, count, paths, flesh_own_text("error_columns"), flesh_own_text("error_bars"), &to);
+  for (int tab = 0; tab < 2 && !status; tab++) status = write_table(b, folder, tab);
+  size_t size;
   sprintf(b->path, "%s/result.json", folder);
-  const int status = flesh_json_read(b->path, &result);
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
-    json_object_set_new(object, flesh_error_kind_names[kind], judge_json(&b->judges[kind]));
-  for (int file = 0; file < FILES; file++)
-    for (int k = 0; k < b->quantities[file].count; k++)
-      json_array_append_new(list, quantity_json(&b->quantities[file].list[k], b->quantities[file].table.csv.rows - 1));
-  json_object_set_new(object, "quantities", list);
-  json_object_set_new(result, "error_bars", object); /* freed where there is no result */
-  return status ? status : flesh_json_write(b->path, result);
-}
-
-static void say_quantity(const flesh_error_quantity *q, int last)
-{
-  const char *blank = *q->unit ? " " : "";
-  printf("%s = %.5g%s%s", q->name, q->values[last], blank, q->unit);
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
-    if (q->bars[kind]) printf(" +/- %.2g (%s)", q->bars[kind][last], flesh_error_kind_names[kind]);
-  if (isfinite(q->better)) printf("; tet10-mean gives %.5g%s%s", q->better, blank, q->unit);
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
-    if (*q->why[kind]) printf("; no bar (%s): %s", flesh_error_kind_names[kind], q->why[kind]);
-  putchar('\n');
-}
-
-/* Prints the bars of probes, or of the whole body's energies where there are none. */
-static void say(const bars *b)
-{
-  const int file = b->quantities[1].count ? 1 : 0;
-  for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
-    printf("error bars of the %s: %s%s\n", flesh_error_kind_names[kind], b->judges[kind].count ? "by " : "none, as ",
-           b->judges[kind].words);
-  for (int k = 0; k < b->quantities[file].count; k++)
-    say_quantity(&b->quantities[file].list[k], b->quantities[file].table.csv.rows - 1);
+  if (!status) status = flesh_file_load(b->path, &text, &size);
+  if (!status) status = execute(b, "INSERT INTO asked VALUES (%Q)", text);
+  if (!status) status = flesh_results_make(b->database, b->path, words, &to);
+  for (int k = 0; k < count; k++) free(paths[k]);
+  free(text);
+  return status;
 }
 
 static int make(bars *b, const flesh_runner_options *options)
@@ -121,17 +154,11 @@ static int make(bars *b, const flesh_runner_options *options)
   char *path = strdup(b->path);
   flesh_runner_options of_companions = *options;
   of_companions.scene_path = path;
-  if (!status && !path) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !path) status = no_memory();
   for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++)
     status = flesh_error_run(&of_companions, &b->judges[kind]);
   free(path);
-  for (int file = 0; file < FILES && !status; file++) status = judge_file(b, options->out, file);
-  for (int file = 0; file < FILES && !status; file++)
-    if (b->quantities[file].count)
-      status = flesh_error_quantities_write(&b->quantities[file], options->out, files[file]);
-  if (!status) status = write_result(b, options->out);
-  if (!status && !options->quiet) say(b);
-  return status;
+  return status ? status : tell(b, options->out, options->quiet);
 }
 
 int flesh_error_bars(const flesh_runner_options *options)
@@ -141,7 +168,7 @@ int flesh_error_bars(const flesh_runner_options *options)
   int status = b.path ? flesh_output_claim(options->out, "run", &claim) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = make(&b, options);
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) flesh_error_judge_close(&b.judges[kind]);
-  for (int file = 0; file < FILES; file++) flesh_error_quantities_clear(&b.quantities[file]);
+  sqlite3_close(b.database);
   flesh_scene_destroy(&b.scene);
   free(b.path);
   flesh_folder_claim_release(&claim);

@@ -63,7 +63,7 @@ static int plot(picture *p, int count, char *const *paths)
       p->points);
   int status = !sql || sqlite3_open(":memory:", &database) || sqlite3_exec(database, sql, NULL, NULL, NULL)
                    ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
-                   : flesh_curves_make(database, count, paths, &to);
+                   : flesh_curves_make(database, count, paths, flesh_own_text("plot_columns"), flesh_own_text("plot_curves"), &to);
   sqlite3_close(database);
   sqlite3_free(sql);
   return status ? status : flesh_plot_ended(&p->outcome);

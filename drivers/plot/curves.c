@@ -1,4 +1,4 @@
-/* curves.c: the tables that `flesh plot` draws, for its SQL. */
+/* curves.c: tables of results for SQL: those that `flesh plot` draws, and those that make error bars. */
 #include "plot/curves.h"
 
 #include <math.h>
@@ -156,12 +156,13 @@ static int prepare(sqlite3 *database, const char *sql, sqlite3_stmt **statement)
   return sqlite3_prepare_v2(database, sql, -1, statement, NULL) ? no_memory() : FLESH_OK;
 }
 
-int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const flesh_results *to)
+int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const char *columns, const char *rest,
+                      const flesh_results *to)
 {
   static const char tables[] =
       "CREATE TABLE headers (id INTEGER PRIMARY KEY, source, tab, column, rows, path, label, file, header, name, unit);"
       "CREATE TABLE cells (id, row, word, number, PRIMARY KEY (id, row)) WITHOUT ROWID;";
-  const char *const sql[][2] = {{flesh_own_text("plot_columns")}, {flesh_own_text("plot_curves")}};
+  const char *const sql[][2] = {{columns}, {rest}};
   source *sources = calloc((size_t)count + 1, sizeof *sources);
   sqlite3_stmt *headers = NULL, *cells = NULL, *query = NULL;
   int status = sources ? read_sources(sources, count, paths) : no_memory();

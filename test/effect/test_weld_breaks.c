@@ -485,6 +485,13 @@ static void a_broken_weld_goes_on_with_the_same_bits(void)
       check_same(&b[0], &b[1]);
       check_same(&b[0], &b[2]);
       CHECK_OK(flesh_state_write(path, b[1].n / 3, &b[1].state));
+      flesh_state lacks = b[1].state;
+      lacks.internal = NULL;
+      CHECK(flesh_state_write(path, b[1].n / 3, &lacks) == FLESH_ERR_ARGUMENT);
+      CHECK_TEXT(flesh_error_text(), "flesh_state_write: internal is NULL");
+      lacks.v = NULL;
+      CHECK(flesh_state_write(path, b[1].n / 3, &lacks) == FLESH_ERR_ARGUMENT);
+      CHECK_TEXT(flesh_error_text(), "state->v is NULL");
       memset(b[1].state.internal, 0, (size_t)b[1].state.internal_count * sizeof(double));
       CHECK_OK(flesh_state_read(path, b[1].n / 3, &b[1].state));
       for (int k = 1; k < 3; k++) {

@@ -468,15 +468,6 @@ static void what_is_no_file_is_refused(void)
   CHECK_TEXT(flesh_error_text(), "binary Medit .meshb");
 }
 
-/* Changes the bytes as a copy does that takes them for text. */
-static void put_crlf(const byte_writer *from, byte_writer *to)
-{
-  *to = (byte_writer){.size = 0};
-  for (size_t k = 0; k < from->size; k++)
-    if (from->bytes[k] == '\n') put_text(to, "\r\n");
-    else put_bytes(to, &from->bytes[k], 1);
-}
-
 static void bad_binary_numbers_are_refused(void)
 {
   flesh_mesh *mesh;
@@ -492,9 +483,6 @@ static void bad_binary_numbers_are_refused(void)
     CHECK(flesh_mesh_read(write_bytes("n.msh", w.bytes, w.size), &mesh) == FLESH_ERR_FILE);
     CHECK_TEXT(flesh_error_text(), "node 7: a number before here is nan");
     CHECK_TEXT(flesh_error_text(), "n.msh: byte ");
-    put_crlf(&w, &patch);
-    CHECK(flesh_mesh_read(write_bytes("r.msh", patch.bytes, patch.size), &mesh) == FLESH_ERR_FILE);
-    CHECK_TEXT(flesh_error_text(), "r.msh:2: a binary file's line ends in CR LF");
   }
 }
 

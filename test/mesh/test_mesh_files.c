@@ -171,6 +171,20 @@ static void binary_gmsh_reads_in_either_byte_order(void)
   }
 }
 
+/* A copy as text puts a CR before each LF, also of numbers. */
+static void binary_gmsh_copied_as_text_is_refused(void)
+{
+  byte_writer w, copy = {.size = 0};
+  flesh_mesh *mesh;
+  make_gmsh41(&w, 0);
+  for (size_t k = 0; k < w.size; k++) {
+    if (w.bytes[k] == '\n') put_text(&copy, "\r");
+    copy.bytes[copy.size++] = w.bytes[k];
+  }
+  CHECK(flesh_mesh_read(write_bytes("copy.msh", copy.bytes, copy.size), &mesh) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "copy.msh:2: a binary file's line ends in CR LF");
+}
+
 static void files_of_the_gmsh_program_agree(void)
 {
   static const struct {
@@ -293,6 +307,7 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(written_meshes_read_back_the_same),
                    TEST(failed_writes_leave_nothing), TEST(each_text_format_reads),
                    TEST(binary_gmsh_reads_in_either_byte_order),
+                   TEST(binary_gmsh_copied_as_text_is_refused),
                    TEST(files_of_the_gmsh_program_agree), TEST(a_decimal_comma_changes_nothing),
                    TEST(shipped_meshes_are_what_their_names_say));
 }

@@ -277,15 +277,6 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_scene_read_text, scene, (any, any, 1, any, NULL));
   REFUSES(flesh_state_read, path, (NULL, 1, any)), REFUSES(flesh_state_read, state, (any, 1, NULL));
   REFUSES(flesh_state_write, path, (NULL, 1, any)), REFUSES(flesh_state_write, state, (any, 1, NULL));
-  double number = 0;
-  flesh_state state = {.v = &number};
-  REFUSES(flesh_state_write, state->x, (any, 0, &state));
-  state = (flesh_state){.x = &number};
-  REFUSES(flesh_state_write, state->v, (any, 0, &state));
-  state = (flesh_state){.x = &number, .v = &number, .multiplier_count = 1};
-  REFUSES(flesh_state_write, multipliers, (any, 0, &state));
-  state = (flesh_state){.x = &number, .v = &number, .internal_count = 1};
-  REFUSES(flesh_state_write, internal, (any, 0, &state));
   REFUSES(flesh_scene_write, scene, (NULL, any)), REFUSES(flesh_scene_write, path, (any, NULL));
   REFUSES(flesh_scene_schema, text, (1, NULL));
   REFUSES(flesh_solve_stats_print, stats, (NULL, 1, any)), REFUSES(flesh_solve_stats_print, file, (any, 1, NULL));

@@ -1,0 +1,101 @@
+-- error_bars.sql: bars by differences from companions, as data/results/error_bars.md says. `judges` (aspect, name, count,
+-- factor, better, coarser, doubled, data) has how a run is judged in each aspect, by so many companions.
+
+-- Rows by their times; an equilibrium may be at the time of the start.
+CREATE TEMP TABLE times AS
+SELECT source, tab, row, number AS t, row_number() OVER (PARTITION BY id, number ORDER BY row) AS nth
+FROM cells JOIN headers USING (id) WHERE "column" = 0;
+CREATE INDEX times_by_nth ON times (source, tab, nth, t);
+CREATE INDEX times_by_t ON times (source, tab, t, row);
+
+-- The columns that are compared: the run's with those of companions, by their numbers; of two with a coarser mesh, what
+-- another `element` changes there; and of the run's mesh and a coarser one what that changes with `twice` the step.
+CREATE TEMP TABLE pairs AS
+SELECT q.id AS own, q.tab, of_place, of_force, o.aspect, o.number, q.id AS first, 0 AS first_source, o.id AS second,
+  o.source AS second_source
+FROM quantities q JOIN others o ON o.own = q.id
+UNION ALL
+SELECT q.id, q.tab, of_place, of_force, 0, 'element', a.id, a.source, b.id, b.source
+FROM quantities q JOIN judges j ON j.aspect = 0 AND coarser JOIN others a ON a.own = q.id AND a.aspect = 0 AND a.number = 0
+JOIN others b ON b.own = q.id AND b.aspect = 0 AND b.number = 1 + doubled
+UNION ALL
+SELECT q.id, q.tab, of_place, of_force, 0, 'twice', a.id, a.source, b.id, b.source
+FROM quantities q JOIN judges j ON j.aspect = 0 AND doubled JOIN others a ON a.own = q.id AND a.aspect = 1 AND a.number = 1
+JOIN others b ON b.own = q.id AND b.aspect = 0 AND b.number = 1;
+
+-- Rows at the times of both.
+CREATE TEMP TABLE meetings AS
+SELECT DISTINCT p.first_source, p.second_source, p.tab, x.row AS first_row, y.row AS second_row
+FROM (SELECT DISTINCT first_source, second_source, tab FROM pairs) p
+JOIN times x ON x.source = p.first_source AND x.tab = p.tab
+JOIN times y ON y.source = p.second_source AND y.tab = p.tab AND y.nth = x.nth AND
+  y.t BETWEEN x.t - 1e-9 * abs(x.t) AND x.t + 1e-9 * abs(x.t);
+CREATE INDEX meetings_by_row ON meetings (first_source, second_source, tab, first_row);
+
+-- The largest difference up to each row, and up to three rows later: what is off later than the companion shows it was off a
+-- little before. Mean places of nodes at rest depend on the mesh; how they have moved counts.
+CREATE TEMP TABLE differences AS
+SELECT own, aspect, number, row, coalesce(max(abs(value - x)) OVER (PARTITION BY own, aspect, number ORDER BY row
+  ROWS BETWEEN UNBOUNDED PRECEDING AND 3 FOLLOWING), 0) AS most, value
+FROM (SELECT p.*, a.row, iif(of_force AND NOT a.row, NULL, a.number) AS x,
+    b.number - iif(of_place, coalesce(first_value(iif(a.row, NULL, b.number - a.number)) OVER (PARTITION BY p.own, p.aspect,
+      p.number ORDER BY a.row), 0), 0) AS value
+  FROM pairs p JOIN cells a ON a.id = first
+  LEFT JOIN meetings m ON m.first_source = p.first_source AND m.second_source = p.second_source AND m.tab = p.tab AND
+    first_row = a.row
+  LEFT JOIN cells b ON b.id = second AND b.row = second_row);
+CREATE INDEX differences_by_row ON differences (own, aspect, number, row);
+
+-- Differences may be small by chance: a component's bar is at least a share of the widest among its vector's, and one from a
+-- coarser mesh what that changes with twice the step, as waves that steps do not follow come out alike on two meshes, and a
+-- share of what another element changes there, which stresses follow less. Errors of forces from a coarser mesh
+-- are so many times larger beside the differences.
+CREATE TEMP TABLE parts (pattern, factor, of_vector, of_element);
+INSERT INTO parts VALUES ('*.stress_*', 1.2, 0.5, 0), ('*.reaction_*', 1.5, 0.3, 0.3);
+CREATE TEMP TABLE judged AS
+SELECT id, q.kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS of_element, coalesce(f.of_vector, 0.3) AS of_vector,
+  j.factor * coalesce(f.factor, 1) AS factor
+FROM quantities q JOIN judges j ON count AND iif(aspect, no_step_bar, no_mesh_bar) IS NULL
+JOIN (SELECT id AS kind, name AS first_name FROM quantities) USING (kind)
+LEFT JOIN parts p ON coarser AND q.name GLOB p.pattern LEFT JOIN parts f ON coarser AND first_name GLOB f.pattern;
+
+-- The last row of a companion that another is compared with, up to each of the run's.
+CREATE TEMP TABLE latest AS
+SELECT number, tab, row, coalesce((SELECT y.row FROM times y WHERE y.source = first_source AND y.tab = x.tab AND
+  y.t <= x.t * (1 + 1e-9) ORDER BY y.t DESC, y.row DESC LIMIT 1), 0) AS other_row
+FROM times x JOIN (SELECT DISTINCT number, first_source FROM pairs WHERE first_source) WHERE x.source = 0;
+CREATE INDEX latest_by_row ON latest (tab, row);
+CREATE TEMP TABLE bars AS
+SELECT j.id, j.kind, of_probe, j.aspect, d.row, factor, of_vector, max(d.most, coalesce(
+  (SELECT max(iif(l.number = 'twice', 1, of_element) * e.most) FROM latest l JOIN differences e ON e.own = j.id AND
+    e.aspect = j.aspect AND e.number = l.number AND e.row = other_row WHERE l.tab = j.tab AND l.row = d.row), 0)) AS bar
+FROM judged j JOIN differences d ON d.own = j.id AND d.aspect = j.aspect AND d.number = 0;
+
+-- Twice the step must change a quantity by 1.6 times what half the step does, as an order of convergence would: 2 for the
+-- first. Changes of less than a share of 1e-4 of its range are let pass, as solves leave them.
+CREATE TEMP TABLE orders AS
+SELECT kind, change, by_twice, change <= 1e-4 * (SELECT max(high - low) FROM (SELECT max(number) AS high, min(number) AS low
+    FROM quantities k JOIN cells USING (id) WHERE k.kind = o.kind GROUP BY id)) OR by_twice / change >= 1.6 AS has_order
+FROM (SELECT q.kind, max(b.bar) AS change, max(d.most) AS by_twice
+  FROM quantities q JOIN bars b ON b.id = q.id AND b.aspect = 1 AND b.row = rows - 1
+  JOIN differences d ON d.own = q.id AND d.aspect = 1 AND d.number = 1 AND d.row = rows - 1 GROUP BY q.kind) o
+WHERE (SELECT count > 1 FROM judges WHERE aspect = 1);
+UPDATE quantities SET no_step_bar = (
+  SELECT printf('not asymptotic: half the step changes %s by %s%s, and twice the step by %s times that only',
+    iif((SELECT count(*) FROM quantities k WHERE k.kind = quantities.kind) > 1, 'these', 'it'), number('%.2g', change),
+    iif(unit = '', '', ' ' || unit), number('%.2g', by_twice / change)) FROM orders WHERE orders.kind = quantities.kind)
+WHERE id IN (SELECT id FROM bars WHERE aspect = 1) AND kind IN (SELECT kind FROM orders WHERE has_order IS NOT 1);
+DELETE FROM bars WHERE aspect = 1 AND kind IN (SELECT kind FROM orders WHERE has_order IS NOT 1);
+
+CREATE TEMP TABLE made AS
+SELECT id, aspect, row, max(bar, coalesce(of_vector * max(iif(of_probe, bar, NULL)) OVER (PARTITION BY kind, aspect, row), 0)) *
+  factor AS bar
+FROM bars;
+CREATE INDEX made_by_row ON made (id, aspect, row);
+
+-- Further fields of the tables, with their header as row -1.
+CREATE TEMP VIEW fields AS
+SELECT tab, -1 AS row, id, aspect, iif(header LIKE '% [%', replace(header, ' [', '_error_' || j.name || ' ['), header || '_error_'
+  || j.name) AS text
+FROM quantities JOIN (SELECT DISTINCT id, aspect FROM made) USING (id) JOIN judges j USING (aspect)
+UNION ALL SELECT tab, row, id, aspect, number(bar) FROM made JOIN quantities USING (id);
