@@ -6,7 +6,7 @@
  * along the incline, mu (3 g cos(angle) t + dv_n + 2 dv_n of the lid) brakes it, whatever the two do. In backward Euler
  * friction goes by the normal force of the step before: it is off by the impulse of one step. Methods of order 2 solve their
  * steps again and keep their order, down to what the nodes' own directions of slip leave: the block widens as it is
- * pressed. */
+ * pressed. Where nothing bounces, the order itself shows. */
 #include "temporary.h"
 
 #include <math.h>
@@ -171,6 +171,52 @@ static void blocks_slide_by_steps_that_errors_choose(void)
                 k % 2 ? runs[k / 2].between : runs[k / 2].most);
 }
 
+/* Speeds of a block that slows down on another one, m/s, at LOOKS times. It begins within a soft barrier, which all steps
+ * resolve: there are no jolts that would hide the order. */
+enum { LOOKS = 25 };
+static void slow_down(const char *method, const char *lag, int steps, double speed[LOOKS])
+{
+  static const char *const cube =
+      "mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 1e6, poisson: 0.3}";
+  char scene[2048];
+  touching m;
+  snprintf(scene, sizeof scene,
+           "body: {name: track, %s}\nbodies:\n  - {name: block, translation: [0.01, 0.007, 0.104], velocity: [0.1, 0, 0], %s}\n"
+           "effects:\n  - inertia: {}\n  - gravity: {}\n  - viscosity: {shear: 200, bulk: 200}\n  - pin: {body: track}\n"
+           "  - contact: {between: all, friction: 0.5, thickness: 5e-3, stiffness: 2e3, slip_speed: 1e-2}\n"
+           "time: {method: %s, step: %.17g, end: 1}\nsolver: {newton_tolerance: 1e-9%s}\n",
+           cube, cube, method, 0.05 / steps, lag);
+  CHECK_OK(touching_begin(scene, NULL, 1000, &m));
+  for (int s = 0; s < steps; s++) {
+    double sum = 0, mass = 0;
+    CHECK_OK(touching_step(&m));
+    for (int i = m.n / 6; i < m.n / 3; i++) sum += m.mass[i] * m.state.v[3 * i], mass += m.mass[i];
+    speed[s * LOOKS / steps] = sum / mass; /* the last of each look stays */
+  }
+  touching_end(&m);
+}
+
+/* Friction on another body is of order 2, by normal forces of the step before of order 1. */
+static void friction_is_of_the_methods_order(void)
+{
+  const struct {
+    const char *method, *lag;
+    int order, first; /* looks over the longest step */
+  } cases[] = {{"midpoint", "", 2, 1}, {"newmark", "", 2, 1}, {"hht", "", 2, 1}, {"generalized-alpha", "", 2, 1},
+               {"bdf2", "", 2, 2}, {"newmark", ", lag_iterations: 1", 1, 1}};
+  for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+    double speed[2][LOOKS], squares[4] = {0};
+    for (int level = 0; level < 4; level++) {
+      slow_down(cases[k].method, cases[k].lag, cases[k].first * LOOKS << level, speed[level % 2]);
+      for (int s = 0; s < LOOKS && level; s++) squares[level] += pow(speed[0][s] - speed[1][s], 2);
+    }
+    const double order[] = {log2(squares[1] / squares[2]) / 2, log2(squares[2] / squares[3]) / 2};
+    printf("# %s%s: orders %.2f, %.2f, last change %.1e m/s\n", cases[k].method, cases[k].lag, order[0], order[1],
+           sqrt(squares[3] / LOOKS));
+    CHECK_NEAR(order[1], cases[k].order, 0.2);
+  }
+}
+
 static void blocks_slide_on_a_plane(void) { blocks_slide(PLANE); }
 static void blocks_slide_on_a_body(void) { blocks_slide(BODY); }
 static void a_block_slides_between_bodies(void) { blocks_slide(BETWEEN); }
@@ -179,7 +225,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
-                               TEST(a_block_slides_between_bodies),
+                               TEST(a_block_slides_between_bodies), TEST(friction_is_of_the_methods_order),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;
