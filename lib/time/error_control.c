@@ -44,9 +44,9 @@ static const double depth = 0.5;             /* of the error allowed, that resid
  * many tolerances of the load, which moves such a body by that share less or more. */
 static const double of_load = 5;
 static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
-/* A change of volume may make this part of the error allowed, less by as much as the stage is shorter than the body's period:
- * the next step closes the gap, and what touches something then has the velocity of that. */
-static const double gap_depth = 1e-2;
+/* And that changes of volume may make. The next step closes them. Where a method remembers the acceleration of that, it comes
+ * back in all steps to come: fewer than such steps in the body's period. What touches does not feel it (`judge`). */
+static const double gap_depth = 0.1;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
 static const double flight = 3;              /* and so many times as long lasts the momentum of a body that nothing holds */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
@@ -178,10 +178,9 @@ double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
 
-double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, double unseen)
+double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, int swings)
 {
-  const double gap = gap_depth * self->local * fmin(1, 1 / (sqrt(shift->a) * self->period));
-  return self->touches ? gap : fmax(gap, unseen);
+  return gap_depth * self->local * (swings ? fmin(1, 1 / (sqrt(shift->a) * self->period)) : 1);
 }
 
 /* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.

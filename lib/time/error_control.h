@@ -69,9 +69,8 @@ double flesh_error_control_target(const flesh_error_control *control, const fles
 double flesh_error_control_slip(const flesh_error_control *control);
 /* Whether steps are refused for their energy time and again: shorter ones do not help. */
 int flesh_error_control_keeps_gaining(const flesh_error_control *control);
-/* The change of volume that incompressible tets may be left with at a stage of that shift; `unseen`: what shows in no
- * estimate where nothing touches. */
-double flesh_error_control_gap(const flesh_error_control *control, const flesh_shift *shift, double unseen);
+/* The change of volume that incompressible tets may be left with at a stage of that shift; `swings`: of the method. */
+double flesh_error_control_gap(const flesh_error_control *control, const flesh_shift *shift, int swings);
 /* A step begins: nothing touches in it so far. */
 void flesh_error_control_clear_contact(flesh_error_control *control);
 /* Forces of contact [n], N, of a stage of the step. */

@@ -101,6 +101,6 @@ static int newmark_error(const flesh_method_memory *memory, const flesh_state *s
 #define FAMILY                                                                                                         \
   {                                                                                                                    \
     .vectors = 2, .acceleration = 1, .stage = newmark_stage, .guess = newmark_guess, .velocity = newmark_velocity,     \
-    .finish = newmark_finish, .error = newmark_error                                                                   \
+    .finish = newmark_finish, .error = newmark_error, .swings = 1                                                      \
   }
 const flesh_method_row flesh_method_newmark = FAMILY, flesh_method_hht = FAMILY, flesh_method_generalized_alpha = FAMILY;

@@ -145,6 +145,20 @@ static void gaps_are_no_errors_of_what_touches(void)
   CHECK(newton < 20000);
 }
 
+/* What shows in no error need not be solved for. */
+static void gaps_cost_what_errors_ask_for(void)
+{
+  static const struct { const char *method; int most; } cases[] = {{"runge-kutta", 160}, {"bdf2", 520}};
+  for (int k = 0; k < 2; k++) {
+    char how[80];
+    int n, newton;
+    snprintf(how, sizeof how, "%s, adaptive: true, tolerance: 1e-4", cases[k].method);
+    free(run(incompressible, how, 0.05, &n, &newton));
+    printf("# %s: %d Newton iterations\n", cases[k].method, newton);
+    CHECK(newton < cases[k].most);
+  }
+}
+
 static void solves_end_where_steps_move_nothing(void)
 {
   int n, newton;
@@ -167,5 +181,6 @@ int main(int argc, char **argv)
                    TEST(errors_of_two_cubes_follow_the_tolerance),
                    TEST(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
                    TEST(rebounds_are_resolved_by_every_method), TEST(gaps_are_no_errors_of_what_touches),
+                   TEST(gaps_cost_what_errors_ask_for),
                    TEST(solves_end_where_steps_move_nothing), TEST(solves_begin_as_they_go_on));
 }
