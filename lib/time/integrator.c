@@ -247,6 +247,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
     status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
+  integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);
   integrator->memory.known = 0;
   integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);
   return status;

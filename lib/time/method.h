@@ -27,6 +27,7 @@ typedef struct flesh_method_memory {
   int known;
   long serial; /* of the state that they belong to (system/evaluation.h) */
   double h;    /* of the step that led there, where known */
+  int held;      /* multipliers hold constraints, and errors choose steps */
   int at;        /* the stage that is made or kept, from 0 on */
   int easy;      /* steps in a row that were easy to solve, up to FLESH_EASY_STEPS; < 0: those left on the way out of a tangle */
   double before; /* s, from the state back to an acceleration that is remembered beside its own: < 0, or 0 for none */

@@ -10,13 +10,20 @@
  * which leaves of infinitely fast oscillations the share rho in a step, their spectral radius, and damps slower ones least.
  *
  * All forces, internal and external, are evaluated once, at the point between; for linear forces that is the same as
- * the papers' mean of the forces at both ends. */
+ * the papers' mean of the forces at both ends.
+ *
+ * Without damping what a velocity has across constraints changes its sign in every step, and the acceleration with it, ever
+ * faster the shorter steps are (Cardona & Geradin 1989). Errors, which see that, would make them ever shorter: so where
+ * errors choose steps and multipliers hold constraints, all of the family damp at least like HHT-alpha with alpha = -light. */
+#include <math.h>
 #include <string.h>
 
 #include "time/method.h"
 
 /* vectors[0] is the acceleration a_n, [1] that before it. */
 enum { BEFORE = 1 };
+
+static const double light = 0.05;
 
 typedef struct formulas {
   double beta, gamma, reach, inertia;
@@ -25,11 +32,11 @@ typedef struct formulas {
 static formulas formulas_of(const flesh_method_memory *memory)
 {
   const flesh_method_options *o = &memory->options;
-  const double rho = o->spectral_radius;
+  const double least = memory->held ? light : 0, rho = fmin(o->spectral_radius, (1 - least) / (1 + least));
   formulas p = {.beta = o->beta, .gamma = o->gamma, .reach = 1, .inertia = 1};
-  if (memory->method == FLESH_METHOD_NEWMARK) return p;
-  if (memory->method == FLESH_METHOD_HHT) p.reach = 1 + o->alpha;
-  else p.reach = 1 / (rho + 1), p.inertia = (2 - rho) / (rho + 1);
+  if (memory->method == FLESH_METHOD_NEWMARK && p.gamma - 0.5 >= least) return p;
+  if (memory->method == FLESH_METHOD_GENERALIZED_ALPHA) p.reach = 1 / (rho + 1), p.inertia = (2 - rho) / (rho + 1);
+  else p.reach = 1 + fmin(memory->method == FLESH_METHOD_HHT ? o->alpha : 0, -least);
   const double s = p.inertia - p.reach;
   p.gamma = 0.5 + s;
   p.beta = (1 + s) * (1 + s) / 4;
