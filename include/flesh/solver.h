@@ -95,8 +95,7 @@ typedef struct flesh_solver_options {
    * potential), else the solve ends there. */
   int max_newton;
   /* Iterations per linear solve. A linear solve that does not converge in so many, and all further
-   * ones of the nonlinear solve, are done by a direct factorisation (KLU), as long as that takes no
-   * more arithmetic. */
+   * ones of the nonlinear solve, are done by a factorisation, as long as that takes no more arithmetic. */
   int max_linear;
   int max_cutbacks;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;

@@ -50,7 +50,7 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
     FLESH_ARCHIVE(archive, self->rows.left_in);
     flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);
   }
-  if (archive->mode == FLESH_ARCHIVE_LOAD) self->same_matrix = 0; /* it is rounded anew */
+  if (archive->mode == FLESH_ARCHIVE_LOAD) self->matrix++; /* it is rounded anew */
   if (self->preconditioner && made)
     self->linear->preconditioner_archive(self->preconditioner, archive);
   flesh_archive_int(archive, &fallback, FLESH_FALLBACK_TOO_EXPENSIVE, FLESH_FALLBACK_IN_USE);

@@ -115,7 +115,7 @@ void flesh_direction_begin_stage(flesh_direction *self)
 
 int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigenvalue_filter filter)
 {
-  self->same_matrix = 0;
+  self->matrix++;
   int status = flesh_equations_assemble(self->equations, u, filter);
   if (!status) status = flesh_direction_follow_pattern(self);
   if (status) return status;
@@ -130,7 +130,7 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
 
 void flesh_direction_overwritten(flesh_direction *self)
 {
-  self->same_matrix = 0;
+  self->matrix++;
   for (size_t d = 0; d < 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row; d++) self->rows.values[d] = 0;
 }
 
@@ -155,9 +155,11 @@ int flesh_direction_stiffened(const flesh_direction *self)
 int flesh_direction_factor(flesh_direction *self, int single)
 {
   const flesh_block_matrix *K = self->equations->K;
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
+  /* Nothing is gained by a preconditioner beside factors: the one at hand serves for volume arcs. */
+  if (self->fallback_state == FLESH_FALLBACK_IN_USE) return FLESH_OK;
   self->single = single;
   for (int i = 0; self->factored && K->layout && i < K->rows; i++) self->factored[i] = stiffness_of(K, i);
-  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   int status = self->direct
                    ? flesh_direct_factor(self->direct, K)
                    : self->linear->preconditioner_setup(self->preconditioner, K, self->equations->constrained.is);
@@ -200,6 +202,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
                           flesh_direction_kind *kind)
 {
   *kind = self->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
+  self->by_factor = self->direct != NULL;
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
@@ -207,11 +210,11 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
       .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
       .tolerance = request->tolerance, .max_iterations = request->max_iterations,
       .after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
-      .stop = request->stop, .stop_data = request->stop_data, .single = self->single, .same = self->same_matrix};
+      .stop = request->stop, .stop_data = request->stop_data, .single = self->single, .same = self->rounded_matrix == self->matrix};
   int status = request->gives_way ? limit(self, &solve.max_iterations) : FLESH_OK;
   if (status) return status;
   status = self->linear->pcg(self->pcg, &solve, p, &result);
-  self->same_matrix = 1;
+  self->rounded_matrix = self->matrix;
   self->iterations += result.iterations;
   self->residual = result.residual;
   self->equations->stats->linear += result.iterations;
@@ -222,8 +225,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   }
   if (result.iterations > 0) learn(self, &result);
   const int long_enough = request->gives_way && result.iterations > MANY && self->fallback_state == FLESH_FALLBACK_UNUSED;
-  const int ended = status != FLESH_NOT_CONVERGED && self->fallback_state == FLESH_FALLBACK_CALLED;
-  if (long_enough || ended) self->fallback_state = FLESH_FALLBACK_AT_HAND;
+  if (long_enough) self->fallback_state = FLESH_FALLBACK_AT_HAND;
   return status;
 }
 
@@ -233,8 +235,11 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   if (status) return status;
   if (!self->fallback) return FLESH_NOT_CONVERGED;
   self->fallback_state = self->fallback_state == FLESH_FALLBACK_AT_HAND ? FLESH_FALLBACK_CALLED : FLESH_FALLBACK_IN_USE;
-  status = self->linear->exact->factor(self->fallback, self->equations->K);
+  if (self->factor_matrix != self->matrix) status = self->linear->exact->factor(self->fallback, self->equations->K);
   if (status) return status;
+  self->factor_matrix = self->matrix;
+  self->by_factor = 1;
+  self->residual = 0;
   self->equations->stats->direct++;
   self->linear->exact->solve(self->fallback, b, p);
   return FLESH_OK;
@@ -254,6 +259,6 @@ int flesh_direction_precondition(flesh_direction *self, double *z)
 
 double flesh_direction_model_error(const flesh_direction *self, const double *r)
 {
-  return self->pcg ? self->linear->pcg_model_error(self->pcg, r)
-                   : flesh_norm(self->equations->threads, self->equations->n, r);
+  return self->by_factor ? flesh_norm(self->equations->threads, self->equations->n, r)
+                         : self->linear->pcg_model_error(self->pcg, r);
 }

@@ -35,8 +35,8 @@ typedef struct flesh_direction {
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
   flesh_exact *fallback;    /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
-  /* At hand: a solve has been so long that what a factor costs is worth knowing. Called: the last solve gave way. In use: so
-   * did the one before, or one has come to its last iteration, and the stage goes on by factors. */
+  /* At hand: a solve has been so long that what a factor costs is worth knowing. Called: a solve of the stage gave way. In
+   * use: so did another, or one has come to its last iteration, and the stage goes on by factors. */
   enum {
     FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_AT_HAND, FLESH_FALLBACK_CALLED,
     FLESH_FALLBACK_IN_USE
@@ -44,7 +44,9 @@ typedef struct flesh_direction {
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
   int patterns;             /* of the equations, when solvers were made */
   int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
-  int same_matrix;          /* K is that of the last solve by PCG */
+  /* Of K, counted as it changes; of the last solve by PCG, and of the fallback's factor. */
+  unsigned matrix, rounded_matrix, factor_matrix;
+  int by_factor;            /* the last solve was one by a factor, which leaves no residual */
   int single;               /* the preconditioner's K is one that PCG may round to single precision */
   /* PCG's iterations per decade of reduction with the preconditioner when it was new, of solves by few decades and by
    * many (0: not known), and how many more than that the solves since then have taken in all. */

@@ -19,7 +19,7 @@ static flesh_block_matrix *matrix_of(const content *A) { return A->own ? A->own 
 static flesh_block_matrix *open_matrix(SUNMatrix matrix)
 {
   content *A = matrix->content;
-  if (is_view(A)) A->problem->newton.direction.same_matrix = 0;
+  if (is_view(A)) A->problem->newton.direction.matrix++;
   if (is_view(A) && A->problem->zeroed) {
     flesh_block_combine(0, matrix_of(A), NULL);
     A->problem->zeroed = 0;
