@@ -155,11 +155,9 @@ int flesh_direction_stiffened(const flesh_direction *self)
 int flesh_direction_factor(flesh_direction *self, int single)
 {
   const flesh_block_matrix *K = self->equations->K;
-  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
-  /* Nothing is gained by a preconditioner beside factors: the one at hand serves for volume arcs. */
-  if (self->fallback_state == FLESH_FALLBACK_IN_USE) return FLESH_OK;
   self->single = single;
   for (int i = 0; self->factored && K->layout && i < K->rows; i++) self->factored[i] = stiffness_of(K, i);
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   int status = self->direct
                    ? flesh_direct_factor(self->direct, K)
                    : self->linear->preconditioner_setup(self->preconditioner, K, self->equations->constrained.is);
@@ -240,6 +238,8 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   self->factor_matrix = self->matrix;
   self->by_factor = 1;
   self->residual = 0;
+  /* What the preconditioner takes by now is not known: one is made for the next solve by PCG. */
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = 0;
   self->equations->stats->direct++;
   self->linear->exact->solve(self->fallback, b, p);
   return FLESH_OK;

@@ -8,7 +8,6 @@
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 
-
 /* So many filtered steps in a row are too short before one is lengthened wherever the residual is. */
 enum { MANY_SHORT = 16 };
 

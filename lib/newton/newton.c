@@ -69,11 +69,17 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
   return status;
 }
 
+/* Whether the next solve is one by a factor, which needs no preconditioner: the one at hand serves for volume arcs. */
+static int goes_by_factors(const flesh_newton *self)
+{
+  return self->direction.fallback_state == FLESH_FALLBACK_IN_USE && !self->follow_curvature;
+}
+
 /* A matrix of the iterate's own, and what solves with it need. */
 static int assemble_and_factor(flesh_newton *self, const iteration *it, flesh_eigenvalue_filter filter)
 {
   const int status = assemble(self, it->step.u, filter);
-  return status ? status : flesh_matrix_policy_refresh(&self->policy);
+  return status || goes_by_factors(self) ? status : flesh_matrix_policy_refresh(&self->policy);
 }
 
 /* Solves with what was prepared. */
@@ -87,7 +93,7 @@ static int solve(flesh_newton *self, iteration *it)
                                            .follow_curvature = it->guarded && self->follow_curvature,
                                            .gives_way = gives_way,
                                            .weights = self->weights};
-  if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return FLESH_NOT_CONVERGED;
+  if (goes_by_factors(self)) return FLESH_NOT_CONVERGED;
   const int status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
   self->negative_curvature = it->step.kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
   return status;
@@ -290,7 +296,7 @@ int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 int flesh_newton_prepare(flesh_newton *self, int usable)
 {
   if (self->arrived) return FLESH_OK;
-  int status = usable ? flesh_matrix_policy_prepare(&self->policy) : FLESH_NOT_POSITIVE;
+  int status = !usable ? FLESH_NOT_POSITIVE : goes_by_factors(self) ? FLESH_OK : flesh_matrix_policy_prepare(&self->policy);
   self->must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
   return self->must_filter ? FLESH_OK : status;
 }
