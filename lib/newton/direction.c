@@ -200,15 +200,16 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
                           flesh_direction_kind *kind)
 {
   *kind = self->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
-  self->by_factor = self->direct != NULL;
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
+  self->by_factor = 0;
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
   flesh_pcg_request solve = {
       .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
       .tolerance = request->tolerance, .max_iterations = request->max_iterations,
       .after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
-      .stop = request->stop, .stop_data = request->stop_data, .single = self->single, .same = self->rounded_matrix == self->matrix};
+      .stop = request->stop, .stop_data = request->stop_data, .single = self->single,
+      .same = self->rounded_matrix == self->matrix};
   int status = request->gives_way ? limit(self, &solve.max_iterations) : FLESH_OK;
   if (status) return status;
   status = self->linear->pcg(self->pcg, &solve, p, &result);
@@ -238,7 +239,7 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   self->factor_matrix = self->matrix;
   self->by_factor = 1;
   self->residual = 0;
-  /* What the preconditioner takes by now is not known: one is made for the next solve by PCG. */
+  /* How well the preconditioner would do by now is not known: the next solve by PCG has a new one. */
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = 0;
   self->equations->stats->direct++;
   self->linear->exact->solve(self->fallback, b, p);
@@ -259,6 +260,6 @@ int flesh_direction_precondition(flesh_direction *self, double *z)
 
 double flesh_direction_model_error(const flesh_direction *self, const double *r)
 {
-  return self->by_factor ? flesh_norm(self->equations->threads, self->equations->n, r)
-                         : self->linear->pcg_model_error(self->pcg, r);
+  return self->pcg && !self->by_factor ? self->linear->pcg_model_error(self->pcg, r)
+                                       : flesh_norm(self->equations->threads, self->equations->n, r);
 }

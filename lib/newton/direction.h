@@ -44,9 +44,10 @@ typedef struct flesh_direction {
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
   int patterns;             /* of the equations, when solvers were made */
   int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
-  /* Of K, counted as it changes; of the last solve by PCG, and of the fallback's factor. */
+  /* K's number, counted as it changes; the numbers of the one that PCG has rounded and of the one that the fallback has
+   * factored. */
   unsigned matrix, rounded_matrix, factor_matrix;
-  int by_factor;            /* the last solve was one by a factor, which leaves no residual */
+  int by_factor;            /* the fallback has made the last solve, which leaves no residual */
   int single;               /* the preconditioner's K is one that PCG may round to single precision */
   /* PCG's iterations per decade of reduction with the preconditioner when it was new, of solves by few decades and by
    * many (0: not known), and how many more than that the solves since then have taken in all. */
@@ -97,7 +98,7 @@ int flesh_direction_solve_directly(flesh_direction *direction, const double *b, 
 int flesh_direction_precondition(flesh_direction *direction, double *z);
 
 /* || r - (K p + r_before) ||_2 of the last solve's p: how far r [n] is from what the linear model predicts where p
- * leads; with a direct solver ||r||_2. */
+ * leads; ||r||_2 where a factor has solved. */
 double flesh_direction_model_error(const flesh_direction *direction, const double *r);
 
 #endif

@@ -149,8 +149,8 @@ static void what_gains_nothing_ends(void)
 }
 
 /* Near nu = 1/2, without a preconditioner, solves take more iterations than a factor costs. One long solve tells that: those
- * after it end there and are solved by a factor, alike on one thread and on two, and lead to where long ones lead. What a
- * factor's step leaves is an error of the model, not of the solve: matrices are kept as after other solves. */
+ * after it end there and are solved by a factor, alike on one thread and on two, and lead to where long ones lead. The
+ * residual after a factor's step is an error of the model, not of the solve: matrices are kept as after other solves. */
 static void long_linear_solves_give_way(void)
 {
   double *long_solution = NULL;
