@@ -150,13 +150,14 @@ static int make(bars *b, const flesh_runner_options *options)
 {
   sprintf(b->path, "%s/scene.yaml", options->out);
   int status = flesh_scene_read(b->path, 0, NULL, &b->scene);
-  if (!status) status = flesh_error_choose(b->scene, b->path, b->judges);
   char *path = strdup(b->path);
   flesh_runner_options of_companions = *options;
   of_companions.scene_path = path;
   if (!status && !path) status = no_memory();
-  for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++)
-    status = flesh_error_run(&of_companions, &b->judges[kind]);
+  for (int kind = FLESH_ERROR_KINDS - 1; kind >= 0 && !status; kind--) {
+    status = flesh_error_choose(b->scene, path, (flesh_error_kind)kind, b->judges);
+    if (!status) status = flesh_error_run(&of_companions, &b->judges[kind]);
+  }
   free(path);
   return status ? status : tell(b, options->out, options->quiet);
 }

@@ -202,13 +202,12 @@ static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_j
              : check_held(scene, judge);
 }
 
-int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_judge judges[FLESH_ERROR_KINDS])
+int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_kind kind,
+                       flesh_error_judge judges[FLESH_ERROR_KINDS])
 {
-  choose_step(scene, &judges[FLESH_ERROR_STEP]);
-  choose_mesh(scene, judges[FLESH_ERROR_STEP].count > 1, &judges[FLESH_ERROR_MESH]);
-  int status = FLESH_OK;
-  for (int k = 0; k < FLESH_ERROR_KINDS && !status; k++) status = read_scenes(scene, path, &judges[k]);
-  return status;
+  if (kind == FLESH_ERROR_STEP) choose_step(scene, &judges[kind]);
+  else choose_mesh(scene, judges[FLESH_ERROR_STEP].count > 1, &judges[kind]);
+  return read_scenes(scene, path, &judges[kind]);
 }
 
 int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)

@@ -25,9 +25,10 @@ typedef struct flesh_error_judge {
   } companions[FLESH_ERROR_COMPANIONS];
 } flesh_error_judge;
 
-/* Chooses the judges of a run of this scene, whose file is `path`, and reads their scenes. FLESH_ERR_MEMORY,
- * FLESH_ERR_INTERRUPTED; what else is wrong leaves a judge without companions. */
-int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_judge judges[FLESH_ERROR_KINDS]);
+/* Chooses the judge of a kind of a run of this scene, whose file is `path`, and reads its scenes; the mesh's takes up what
+ * the steps' has run. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED; what else is wrong leaves the judge without companions. */
+int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_kind kind,
+                       flesh_error_judge judges[FLESH_ERROR_KINDS]);
 /* Runs the companions; one that ends before its time leaves the judge without any. FLESH_ERR_INTERRUPTED. */
 int flesh_error_run(const flesh_runner_options *options, flesh_error_judge *judge);
 void flesh_error_judge_close(flesh_error_judge *judge);

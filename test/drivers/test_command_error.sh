@@ -171,6 +171,12 @@ failed_companions_leave_no_bar() {
     --set solver.max_newton=5 --set solver.max_cutbacks=0 || return 1
   has stdout.txt 'error bars of the step: none, as the companion (steps of .*) ended: at t = .*iteration limit' || return 1
   said failed step '"iteration limit" in no_bar' && said failed energy_total 'error_step is None' || return 1
+  # Half the step fails; then the mesh is not said to be judged at twice the step.
+  expect 0 "$flesh" run bar.yaml --method newmark --set body.element=tet10-mean --set body.refine=1 --set time.end=0.25 \
+    --set 'effects[1]={traction: {box: [[3.99, -1, -1], [9, 2, 2]], traction: [7e5, 0, 7e5]}}' --error --out halves \
+    --set solver.max_newton=7 --set solver.max_cutbacks=0 || return 1
+  said halves step '"iteration limit" in no_bar' && said halves mesh '"steps" not in compared_with and len(companions) == 2' ||
+    return 1
   # A node that the coarser mesh has not.
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out node \
     --set 'output.probes[0]={name: tip, nodes: [100]}' || return 1
@@ -200,7 +206,7 @@ complete_runs_get_bars() {
 an_interrupted_companion_is_taken_up() {
   "$flesh" run bar.yaml --set body.refine=2 --set time.end=1/5 --error --out stopped >stdout.txt 2>stderr.txt &
   process=$!
-  wait_until "$process" [ -e stopped/error/mesh/history.csv ] || return 1
+  wait_until "$process" [ -e stopped/error/step/history.csv ] || return 1
   kill -INT "$process"
   wait "$process"
   [ $? -eq 130 ] || return 1
