@@ -24,8 +24,8 @@ integrator or history cannot be copied (ArgumentError).
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
-from . import body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect
-from . import results, scene, sensitivity, sundials, surface, system
+from . import _kinds, body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output
+from . import own_effect, results, scene, sensitivity, sundials, surface, system
 from ._library import ffi, lib, text
 from .body import *
 from .effects import *
@@ -52,6 +52,7 @@ __all__ = ["__version__", "set_error_handler"]
 for _module in (body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect,
                 results, scene, sensitivity, sundials, surface, system):
     __all__ += _module.__all__
+    globals().update(_kinds.check(_module))
 
 _handler = None
 

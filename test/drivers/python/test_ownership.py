@@ -31,6 +31,14 @@ def all_effects(mesh, body):
     return [*effects_of(mesh, body), flesh.SurfaceContact(body), Pull(mesh)]
 
 
+def test_an_object_of_another_class_is_refused(mesh, body, system):
+    for wanted, wrong in (("System", lambda: flesh.Integrator(mesh)), ("System", lambda: flesh.IdaProblem(system=3)),
+                          ("Effect", lambda: system.add(mesh)), ("Amplitude", lambda: flesh.Force(body, [0], [0, 0, 1], 2)),
+                          ("Mesh", lambda: flesh.State.at_rest(system)), ("System", lambda: flesh.equilibrium(mesh))):
+        with pytest.raises(TypeError, match=f" is of class .*; it must be of class {wanted}$"):
+            wrong()
+
+
 def test_every_effect_is_refused_by_another_mesh(mesh, body, system):
     fine = mesh.refine()
     fewer = flesh.Mesh(mesh.positions, mesh.tets[:-1])

@@ -1,0 +1,44 @@
+"""_kinds.py: refuses objects of another class than annotations name, before anything is read of them."""
+import functools
+import inspect
+import typing
+
+
+def _classes(hint):
+    """The classes that a hint allows when one of the package's is among them; none for sequences and functions."""
+    kinds = typing.get_args(hint) if typing.get_origin(hint) is typing.Union else (hint,)
+    kinds = tuple(kind for kind in kinds if inspect.isclass(kind))
+    return kinds if any(kind.__module__.startswith(__package__ + ".") for kind in kinds) else ()
+
+
+def _checked(function):
+    """The function, which raises TypeError for an argument that is none of its annotation's classes."""
+    names = list(inspect.signature(function).parameters)
+    hints = {name: _classes(hint) for name, hint in function.__annotations__.items() if name in names}
+    hints = {name: kinds for name, kinds in hints.items() if kinds}
+
+    @functools.wraps(function)
+    def call(*args, **keywords):
+        for name, value in (*zip(names, args), *keywords.items()):
+            if name in hints and not isinstance(value, hints[name]):
+                wanted = hints[name][0].__name__
+                raise TypeError(f"{name} is of class {type(value).__name__}; it must be of class {wanted}")
+        return function(*args, **keywords)
+    return call if hints else function
+
+
+def _check_methods(cls):
+    for name, member in list(vars(cls).items()):
+        if name == "__init__" or not name.startswith("_"):
+            if isinstance(member, classmethod):
+                setattr(cls, name, classmethod(_checked(member.__func__)))
+            elif inspect.isfunction(member):
+                setattr(cls, name, _checked(member))
+
+
+def check(module):
+    """Has the public methods of a module's classes checked; its public functions that are, by their names."""
+    for cls in vars(module).values():
+        if inspect.isclass(cls) and cls.__module__ == module.__name__:
+            _check_methods(cls)
+    return {name: _checked(vars(module)[name]) for name in module.__all__ if inspect.isfunction(vars(module)[name])}
