@@ -9,7 +9,7 @@
 typedef flesh_surface_near near;
 
 /* How often a bound is used for a tighter one. */
-enum { TIGHTENED = 4 };
+enum { TIGHTENED = 2 };
 
 /* Beside what touches, a step is limited by what loses more than nine tenths of its distance, and a little less where
  * collision detection is not exact: by nothing that is further apart than what moves relative to each other, over this. */
