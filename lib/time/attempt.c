@@ -389,13 +389,14 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
 {
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
-  const int controlled = is_controlled(self, trial);
+  const int near = flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear));
+  const double tolerance = !is_controlled(self, trial) ? 0 : near ? self->control.options.tolerance : 1;
   memcpy(self->part.energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
   status = flesh_step_energy_meet(energy, &end);
-  if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, controlled)) return status;
+  if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, tolerance)) return status;
   self->watch = before;
   memcpy(before.energies, self->part.energies_before, bytes);
   self->control.refusal = FLESH_REFUSED_BY_ENERGY;

@@ -53,8 +53,8 @@
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
-/* All steps together may gain a hundredth of the motion's energy where errors choose their lengths, else a fiftieth of
- * what ends the run; after that a step still a thousandth of it, as there are gains that no halving lessens. */
+/* All steps together may gain a hundredth of the motion's energy, at most `tolerance`, where errors choose their lengths, else
+ * a fiftieth of what ends the run; after that a step still a thousandth of it, as there are gains that no halving lessens. */
 static const double gain_of_controlled = 0.01, gain_of_fixed = 0.02, least_of_step = 0.001;
 
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)
@@ -235,12 +235,12 @@ static int report(flesh_energy_watch *watch, const flesh_state *state, double ex
   return gain > watch->limit;
 }
 
-int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, int controlled)
+int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance)
 {
   const flesh_energy_balance *b = &watch->balance;
   const double rise = (watch->energy - b->supplied) - (before->energy - before->balance.supplied);
   const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
-  const double most = (controlled ? gain_of_controlled : gain_of_fixed * watch->limit) * scale;
+  const double most = (tolerance > 0 ? fmin(gain_of_controlled, tolerance) : gain_of_fixed * watch->limit) * scale;
   const double left = fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
   return before->known && watch->known && !watch->turned && rise > watch->rounding + left;
 }
