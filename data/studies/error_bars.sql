@@ -10,9 +10,10 @@ CREATE INDEX times_by_t ON times (source, tab, t, row);
 
 -- The columns that are compared: the run's with those of companions, by their numbers; of two with a coarser mesh, what
 -- another `element` changes there; and of the run's mesh and a coarser one what that changes with `twice` the step.
-CREATE TEMP TABLE pairs AS
-SELECT q.id AS own, q.tab, of_place, of_force, o.aspect, o.number, q.id AS first, 0 AS first_source, o.id AS second,
-  o.source AS second_source
+CREATE TEMP TABLE pairs (own INT, tab INT, of_place INT, of_force INT, aspect INT, number, first INT, first_source INT, second INT,
+  second_source INT);
+INSERT INTO pairs
+SELECT q.id, q.tab, of_place, of_force, o.aspect, o.number, q.id, 0, o.id, o.source
 FROM quantities q JOIN others o ON o.own = q.id
 UNION ALL
 SELECT q.id, q.tab, of_place, of_force, 0, 'element', a.id, a.source, b.id, b.source
@@ -78,7 +79,7 @@ SELECT kind, change, by_twice, change <= 1e-4 * (SELECT max(high - low) FROM (SE
     FROM quantities k JOIN cells USING (id) WHERE k.kind = o.kind GROUP BY id)) OR by_twice / change >= 1.6 AS has_order
 FROM (SELECT q.kind, max(b.bar) AS change, max(d.most) AS by_twice
   FROM quantities q JOIN bars b ON b.id = q.id AND b.aspect = 1 AND b.row = rows - 1
-  JOIN differences d ON d.own = q.id AND d.aspect = 1 AND d.number = 1 AND d.row = rows - 1 GROUP BY q.kind) o
+  JOIN differences d ON d.own = q.id AND d.aspect = 1 AND d.number = 1 AND d.row = b.row GROUP BY q.kind) o
 WHERE (SELECT count > 1 FROM judges WHERE aspect = 1);
 UPDATE quantities SET no_step_bar = (
   SELECT printf('not asymptotic: half the step changes %s by %s%s, and twice the step by %s times that only',

@@ -159,9 +159,10 @@ static int prepare(sqlite3 *database, const char *sql, sqlite3_stmt **statement)
 int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const char *columns, const char *rest,
                       const flesh_results *to)
 {
-  static const char tables[] =
-      "CREATE TABLE headers (id INTEGER PRIMARY KEY, source, tab, column, rows, path, label, file, header, name, unit);"
-      "CREATE TABLE cells (id, row, word, number, PRIMARY KEY (id, row)) WITHOUT ROWID;";
+  static const char tables[] = /* without their types numbers of other tables would find no index */
+      "CREATE TABLE headers (id INTEGER PRIMARY KEY, source INT, tab INT, column INT, rows INT, path, label, file,"
+      "  header, name, unit);"
+      "CREATE TABLE cells (id INT, row INT, word, number, PRIMARY KEY (id, row)) WITHOUT ROWID;";
   const char *const sql[][2] = {{columns}, {rest}};
   source *sources = calloc((size_t)count + 1, sizeof *sources);
   sqlite3_stmt *headers = NULL, *cells = NULL, *query = NULL;
