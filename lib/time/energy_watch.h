@@ -81,8 +81,7 @@ int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, 
  * */
 int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);
 /* Whether the step that has led from `before`, a copy of the watch as it was, to the state known has gained so much energy
- * that it is to be taken in shorter steps; `tolerance`: of that where its
- * error chooses its length, else 0. */
+ * that it is to be taken in shorter steps; `tolerance`: that of the error that chooses its length, else 0. */
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance);
 /* Judges the state known; `unbalanced`: work that what the step's solve has left can do at most, J. FLESH_ERR_ENERGY
  * with words where the limit is passed. */
