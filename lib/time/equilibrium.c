@@ -29,20 +29,29 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   return status;
 }
 
-/* Repeats a solve that has succeeded, with the lagged state that the last one led to, until none is needed. */
+/* Repeats a solve that has succeeded, with the lagged state that the last ones lead to, until none is needed: then the
+ * state is its own lagged one. Mixed states may lie behind surfaces that touch; a tape differentiates solves of which each
+ * follows from the last alone. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };
   flesh_stage stage;
-  for (int k = 0; k < REPETITIONS; k++) {
+  const int mixes = !self->tape && !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT);
+  flesh_mixing_begin(&self->mixing, state->x);
+  for (int k = 0, mixed = 0; k < REPETITIONS; k++) {
     const int before = stats->newton;
     self->row->stage(&self->memory, state, state->t, h, &stage);
+    if (mixed) stage.x_lag = self->mixing.x, stage.x_from = state->x, stage.t_lag = stage.t_from = state->t;
     int status = solve(self, state, &stage, h, 0, 0, stats);
     if (status) return status;
-    if (stats->newton == before) return FLESH_OK;
+    if (stats->newton == before && !mixed) return FLESH_OK;
     flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+    if (!mixes) continue;
+    flesh_mixing_go_on(&self->mixing, state->x);
+    mixed = stats->newton > before;
   }
-  return FLESH_NOT_CONVERGED;
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: loads that follow the surface still change it in the last "
+                                     "of %d solves; more pins or a smaller load may help", state->t, REPETITIONS);
 }
 
 /* Solves for equilibrium at increment->to, from where increment->from has led, in a step of h that began at `begin`. A
@@ -135,7 +144,7 @@ static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_s
   if (!flesh_system_has_follower_loads(self->evaluation->system)) return solve_static(self, state, h, stats);
   flesh_evaluation_remember(self->evaluation, state);
   int status = solve_static(self, state, h, stats);
-  if (!status && (status = follow(self, state, h, stats)) > 0) {
+  if (!status && (status = follow(self, state, h, stats)) != 0) {
     state->t = self->evaluation->returned.t;
     flesh_evaluation_restore(self->evaluation, state);
   }
