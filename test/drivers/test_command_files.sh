@@ -190,7 +190,7 @@ signals_leave_nothing_half_written() {
     ended=0
     until [ "$ended" -gt 128 ]; do # a picture that is there before the signal has status 0
       rm -f snap.*
-      "$flesh" snap run --out snap.png --width 8192 >/dev/null &
+      env --default-signal=HUP "$flesh" snap run --out snap.png --width 8192 >/dev/null & # nohup has it ignored
       drawing=$!
       wait_until "$drawing" sh -c 'ls snap.png.part-*' >/dev/null && kill "-$number" "$drawing"
       wait "$drawing" 2>/dev/null
@@ -198,7 +198,7 @@ signals_leave_nothing_half_written() {
       [ "$ended" -eq 0 ] || [ "$ended" -gt 128 ] || return 1
     done
     ! ls snap.png* 2>/dev/null || return 1
-    PATH=$work/tools:$PATH "$flesh" material --energies S --out killed_material >/dev/null &
+    PATH=$work/tools:$PATH env --default-signal=HUP "$flesh" material --energies S --out killed_material >/dev/null &
     drawing=$!
     wait_until "$drawing" [ -s gnuplot.pid ] && kill "-$number" "$drawing"
     wait "$drawing" 2>/dev/null
