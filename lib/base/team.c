@@ -26,7 +26,8 @@ int flesh_team_sum_agreed(const flesh_team *team, int status, int count, double 
 {
   if (!team) return status;
   double all[count + 1];
-  memcpy(all, numbers, (size_t)count * sizeof *all);
+  memset(all, 0, sizeof all); /* a rank that has failed may have no numbers */
+  if (!status) memcpy(all, numbers, (size_t)count * sizeof *all);
   all[count] = status != FLESH_OK;
   team->operations->sum(team->data, count + 1, all);
   if (all[count] > 0) return team->operations->agree(team->data, status);
