@@ -1,5 +1,5 @@
-/* mixing.h: a fixed point x = g(x) by Anderson's mixing (Anderson 1965; Walker & Ni 2011, SIAM J. Numer. Anal. 49, equation
- * 2.1): it is found also where x -> g(x), repeated, swings ever wider. */
+/* mixing.h: a fixed point x = g(x) by Anderson's mixing (Anderson 1965; Walker & Ni 2011, SIAM J. Numer. Anal. 49): it is
+ * found also where x -> g(x), repeated, swings ever wider. */
 #ifndef FLESH_TIME_MIXING_H
 #define FLESH_TIME_MIXING_H
 

@@ -1,6 +1,6 @@
 # TEST quick program seconds=120 needs=flesh
 # test_command_endings.sh: what `flesh run` says of how a run ends: spurious energy, a budget within a step, rest in
-# a stressed state, motion without force. FLESH names the program.
+# a stressed state, motion without force, no equilibrium. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -168,5 +168,17 @@ statics_say_what_holds_no_body() {
     has stack/result.json '"unfinished_newton": [1-9][0-9][0-9],'
 }
 
+# Loads that follow a rod's end swing it ever wider: mixed shapes lead to the equilibrium, but none are where something touches.
+loads_that_follow_for_ever_are_told() {
+  "$flesh" mesh box --cells 12,2,2 --size 6,1,1 --out rod.msh >/dev/null || return 1
+  scene rod '  - pressure: {box: [[5.9, -1, 0.5], [7, 2, 2]], pressure: 5500}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}' 'method: static'
+  expect 0 "$flesh" run rod.yaml --set body.mesh=rod.msh --out rod --no-frames || return 1
+  printf '  - contact: {plane: {point: [0, 0, -50]}}\n' >plane.txt && sed '/^effects:/r plane.txt' rod.yaml >plane.yaml
+  expect 4 "$flesh" run plane.yaml --set body.mesh=rod.msh --out plane --no-frames || return 1
+  has stderr.txt 'no equilibrium at t = [0-9.]* s: loads that follow the surface still change it in the last of 100 solves'
+}
+
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told a_long_step_is_told \
-  motion_without_force_is_nothing_to_tell more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body
+  motion_without_force_is_nothing_to_tell more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body \
+  loads_that_follow_for_ever_are_told
