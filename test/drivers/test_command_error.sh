@@ -203,8 +203,9 @@ complete_runs_get_bars() {
   covers plain step fine 4
 }
 
+# The companions take some forty times as long as the pause between two looks at the file.
 an_interrupted_companion_is_taken_up() {
-  "$flesh" run bar.yaml --set body.refine=2 --set time.end=1/5 --error --out stopped >stdout.txt 2>stderr.txt &
+  "$flesh" run bar.yaml --set body.refine=3 --set time.end=4 --error --out stopped >stdout.txt 2>stderr.txt &
   process=$!
   wait_until "$process" [ -e stopped/error/step/history.csv ] || return 1
   kill -INT "$process"
