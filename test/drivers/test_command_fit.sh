@@ -211,8 +211,8 @@ with sqlite3.connect("killed/fit.db") as store: store.execute("UPDATE cases SET 
 }
 
 interrupted_it_says_so() {
-  # By differences there are many runs left to interrupt.
-  sed 's/^    measured/    derivatives: differences\n&/' two.yaml >slow.yaml
+  # By differences of finer meshes there are many long runs left to interrupt.
+  sed 's/^    measured/    derivatives: differences\n    set: {body.refine: 2}\n&/' two.yaml >slow.yaml
   "$flesh" fit slow.yaml --out stopped --quiet 2>stderr.txt &
   process=$!
   at_least() { [ "$(ended stopped)" -ge 2 ]; }
