@@ -8,8 +8,10 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/sort.h"
 #include "flesh/mesh.h"
 #include "flesh/surface.h"
+#include "math/mat3.h"
 #include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "mesh/refine.h"
@@ -89,6 +91,38 @@ static void show_histogram(const flesh_mesh *mesh)
   }
 }
 
+/* A node and how far along a slanted direction it lies, in which the nodes of grids do not line up. */
+typedef struct node_along {
+  double along;
+  int node;
+} node_along;
+
+/* Shows how many nodes lie where another does: there a mesh that looks whole is torn. They are closer than a thousandth of
+ * the shortest edge, as files round positions. */
+static void show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
+{
+  static const double slant[3] = {0.6357, 0.5773, 0.5124};
+  const double *x = flesh_mesh_positions(mesh), near = 1e-3 * info->edge_min;
+  node_along *nodes = malloc((size_t)info->nodes * sizeof *nodes);
+  int used = 0, found = 0, first[2] = {0, 0};
+  for (int n = 0; nodes && n < info->nodes; n++)
+    if (flesh_mesh_node_used(mesh)[n])
+      nodes[used++] = (node_along){flesh_vec3_dot(x + 3 * (size_t)n, slant), n};
+  flesh_sort(nodes, (size_t)used, sizeof *nodes, flesh_compare_double);
+  for (int i = 0; i < used; i++)
+    for (int j = i + 1; j < used && nodes[j].along - nodes[i].along <= near; j++) {
+      const double *a = x + 3 * (size_t)nodes[i].node, *b = x + 3 * (size_t)nodes[j].node;
+      if (!(hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]) <= near)) continue;
+      if (!found++) first[0] = nodes[i].node, first[1] = nodes[j].node;
+      break;
+    }
+  free(nodes);
+  if (found)
+    printf("  %-14s %d node%s where another is, as %d and %d: the mesh is torn there. Join the parts before meshing\n"
+           "  %-14s (in Gmsh by BooleanFragments or Coherence), or hold them together by the effect weld\n",
+           "coincident", found, found == 1 ? "" : "s", first[0], first[1], "");
+}
+
 static void show(const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh_info info;
@@ -101,7 +135,9 @@ static void show(const flesh_mesh *mesh, const char *path)
     while (flesh_mesh_node_used(mesh)[first]) first++;
     printf(" (%d used by no tet, the first is %d)", info.unused_nodes, first);
   }
-  printf("\n  %-14s %d", "tets", info.tets);
+  putchar('\n');
+  show_coincident(mesh, &info);
+  printf("  %-14s %d", "tets", info.tets);
   if (info.order == 2) printf(" of ten nodes, %d of them curved", info.curved);
   if (info.flipped) printf(" (%d inverted in the file, flipped)", info.flipped);
   printf("\n  %-14s %d triangles\n", "surface", info.triangles);

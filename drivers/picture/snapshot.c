@@ -174,6 +174,9 @@ void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *f
       printf("; in %s it would be (%.3g, %.3g, %.3g)", s->runs[r].title, own[0], own[1], own[2]);
   }
   putchar('\n');
+  if (frame->view.misses_all)
+    printf("warning: nothing is seen: the bodies are outside of the picture or smaller than a pixel; leave out the "
+           "camera's target and height (--target, --height), and they are fitted\n");
   if (s->options.field == FLESH_PICTURE_PLAIN) return;
   flesh_picture_quantity(s->options.field, frame, name, &unit);
   printf("colours: %s from %.6g to %.6g", name, frame->low / unit, frame->high / unit);

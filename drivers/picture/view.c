@@ -105,4 +105,13 @@ void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, f
     view->target[d] = c[0] * view->right[d] + c[1] * view->up[d] + c[2] * view->back[d];
   view->height = height;
   view->distance = slope[1] > 0 ? height / (2 * slope[1]) : 0;
+  const double depth = fmax(0, c[2] - fit->low[2]); /* the farther from the eye, the wider the view */
+  view->misses_all = !empty && slope[1] > 0 && fit->low[2] - c[2] > view->distance;
+  int dots = 0;
+  for (int k = 0; k < 2 && !empty; k++) {
+    const double half = 0.5 * shape[k] * height + slope[k] * depth;
+    view->misses_all |= fit->low[k] - c[k] > half || c[k] - fit->high[k] > half;
+    dots += fit->high[k] - fit->low[k] < height / view->height_px;
+  }
+  view->misses_all |= dots == 2;
 }

@@ -15,6 +15,7 @@ typedef struct flesh_view {
   double height;   /* seen at the target, m */
   double distance; /* of the eye from the target, m; 0: parallel rays */
   int width_px, height_px;
+  int misses_all; /* nothing that it was fitted to can be seen: all is beside it, behind the eye or below a pixel */
 } flesh_view;
 
 /* The smallest box about all points in the camera's axes, and what the four sides of a perspective

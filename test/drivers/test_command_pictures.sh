@@ -57,6 +57,21 @@ fields_and_cameras_make_a_difference() {
   done
 }
 
+# A camera that looks elsewhere, from too near or from too far, is told: its picture is empty.
+an_empty_picture_is_told() {
+  for options in '--target 1e300,0,0' '--target 0,20,0 --height 3' '--target 2,0,3 --height 1 --field-of-view 0' \
+    '--camera 180,0 --target 2,-30,0.5 --height 1' '--height 1e5'; do
+    # shellcheck disable=SC2086
+    expect 0 "$flesh" snap soft --out b.png --width 80 --picture-height 50 $options && has stdout.txt 'warning: nothing is seen' ||
+      { echo "$options is not told"; return 1; }
+  done
+  for options in '--target 2,0,0 --height 1' '--height 90' '--target 2,0,3 --height 1 --field-of-view 119'; do
+    # shellcheck disable=SC2086
+    expect 0 "$flesh" snap soft --out b.png --width 80 --picture-height 50 $options && ! has stdout.txt 'warning:' ||
+      { echo "$options is told to show nothing"; return 1; }
+  done
+}
+
 the_camera_comes_from_the_scene() {
   expect 0 "$flesh" run bar.yaml --out seen --quiet --set output.camera.azimuth=90 --set output.camera.elevation=-10 \
     --set output.camera.height=4 --set output.camera.target='[1.5, 0.5, 0.5]' || return 1
@@ -201,7 +216,8 @@ what_is_wrong_is_said() {
   [ ! -e x.png ] && [ ! -e x.mp4 ]
 }
 
-run_tests a_run_is_drawn fields_and_cameras_make_a_difference the_camera_comes_from_the_scene up_is_found_and_chosen \
+run_tests a_run_is_drawn fields_and_cameras_make_a_difference \
+  an_empty_picture_is_told the_camera_comes_from_the_scene up_is_found_and_chosen \
   frames_are_numbered_as_their_files runs_stand_side_by_side \
   a_scene_is_drawn_at_its_start a_skin_is_drawn obstacles_are_drawn a_film_is_made without_ffmpeg_the_pictures_stay \
   ffmpeg_s_refusal_is_told a_real_ffmpeg_makes_a_real_film what_is_wrong_is_said

@@ -57,6 +57,11 @@ check box_in_parts_of_ten_nodes 2 'with --parts it must be 1' \
   box --cells 16,4,4 --size 4,1,1 --parts 6 --order 2 --out no
 check convert_keeps_sets 0 'sets.msh: 23 nodes, 48 tets, 2 regions, 2 named sets' \
   convert "$reference/two_boxes_41_ascii.msh" sets.msh
+torn() { printf 'nodes 7\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 0\n1 %s 0\n0 0 -1\ntets 2\n0 1 2 3\n4 5 2 6\n' "$1" > torn.txt; }
+torn 1e-5
+check torn_mesh 0 'coincident     2 nodes where another is, as 0 and 4: the mesh is torn there' info torn.txt
+torn 2e-3
+check node_apart 0 'coincident     1 node where another is, as 0 and 4' info torn.txt
 check kept_sets 0 "    'right'  0 nodes, 24 tets" info sets.msh
 check sets_of_one_region 0 "    'right'  0 nodes, 24 tets, region 9" info sets.msh
 check convert_without_sets 0 'sets.mesh: 23 nodes, 48 tets, 2 regions; without the 2 named sets, which only .msh holds' \
@@ -111,7 +116,7 @@ check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.ms
 
 # Nothing is left behind by what failed.
 number=$((number + 1))
-if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh bar_parts box_parts c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh four.mesh out sets.mesh sets.msh ten.ele ten.msh ten.node ' ]; then
+if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh bar_parts box_parts c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh four.mesh out sets.mesh sets.msh ten.ele ten.msh ten.node torn.txt ' ]; then
   echo "ok $number - only_what_was_asked_for"
 else
   echo "not ok $number - only_what_was_asked_for"

@@ -111,6 +111,13 @@ class Flags(Names):
         return tuple(word for word, bit in self.words.items() if value & bit)
 
 
+def made_by_library(struct, name):
+    """The struct of the library that an object `name` shows; TypeError where a program gives something else."""
+    if not isinstance(struct, ffi.CData):
+        raise TypeError(f"{name} is made by the library from a struct of its own, not from {type(struct).__name__}")
+    return struct
+
+
 class Field:
     """A member of a struct as an attribute of its Python object: numbers, arrays, or words of an enum."""
 
@@ -183,7 +190,7 @@ class Record(Struct):
     def __init__(self, struct=None):
         self._struct = ffi.new(f"{self._ctype} *")
         if struct is not None:
-            self._struct[0] = struct[0]
+            self._struct[0] = made_by_library(struct, type(self).__name__)[0]
 
 
 class Options(Struct):

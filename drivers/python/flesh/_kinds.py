@@ -2,13 +2,15 @@
 import functools
 import inspect
 import typing
+from collections.abc import Mapping
 
 
 def _classes(hint):
-    """The classes that a hint allows when one of the package's is among them; none for sequences and functions."""
+    """The classes that a hint allows, if the package's or mappings are among them; none for sequences and functions."""
     kinds = typing.get_args(hint) if typing.get_origin(hint) is typing.Union else (hint,)
+    kinds = tuple(Mapping if kind is typing.Mapping else kind for kind in kinds)
     kinds = tuple(kind for kind in kinds if inspect.isclass(kind))
-    return kinds if any(kind.__module__.startswith(__package__ + ".") for kind in kinds) else ()
+    return kinds if any(kind is Mapping or kind.__module__.startswith(__package__ + ".") for kind in kinds) else ()
 
 
 def _checked(function):

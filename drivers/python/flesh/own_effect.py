@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import _callbacks
-from ._arrays import integers, pointer, view
+from ._arrays import integers, made_by_library, pointer, view
 from ._callbacks import create
 from ._library import ffi, lib
 from .effects import Effect, _ROLES
@@ -27,6 +27,7 @@ class PointView:
     __slots__ = ("t", "load", "x", "v", "a", "lagged", "frozen", "internal")
 
     def __init__(self, point, nodes, internal_count=0):
+        made_by_library(point, "PointView")
         self.internal = view(point.internal, (internal_count,), "double", None) if point.internal else \
             np.zeros(internal_count)
         self.t, self.load = point.t, point.load

@@ -34,8 +34,11 @@ def all_effects(mesh, body):
 def test_an_object_of_another_class_is_refused(mesh, body, system):
     for wanted, wrong in (("System", lambda: flesh.Integrator(mesh)), ("System", lambda: flesh.IdaProblem(system=3)),
                           ("Effect", lambda: system.add(mesh)), ("Amplitude", lambda: flesh.Force(body, [0], [0, 0, 1], 2)),
-                          ("Mesh", lambda: flesh.State.at_rest(system)), ("System", lambda: flesh.equilibrium(mesh))):
+                          ("Mesh", lambda: flesh.State.at_rest(system)), ("Mapping", lambda: flesh.Table(3)), ("System", lambda: flesh.equilibrium(mesh))):
         with pytest.raises(TypeError, match=f" is of class .*; it must be of class {wanted}$"):
+            wrong()
+    for made, wrong in (("PointView", lambda: flesh.PointView(3, 4)), ("MeshInfo", lambda: flesh.MeshInfo([]))):
+        with pytest.raises(TypeError, match=f"^{made} is made by the library from a struct of its own, not from "):
             wrong()
 
 
