@@ -198,7 +198,7 @@ static int derive(flesh_study_store *store, char **sql, int *bad)
     else if (!is_valid(store, inner)) {
       *bad = number;
       status = flesh_fail(FLESH_ERR_ARGUMENT, "the column %s is '%s'; it must be an expression of SQLite: %s", name, is,
-                          sqlite3_errmsg(store->database));
+                          sqlite3_errcode(store->database) ? sqlite3_errmsg(store->database) : "it is more than one");
     }
     sqlite3_free(inner);
     if (status) sqlite3_free(outer);

@@ -23,7 +23,7 @@
 static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 {
   int cases = sweep->case_count >= shard ? (sweep->case_count - shard) / shards + 1 : 0;
-  printf("%d cases of flesh run", cases);
+  printf("%d case%s of flesh run", cases, cases == 1 ? "" : "s");
   if (shards > 1) printf(" in shard %d/%d of %d", shard, shards, sweep->case_count);
   printf("\nscene: %s\n", sweep->scene);
   for (int s = 0; s < sweep->set.count; s++) printf("  %s\n", sweep->set.texts[s]);
@@ -43,7 +43,8 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 static void report(flesh_study_store *store)
 {
   sqlite3_stmt *query;
-  printf("%d cases:", flesh_study_store_count(store, NULL));
+  const int cases = flesh_study_store_count(store, NULL);
+  printf("%d case%s:", cases, cases == 1 ? "" : "s");
   if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM temp.wanted JOIN cases USING (id) "
                                            "GROUP BY status ORDER BY 2 DESC", -1, &query, NULL))
     for (int k = 0; sqlite3_step(query) == SQLITE_ROW; k++)

@@ -46,7 +46,7 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
   if (a->values) {
     if (a->values->kind != FLESH_NODE_LIST || !a->values->count) {
       char shown[FLESH_SHOW_SIZE];
-      return flesh_node_fail(a->values, "values is %s; it must be a list", flesh_node_show(a->values, shown));
+      return flesh_node_fail(a->values, "values is %s; it must be a list of at least one value", flesh_node_show(a->values, shown));
     }
     if (a->count != INT_MIN)
       return flesh_node_fail(flesh_node_find(node, "count"), "count applies to a range; leave it out beside values");
@@ -179,10 +179,28 @@ static int taken(const flesh_sweep *sweep, int except, const char *name)
   return 0;
 }
 
+/* Refuses a column whose key, or a part or whole of it, varies on another axis: the later one would win in every case, and
+ * the column of the other would hold values that no run had. */
+static int check_key(const flesh_sweep *sweep, int c)
+{
+  const flesh_sweep_column *column = &sweep->columns[c];
+  for (int other = 0; other < sweep->column_count; other++) {
+    const char *whole = sweep->columns[other].key;
+    const size_t length = strlen(whole);
+    if (other == c || strncmp(whole, column->key, length) || (column->key[length] && !strchr(".[", column->key[length])))
+      continue;
+    return column->key[length] ? flesh_node_fail(column->place, "%s is a part of %s, which varies on an axis of its own",
+                                                 column->key, whole)
+                               : flesh_node_fail(column->place, "%s varies on two axes", column->key);
+  }
+  return FLESH_OK;
+}
+
 static int name_columns(flesh_sweep *sweep)
 {
   for (int c = 0; c < sweep->column_count; c++) {
     flesh_sweep_column *column = &sweep->columns[c];
+    if (check_key(sweep, c)) return FLESH_ERR_ARGUMENT;
     if (column->name) {
       int status = flesh_setting_check_name(flesh_node_find(column->place, "name"), column->name);
       if (status) return status;
@@ -198,9 +216,6 @@ static int name_columns(flesh_sweep *sweep)
     column->name = whole + (dot ? dot + 1 - column->key : 0);
     size_t length = strlen(whole);
     if (length && whole[length - 1] == '_') whole[length - 1] = 0;
-    for (int other = 0; other < sweep->column_count; other++)
-      if (other != c && !strcmp(sweep->columns[other].key, column->key))
-        return flesh_node_fail(column->place, "%s varies on two axes", column->key);
     if (taken(sweep, c, column->name)) column->name = whole;
     int status = flesh_setting_check_name(column->place, column->name);
     if (status) return status;

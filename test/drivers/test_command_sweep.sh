@@ -15,7 +15,7 @@ a_plan_is_told_and_nothing_is_done() {
     has stdout.txt 'with g .*: \[0, 0, -9.81\], \[0, 0, -1\]' &&
       has stdout.txt '^axis poisson .*: 0.3[0-9]*, 0.4, 0.2, ' &&
     has stdout.txt 'density.*: 2, 1, 2, 1$' && [ ! -e plan ] &&
-    expect 0 "$flesh" sweep spec.yaml --dry-run --shard 48/48 && has stdout.txt '^1 cases'
+    expect 0 "$flesh" sweep spec.yaml --dry-run --shard 48/48 && has stdout.txt '^1 case of'
 }
 
 # What a row says is what `flesh run` with its values says.
@@ -77,12 +77,16 @@ bad_specs_are_refused() {
     bad 'must be > 0 when spacing' 'axes: [{key: time.end, from: 0, to: 2, count: 3, spacing: logarithmic}]' &&
     bad 'zip\[0\] has 2' 'axes: [{zip: [{key: time.step, values: [1, 2]}, {key: time.end, values: [1]}]}]' &&
     bad 'varies on two axes' 'axes: [{key: time.step, values: [1]}, {key: time.step, values: [1]}]' &&
+    bad 'varies on two axes' 'axes: [{key: time.step, name: a, values: [1]}, {key: time.step, name: b, values: [1]}]' &&
+    bad 'time.step is a part of time, which varies on an axis of its own' \
+      'axes: [{key: time.step, values: [1]}, {key: time, values: [{step: 2}]}]' &&
+    bad 'at least one value' 'axes: [{key: time.step, values: []}]' &&
     bad 'named like one of the results' 'axes: [{key: time.step, name: newton, values: [1]}]' &&
     bad 'the column tip_J_min would be named like one of the results' \
       'set: {output.probes: [{name: tip, point: [0.2, 0.2, 0.2], quantities: [J]}]}' \
       'axes: [{key: time.step, name: tip_J_min, values: [1/60]}]' &&
     bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
-      bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
+      bad 'must be an expression of SQLite: it is more than one' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
     bad 'either values or from and to' 'axes: [{sample: {count: 2, axes: [{key: body.density}]}}]' &&
     bad 'niederreiter takes at most 12' 'axes: [{sample: {sequence: niederreiter, count: 2, axes: [{key: a, values: [1]}, {key: b, values: [1]}, {key: c, values: [1]}, {key: d, values: [1]}, {key: e, values: [1]}, {key: f, values: [1]}, {key: g, values: [1]}, {key: h, values: [1]}, {key: i, values: [1]}, {key: j, values: [1]}, {key: k, values: [1]}, {key: l, values: [1]}, {key: m, values: [1]}]}}]' &&
     bad 'more than 10000000 cases' 'axes: [{key: time.step, from: 1, to: 2, count: 9000000}, {key: time.end, values: [1, 2]}]' &&
