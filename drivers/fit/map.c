@@ -142,8 +142,8 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
       status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
       flesh_asked_clear(&asked);
       if (status && status != FLESH_ERR_MEMORY)
-        return flesh_node_fail(m->place, "%s: column %s is none that a map can be fitted to: positions of probes and their "
-                                         "reactions, as tip.position_z, wall.reaction_x", m->path, m->quantities[q].name);
+        return flesh_node_fail_within(status, m->place, "%s: column %s is none that a map can be fitted to: ", m->path,
+                                      m->quantities[q].name);
     }
   }
   return status;

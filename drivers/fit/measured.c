@@ -66,6 +66,9 @@ static int add_quantity(reading *r, int column)
   if (r->to->table == FLESH_FIT_OF_POSITIONS && (strlen(q->name) != 1 || !strchr("xyz", *q->name)))
     return flesh_node_fail(r->keys->place, "%s has the column %s; positions have x, y, z, node or X, Y, Z, and x_deviation",
                            r->to->path, q->name);
+  for (int other = 0; other < r->to->quantity_count; other++)
+    if (!strcmp(r->to->quantities[other].name, q->name))
+      return flesh_node_fail(r->keys->place, "%s: column %s stands twice; it must stand once", r->to->path, q->name);
   snprintf(wanted, sizeof wanted, "%s%s", q->name, suffix);
   r->value[r->to->quantity_count] = column;
   r->deviation[r->to->quantity_count] = find(&r->csv, wanted);
@@ -106,7 +109,6 @@ static int choose_columns(reading *r)
       flesh_csv_label(&r->csv, c, name, unit);
       if (!is_place(r, name) && !is_deviation(name)) flesh_suggestion_offer(&suggestion, name);
     }
-    if (r->to->quantity_count == r->csv.columns) return flesh_node_fail(child, "columns has a name twice; names must differ");
     status = column >= 0 ? add_quantity(r, column)
                          : flesh_node_fail(child, "%s has no column %s; %s", r->to->path, flesh_node_show(child, shown),
                                            flesh_suggestion_text(&suggestion, words));

@@ -55,7 +55,8 @@ static int take_column(void *data, const char *name)
 {
   study *s = data;
   if (s->asked_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--of has more than %d columns", MOST);
-  return flesh_asked_find(s->scene, name, flesh_scene_times(s->scene)->end, &s->asked[s->asked_count++]);
+  const int status = flesh_asked_find(s->scene, name, flesh_scene_times(s->scene)->end, &s->asked[s->asked_count++]);
+  return status ? flesh_fail_within(status, "--of is %s; ", name) : FLESH_OK;
 }
 
 static int take_key(void *data, const char *key)

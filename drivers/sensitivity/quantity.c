@@ -95,12 +95,11 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
   }
   if ((component = component_of(column, "reaction")) < 0 || !is_static || probe->node_count < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--of is %s; derivatives are of position_x, _y or _z, in motions of velocity_x and in equilibria of "
-                      "reaction_x", asked->name);
-  if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; reactions have no derivatives here: %s", asked->name, way);
+                      "derivatives are of position_x, _y or _z, in motions of velocity_x and in equilibria of reaction_x");
+  if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "reactions have no derivatives here: %s", way);
   if (probe->holder != 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; derivatives are of reactions to all pins and prescribed motions, "
-                      "not to one of them", asked->name);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of reactions to all pins and prescribed motions, not to one of them: give "
+                      "the probe a box, sphere, nodes, regions, set or body");
   asked->unit = "N";
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
@@ -124,11 +123,9 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
   snprintf(column, sizeof column, "%.*s", (int)find_over(name, &asked->over), name);
   const flesh_probe *probe = flesh_probe_of(scene, column);
   if (!probe)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is '%s'; it must be PROBE.COLUMN for a probe of output.probes, such as "
-                      "tip.position_z", name);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "it must be PROBE.COLUMN for a probe of output.probes, such as tip.position_z");
   if (asked->over && !*flesh_scene_tangents_refused(scene))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--of is %s; means and integrals over time are of motions, and of equilibria that "
-                      "depend on those before", name);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "means and integrals over time are of motions, and of equilibria that depend on those before");
   const int status = differentiate(scene, probe, strrchr(column, '.') + 1, t, asked);
   if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
   return status;

@@ -262,6 +262,7 @@ bad_specs_are_refused() {
     bad 'bad.yaml:7:.*deviation is missing; .* must have the column x_deviation' '7s/, deviation: 1e-4//' &&
     bad 'deviation is 0; it must be a number > 0' '7s/deviation: 1e-4/deviation: 0/' &&
     bad 'has no column top.position_w; did you mean' 's/top.position_z/top.position_w/' &&
+    bad 'column top.position_z stands twice; it must stand once' 's/top.position_z/top.position_z, top.position_z/' &&
     bad 'either probes, history or positions' '7s/positions: /probes: a.csv, positions: /' &&
     bad 'column side.position_x is none of probes.csv, which has top.position_x' 's/pull.yaml/hang_only.yaml/' &&
     bad 'max_iterations is 0; it must be a whole number > 0' 's/^parameters/max_iterations: 0\nparameters/' &&

@@ -107,7 +107,7 @@ bad_requests_are_refused() {
   by='--to body.density'
   # shellcheck disable=SC2086
   refused '^flesh sensitivity: --of is missing; it must be' $by && refused '--to is missing; it must be' --of tip.position_z &&
-    refused "'top.position_z'; it must be PROBE.COLUMN" --of top.position_z $by &&
+    refused 'top.position_z; it must be PROBE.COLUMN' --of top.position_z $by &&
     refused 'tip.velocity_z; derivatives are of' --of tip.velocity_z $by &&
     refused 'wall.reaction_moment_x; derivatives are of' --of wall.reaction_moment_x $by &&
     refused "'body.yung'; the scene has no such key" --of tip.position_z --to body.yung &&
