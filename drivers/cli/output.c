@@ -1,6 +1,7 @@
 /* output.c: claims folders and looks for what would be lost by writing. */
 #include "cli/output.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -47,6 +48,18 @@ int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
   return status;
 }
 
+int flesh_output_check_folder(const char *path)
+{
+  const char *slash = strrchr(path, '/');
+  char *folder = slash ? strndup(path, (size_t)(slash + 1 - path)) : NULL;
+  struct stat info;
+  int status = slash && !folder ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : FLESH_OK;
+  if (folder && flesh_path_stat(folder, &info) && errno == ENOENT)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: there is no folder %.*s", path, (int)(slash - path), path);
+  free(folder);
+  return status;
+}
+
 int flesh_output_prepare_from(const char *path, int count, char *const *read, const char *further)
 {
   flesh_inputs inputs = {0};
@@ -54,7 +67,7 @@ int flesh_output_prepare_from(const char *path, int count, char *const *read, co
   if (further) flesh_inputs_add(&inputs, further);
   int status = flesh_output_prepare(path, &inputs);
   flesh_inputs_close(&inputs);
-  return status;
+  return status ? status : flesh_output_check_folder(path);
 }
 
 /* A file of that name that begins otherwise was written by somebody else. */

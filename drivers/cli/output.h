@@ -18,7 +18,9 @@ int flesh_output_claim(const char *folder, const char *command, flesh_folder_cla
 /* A single file (of TetGen's meshes both halves) that is to be written: FLESH_ERR_ARGUMENT when it is one of the
  * inputs; clears temporary files of it that killed processes left. */
 int flesh_output_prepare(const char *path, const flesh_inputs *inputs);
-/* Like flesh_output_prepare, with `count` files or folders and one more (may be NULL) as inputs. */
+/* FLESH_ERR_FILE where the folder of a file that is to be written is missing: it is told before the work is done. */
+int flesh_output_check_folder(const char *path);
+/* Like flesh_output_prepare, with `count` files or folders and one more (may be NULL) as inputs; checks the folder, too. */
 int flesh_output_prepare_from(const char *path, int count, char *const *inputs, const char *further);
 
 #endif

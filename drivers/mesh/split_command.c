@@ -20,9 +20,10 @@ static int claim(const char *command, const char *folder, int inputs, char *cons
 {
   char *index = flesh_text_new("%s/index.txt", folder);
   if (!index) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int status = flesh_output_prepare_from(index, inputs, input, NULL);
+  int status = flesh_output_claim(folder, command, claim);
+  if (!status) status = flesh_output_prepare_from(index, inputs, input, NULL);
   free(index);
-  return status ? status : flesh_output_claim(folder, command, claim);
+  return status;
 }
 
 /* A folder that was made for nothing goes. */

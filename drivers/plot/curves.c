@@ -68,8 +68,8 @@ static int read_folder(source *s)
     free(path);
   }
   if (!status && !s->count)
-    return flesh_fail(FLESH_ERR_FILE, "%s: this folder has no history.csv, nor another table of flesh's; "
-                                      "give the folder of a run or a CSV file", s->path);
+    return flesh_fail(FLESH_ERR_FILE, "%s: this folder has no history.csv, nor another table of flesh's; give the folder of a run or "
+                                      "a CSV file (`flesh sweep plot` draws sweeps)", s->path);
   return status;
 }
 

@@ -218,6 +218,7 @@ static int answer(study *s)
   if (!status && s->out) {
     flesh_inputs_add_scene(&inputs, s->path, s->scene);
     status = flesh_output_prepare(s->out, &inputs);
+    if (!status) status = flesh_output_check_folder(s->out);
   }
   if (!status) status = differentiate(s);
   if (!status && s->out) status = write_table(s);

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "cli/inputs.h"
 #include "cli/options.h"
+#include "cli/output.h"
 #include "picture/plot.h"
 #include "study/embedded.h"
 #include "study/results.h"
@@ -91,7 +92,7 @@ static int place(picture *p, const char *database, const char *out)
     for (char *c = p->name; *c; c++)
       if (!isalnum((unsigned char)*c)) *c = '_';
   }
-  return FLESH_OK;
+  return flesh_output_check_folder(path);
 }
 
 /* The picture's files must not take the database's place. */

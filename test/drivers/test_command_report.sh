@@ -299,7 +299,7 @@ bad_report_usage_is_refused() {
 3|words.txt --out bad.html|words.txt: this is a file; a report takes the folder of a result
 3|hollow --out bad.html|hollow/drift.csv: it has no rows
 3|no.db --out bad.html|no.db: this is no database of a sweep
-3|soft --out nowhere/bad.html|nowhere/bad.html
+3|soft --out nowhere/bad.html|nowhere/bad.html: cannot be written: there is no folder nowhere
 END
   [ ! -e bad.html ]
 }

@@ -92,7 +92,7 @@ check worst_is_placed 0 'worst tet      0, nodes 0 1 2 3, centre (0.25, 0.25, 0.
   info "$meshes/one_tet.mesh"
 check bad_suffix 2 "the suffix '.stl' names no mesh format" convert bar.msh bar.stl
 check one_file 2 'missing IN OUT' convert bar.msh
-check no_folder 3 'cannot be written' convert bar.msh no/such/bar.msh
+check no_folder 3 'no/such/bar.msh: cannot be written: there is no folder no/such' convert bar.msh no/such/bar.msh
 check box_of_ten 0 'ten.msh: 75 nodes, 24 tets of ten nodes, 1 region' \
   box --cells 1,2,2 --size 1,2,2 --order 2 --out ten.msh
 check ten_nodes 0 'tets           24 of ten nodes, 0 of them curved' info ten.msh
