@@ -12,7 +12,7 @@
 #include "base/text.h"
 #include "study/embedded.h"
 
-enum { TABLES = 6, LABEL = 200 };
+enum { TABLES = 7, LABEL = 200 };
 
 /* A folder of results or a file. */
 typedef struct source {
@@ -57,7 +57,7 @@ void flesh_csv_label(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME]
 /* The tables of a folder of results. */
 static int read_folder(source *s)
 {
-  static const char *const names[TABLES] = {"history.csv", "probes.csv",    "drift.csv",
+  static const char *const names[TABLES] = {"history.csv",  "probes.csv", "drift.csv",    "fit.csv",
                                             "accuracy.csv", "orders.csv", "hardcases.csv"};
   int status = flesh_confine(s->path);
   for (int k = 0; k < TABLES && !status; k++) {

@@ -77,7 +77,7 @@ constants_come_back_without_noise() {
     result two 'r["status"] == "complete" and r["residuals"]["degrees_of_freedom"] == r["residuals"]["measured_numbers"] - 2' &&
     result two 'r["identifiability"][0] == "All parameters are determined." and r["program"]["arguments"][1] == "two.yaml"' &&
     result two 'len(r["experiments"]) == 2 and r["experiments"][0]["inputs"]["files"][0]["path"].endswith("pull.yaml")' &&
-    has two/fit.csv '^pull,pulled.csv,1,top.position_z,m,1,' || return 1
+    has two/fit.csv '^pull,pulled.csv,1,top.position_z,m,1,' && expect 0 "$flesh" plot two --x value --y fitted --out two.svg || return 1
   expect 0 "$flesh" run two/scenes/pull.yaml --out again --quiet &&
     python3 -c "
 import csv

@@ -39,7 +39,8 @@ def _column(values):
 
 
 class Table(Mapping):
-    """Columns by name: table["t"] is an array [rows]. What is empty is NaN in a column of numbers."""
+    """Columns by name, with or without their unit: table["t"] or table["t [s]"] is an array [rows]. Empty cells are
+    NaN in a column of numbers."""
 
     def __init__(self, columns: Mapping):
         self._columns = {name: np.asarray(values) for name, values in columns.items()}
@@ -74,10 +75,12 @@ class Table(Mapping):
             connection.close()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        try:
+        if name in self._columns:
             return self._columns[name]
-        except KeyError:
-            raise KeyError(f"{name!r}; there are {', '.join(self._columns)}") from None
+        for column, values in self._columns.items():
+            if column.partition(" [")[0] == name:
+                return values
+        raise KeyError(f"{name!r}; there are {', '.join(self._columns)}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)

@@ -79,6 +79,7 @@ def test_it_ends_as_the_programs_run_does(folder):
     assert (folder / "probes.csv").read_text() == (folder / "out" / "probes.csv").read_text()
     assert (folder / "history.csv").read_text() == (folder / "out" / "history.csv").read_text()
     assert result.probes.rows == 7 and result.probes["pin.reaction_z [N]"][-1] > 1
+    assert np.array_equal(result.probes["pin.reaction_z"], result.probes["pin.reaction_z [N]"])
     names = sorted(os.listdir(folder / "frames"))
     assert names == sorted(os.listdir(folder / "out" / "frames")) and len(result.frames) == 3
     assert (folder / "frames" / names[0]).read_bytes() == (folder / "out" / "frames" / names[0]).read_bytes()
