@@ -258,6 +258,30 @@ static int iterate(bench *b)
   return status;
 }
 
+/* What conjugate gradients have left of a solve is gone once a factor has made it, so that its whole step ends a solve whose
+ * target is given. */
+static void a_factor_leaves_no_residual(void)
+{
+  const flesh_solver_options options = defaults();
+  const flesh_direction_request given_up = {.tolerance = 1e-10, .max_iterations = 0};
+  bench b;
+  flesh_direction_kind kind;
+  make(&b, quadratic, &options, 1);
+  flesh_newton *newton = &b.newton;
+  newton->given_target = newton->policy.target = 1e-3;
+  newton->given_mass = 1;
+  CHECK_OK(flesh_newton_matrix(newton, b.u, b.r));
+  CHECK_OK(flesh_newton_prepare(newton, 1));
+  CHECK(flesh_direction_solve(&newton->direction, &given_up, b.r, b.p, &kind) == FLESH_NOT_CONVERGED);
+  CHECK_NEAR(newton->direction.residual, flesh_norm(NULL, b.n, b.r), 1e-12);
+  CHECK_OK(flesh_direction_solve_directly(&newton->direction, b.r, b.p));
+  CHECK_BELOW(test_distance(b.n, b.p, b.u), 1e-12);
+  CHECK_BELOW(newton->direction.residual, 1e-12);
+  CHECK_OK(iterate(&b));
+  CHECK(newton->stats.direct == 2 && newton->arrived);
+  discard(&b);
+}
+
 /* The transitions from an indefinite matrix, with either linear solver. */
 static void indefinite_matrices_are_filtered_where_that_is_asked_for(void)
 {
@@ -436,7 +460,8 @@ int main(int argc, char **argv)
                    TEST(cuts_go_to_the_minimum_of_the_parabola), TEST(round_off_is_what_was_measured),
                    TEST(solves_go_no_deeper_than_half_the_target), TEST(another_shift_needs_another_preconditioner),
                    TEST(predictions_are_those_of_the_quadratic_model), TEST(ascent_and_hopeless_directions_are_told),
-                   TEST(directions_tell_their_kind), TEST(indefinite_matrices_are_filtered_where_that_is_asked_for),
+                   TEST(directions_tell_their_kind), TEST(a_factor_leaves_no_residual),
+                   TEST(indefinite_matrices_are_filtered_where_that_is_asked_for),
                    TEST(without_a_filter_indefinite_matrices_are_refused),
                    TEST(no_step_is_made_at_round_off), TEST(matrices_are_kept_where_they_predict_residuals),
                    TEST(filtered_matrices_are_not_kept), TEST(watchdog_steps_are_taken_where_they_end_lower));
