@@ -16,10 +16,11 @@
 #include "system/ranks.h"
 #include "system/system.h"
 
-/* Solves with what effects read of the solution itself are repeated, as the step's own were; and those for the pressures
- * of incompressible tets. */
-enum { MOST_REPETITIONS = 400 };
+/* Iterations with what effects read of the solution itself, by the last directions that are kept; and those for the
+ * pressures of incompressible tets. */
+enum { MOST_REPETITIONS = 400, KEPT = 10 };
 #define ROUND_OFF 1e-6 /* of a right-hand side, at most */
+static const double loose = 1e-2; /* of a solve that another one follows */
 
 int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
                                flesh_stage_tangent *self)
@@ -55,6 +56,7 @@ void flesh_stage_tangent_clear(flesh_stage_tangent *self)
   flesh_free(self->products.values);
   flesh_free(self->x);
   flesh_free(self->gaps);
+  flesh_free(self->ways);
   *self = (flesh_stage_tangent){0};
 }
 
@@ -217,8 +219,9 @@ static int solve_pressures(const pressing *s, double *p)
 }
 
 /* Solves with K alone to a relative tolerance; b [n] becomes 0 on constrained dofs. With multipliers p and pressures, as
- * flesh_stage_tangent_solve has them, whose force is added to `pressed`. */
-static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, const double *beside, double tolerance, double *p)
+ * flesh_stage_tangent_solve has them, whose force is `pressed` [n]. */
+static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, const double *beside, double tolerance, double *p,
+                       double *pressed)
 {
   const size_t n = (size_t)self->n, count = (size_t)self->multipliers;
   const double *at = transposed ? self->held : self->x, *held = transposed ? self->x : self->held;
@@ -234,18 +237,17 @@ static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, con
   if (!status) status = move_gaps(self, held, s.load, s.left);
   if (!status) status = solve_pressures(&s, p);
   for (size_t e = 0; e < count; e++) s.q[e] = s.penalty[e] * s.sum[e];
-  if (!status) status = press(self, at, s.q, s.load);
-  for (size_t d = 0; d < n && !status; d++) self->pressed[d] += s.load[d];
-  return status;
+  return status ? status : press(self, at, s.q, pressed);
 }
 
-/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed, less the force of pressures. Returns its
- * 2-norm. */
-static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, double *left)
+/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed, less the force of pressures; b NULL: 0.
+ * Returns its 2-norm. */
+static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, const double *pressed,
+                        double *left)
 {
   const flesh_equations *equations = &self->newton->equations;
   flesh_block_multiply(equations->K, p, left);
-  for (int d = 0; d < self->n; d++) left[d] = b[d] - left[d] - self->pressed[d];
+  for (int d = 0; d < self->n; d++) left[d] = (b ? b[d] : 0) - left[d] - pressed[d];
   add_followed(self, transposed, -1, p, left);
   for (int k = 0; k < equations->constrained.count; k++) left[equations->constrained.dofs[k]] = 0;
   return flesh_norm(NULL, self->n, left);
@@ -260,25 +262,64 @@ static int reads_solution(const flesh_stage_tangent *self)
   return reads;
 }
 
-int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, const double *beside, double *p)
+/* Room for directions [KEPT][3*n]: what they are, -(K + D) times it less the force of its pressures, and that force. */
+static int make_ways(flesh_stage_tangent *self)
 {
-  double *left = self->room, *correction = self->room + self->n, lasts[3] = {INFINITY, INFINITY, INFINITY};
-  memset(self->pressed, 0, (size_t)self->n * sizeof *self->pressed);
-  memcpy(left, b, (size_t)self->n * sizeof *left);
-  int status = solve_alone(self, transposed, left, beside, self->tolerance, p);
-  if (status || !reads_solution(self)) return status;
-  const double norm = flesh_norm(NULL, self->n, left); /* of the free dofs by now */
-  for (int k = 0; k < MOST_REPETITIONS; k++) {
-    const double size = find_left(self, transposed, b, p, left);
+  if (!self->ways) self->ways = flesh_calloc(3 * KEPT * (size_t)self->n, sizeof *self->ways);
+  return self->ways ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for directions of %d unknowns", self->n);
+}
+
+/* Takes out of direction k what those before it change, and gives its change the length 1. *along: the change's share of what
+ * is left. Whether there is any change. */
+static int turn(const flesh_stage_tangent *self, int k, const double *left, double *along)
+{
+  const int n = self->n;
+  double *way = self->ways + 3 * (size_t)n * (size_t)(k % KEPT);
+  for (int before = k < KEPT ? 0 : k - KEPT + 1; before < k; before++) {
+    const double *other = self->ways + 3 * (size_t)n * (size_t)(before % KEPT), share = flesh_dot(NULL, n, other + n, way + n);
+    for (int d = 0; d < 3 * n; d++) way[d] -= share * other[d];
+  }
+  const double size = flesh_norm(NULL, n, way + n);
+  for (int d = 0; d < 3 * n && size > 0; d++) way[d] /= size;
+  *along = flesh_dot(NULL, n, left, way + n);
+  return size > 0;
+}
+
+/* Generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), by solves with K alone, from p.
+ * Repeated solves with K alone end only where loads do not swing the shape ever wider. */
+static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double *p)
+{
+  double *left = self->room, lasts[3] = {INFINITY, INFINITY, INFINITY}, along;
+  int status = make_ways(self);
+  for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
+    const double size = find_left(self, transposed, b, p, self->pressed, left);
     /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
     if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
     lasts[k % 3] = size;
-    status = solve_alone(self, transposed, left, NULL, fmin(self->tolerance * norm / size, 0.1), correction);
-    for (int d = 0; d < self->n && !status; d++) p[d] += correction[d];
+    double *way = self->ways + 3 * (size_t)self->n * (size_t)(k % KEPT), *change = way + self->n, *pressed = change + self->n;
+    const double enough = self->multipliers ? fmin(self->tolerance * norm / size, 0.1) : loose; /* all gaps stay closed */
+    status = solve_alone(self, transposed, left, NULL, enough, way, pressed);
     if (status) return status;
+    find_left(self, transposed, NULL, way, pressed, change);
+    if (!turn(self, k, left, &along)) break;
+    for (int d = 0; d < self->n; d++) p[d] -= along * way[d], self->pressed[d] -= along * pressed[d];
   }
-  return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the sensitivities of loads that follow the shape do not converge",
-                    self->stage.t);
+  return status ? status : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the sensitivities of loads that follow the shape do not "
+                                                       "converge", self->stage.t);
+}
+
+int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const double *b, const double *beside, double *p)
+{
+  const size_t bytes = (size_t)self->n * sizeof *p;
+  double *right = self->room;
+  memset(self->pressed, 0, bytes);
+  memset(p, 0, bytes);
+  memcpy(right, b, bytes);
+  if (!reads_solution(self)) return solve_alone(self, transposed, right, beside, self->tolerance, p, self->pressed);
+  const double norm = find_left(self, transposed, b, p, self->pressed, right);
+  int status = FLESH_OK;
+  if (self->multipliers && beside) status = solve_alone(self, transposed, right, beside, self->tolerance, p, self->pressed);
+  return status ? status : follow(self, transposed, b, norm, p);
 }
 
 /* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of what is

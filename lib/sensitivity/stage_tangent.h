@@ -26,6 +26,7 @@ typedef struct flesh_stage_tangent {
   double *end;                /* [n] those at the end of the step, where the stage is within it */
   double *pressed;            /* [n] of the last solve: the force of the constraints' multipliers, or adjoints of them */
   double *gaps;               /* [9*multipliers] */
+  double *ways;               /* of solves with what is followed; NULL: none yet */
   flesh_block_matrix products; /* of K's pattern, with values of its own [product_room] */
   size_t product_room;
 } flesh_stage_tangent;
@@ -43,7 +44,8 @@ int flesh_stage_tangent_set(flesh_stage_tangent *tangent, const flesh_stage *sta
 
 /* Solves dr/du p = b [n], or the transposed system; 0 on constrained dofs, of which b is not read. With multipliers also
  * their change q: K p + G_s^T q = b and G_e (p + beside) = 0, where G are the derivatives of the constraints at the stage
- * and where they hold, which change places in the transposed system; `beside` [n], NULL: 0. FLESH_ERR_SOLVE. */
+ * and where they hold, which change places in the transposed system; `beside` [n], NULL: 0. FLESH_ERR_SOLVE,
+ * FLESH_ERR_MEMORY. */
 int flesh_stage_tangent_solve(flesh_stage_tangent *tangent, int transposed, const double *b, const double *beside, double *p);
 
 /* y [n] = dr/da w, which is symmetric; dr/dv w or dr/dx w, or with `transposed` their transposed ones; with constrained rows.

@@ -22,6 +22,10 @@ static const equilibrium_case cases[] = {
      "  - traction: {box: [[3.999, -1, -1], [5, 2, 2]], traction: [100, 200, 0]}\n" SOLVER, 0,
      {{"body.material.young", 1e5, 2e2, 1e2}, {"body.material.poisson", 0.45, 2e-4, 1e-4}, {"body.density", 1000, 2, 1},
       {"effects.pressure.pressure", 400, 1, 1}, {"effects.traction.traction[1]", 200, 1, 1}}},
+    /* Lags swing it ever wider: solves with K alone, repeated, do not end. */
+    {"follower pressure on an end",
+     BAR("0.45", "tet4") "effects:\n" CLAMP "  - pressure: {box: [[3.9, -1, 0.5], [5, 2, 2]], pressure: 12000}\n" SOLVER, 0,
+     {{"body.material.young", 1e5, 1e2, 1e2}, {"effects.pressure.pressure", 12000, 10, 1e3}}},
     {"nearly incompressible",
      BAR("0.4999", "tet10-mean") "effects:\n" CLAMP "  - gravity: {acceleration: [0, 0, -1]}\n"
      "  - pressure: {box: [[-1, -1, 0.999], [5, 2, 2]], pressure: 40}\n" SOLVER, 0,
