@@ -116,7 +116,8 @@ static const char *body_of(const flesh_scene *scene, int tet)
 void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh_scene *scene)
 {
   const flesh_failure *f = &outcome->failure;
-  fprintf(stream, "  last try: t = %g s, h = %g s", f->t, f->h);
+  fprintf(stream, f->load > 0 ? "  last try: t = %g s, load factor %g" : "  last try: t = %g s, h = %g s", f->t,
+          f->load > 0 ? f->load : f->h);
   if (!f->order) fprintf(stream, " after %d halvings", f->halvings);
   fprintf(stream, " (%s)\n", flesh_status_text(f->status));
   if (f->order > 0)

@@ -365,9 +365,10 @@ static json_t *failure_json(const flesh_outcome *outcome)
   const int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
   const double *x = f->worst_position;
   json_t *failure =
-      json_pack("{s:s, s:s, s:o, s:o, s:i, s:i, s:o, s:o, s:i, s:i, s:s}", "reason", flesh_status_name(f->status),
+      json_pack("{s:s, s:s, s:o, s:o, s:f, s:i, s:i, s:o, s:o, s:i, s:i, s:s}", "reason", flesh_status_name(f->status),
                 "meaning", flesh_status_text(f->status), "t", flesh_json_number(f->t), "h", flesh_json_number(f->h),
-                "halvings", f->halvings, "order", f->order, "residual", flesh_json_number(solved ? f->residual : NAN),
+                "load_factor", f->load, "halvings", f->halvings, "order", f->order,
+                "residual", flesh_json_number(solved ? f->residual : NAN),
                 "residual_target", flesh_json_number(solved ? f->target : NAN), "worst_tet", f->worst_tet,
                 "worst_node", f->worst_node, "advice", outcome->advice);
   if (f->worst_tet < 0) return failure;

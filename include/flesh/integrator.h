@@ -98,6 +98,7 @@ typedef struct flesh_failure {
   /* The largest |mean of J - 1| of incompressible tets, if the forces balance but these do not keep their volumes; else
    * 0. */
   double volume_gap;
+  double load; /* in equilibria the factor of the loads that was tried last; else 0 */
 } flesh_failure;
 
 /* One internal step of a method whose steps its error chooses. */

@@ -29,26 +29,34 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   return status;
 }
 
+/* Whether nothing touches the state or the mixed shape, nor is near enough to: else that may lie behind a surface. */
+static int may_mix(flesh_integrator *self, const flesh_state *state)
+{
+  flesh_clearance *clearance = &self->evaluation->clearance;
+  if (!flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT)) return 1;
+  flesh_clearance_begin(clearance, state->t, state->x, state->t, self->mixing.x, state->x);
+  return !flesh_team_any(self->evaluation->team, !clearance->begins_far || !(clearance->least_left > 0));
+}
+
 /* Repeats a solve that has succeeded, with the lagged state that the last ones lead to, until none is needed: then the
- * state is its own lagged one. Mixed states may lie behind surfaces that touch; a tape differentiates solves of which each
- * follows from the last alone. */
+ * state is its own lagged one. A tape differentiates solves of which each follows from the last alone. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };
   flesh_stage stage;
-  const int mixes = !self->tape && !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT);
   flesh_mixing_begin(&self->mixing, state->x);
   for (int k = 0, mixed = 0; k < REPETITIONS; k++) {
     const int before = stats->newton;
     self->row->stage(&self->memory, state, state->t, h, &stage);
     if (mixed) stage.x_lag = self->mixing.x, stage.x_from = state->x, stage.t_lag = stage.t_from = state->t;
-    int status = solve(self, state, &stage, h, 0, 0, stats);
-    if (status) return status;
-    if (stats->newton == before && !mixed) return FLESH_OK;
+    const int status = solve(self, state, &stage, h, 0, 0, stats);
+    if (status > 0)
+      return flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium with loads that follow the surface: ");
+    if (status || (stats->newton == before && !mixed)) return status;
     flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
-    if (!mixes) continue;
     flesh_mixing_go_on(&self->mixing, state->x);
-    mixed = stats->newton > before;
+    mixed = !self->tape && may_mix(self, state) && stats->newton > before;
+    if (!mixed) memcpy(self->mixing.x, state->x, (size_t)self->mixing.n * sizeof *state->x);
   }
   return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: loads that follow the surface still change it in the last "
                                      "of %d solves; more pins or a smaller load may help", state->t, REPETITIONS);

@@ -326,7 +326,8 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
   flesh_failure *f = &self->recovery.failure;
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
                        .residual = stats->residual_last, .target = stats->residual_target,
-                       .volume_gap = self->multipliers.left};
+                       .volume_gap = self->multipliers.left,
+                       .load = self->memory.method == FLESH_METHOD_STATIC ? stage->load : 0};
   f->worst_tet = flesh_body_worst_tet(self->recovery.mesh, self->evaluation->team, self->evaluation->x, &f->worst_J,
                                       f->worst_position);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);

@@ -142,6 +142,7 @@ class Failure(Record):
     worst_node: int = Field("largest residual at the last iterate (ida: local error), or -1")
     order: int = Field("ida: of the last attempt; else 0")
     volume_gap: float = Field("largest |mean of J - 1| where forces balance and incompressible tets do not; else 0")
+    load: float = Field("in equilibria the factor of the loads that was tried last; else 0")
 
 
 class Separation(Record):

@@ -98,14 +98,15 @@ int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int 
 int flesh_recovery_fail(const flesh_recovery *self)
 {
   const flesh_failure *f = &self->failure;
-  char residual[120] = "there is no residual"; /* where the first iterate has no energy */
+  char residual[120] = "there is no residual", tried[40]; /* where the first iterate has no energy */
+  snprintf(tried, sizeof tried, f->load > 0 ? "load factor %.3g" : "h = %.3g s", f->load > 0 ? f->load : f->h);
   if (f->worst_node >= 0)
     snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);
   if (f->volume_gap > 0)
     snprintf(residual, sizeof residual, "the forces balance, but volumes of incompressible tets are off by up to %.3g",
              f->volume_gap);
   return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,
-                    "at t = %.9g s with h = %.3g s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
-                    f->t, f->h, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,
+                    "at t = %.9g s with %s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, tried, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,
                     f->worst_position[0], f->worst_position[1], f->worst_position[2]);
 }
