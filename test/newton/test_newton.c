@@ -258,7 +258,7 @@ static int iterate(bench *b)
   return status;
 }
 
-/* What conjugate gradients have left of a solve is gone once a factor has made it, so that its whole step ends a solve whose
+/* A factor's solve has no residual, though conjugate gradients had left one before, so that its whole step ends a solve whose
  * target is given. */
 static void a_factor_leaves_no_residual(void)
 {
