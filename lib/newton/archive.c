@@ -64,6 +64,7 @@ static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->kept);
   FLESH_ARCHIVE(archive, self->age);
   FLESH_ARCHIVE(archive, self->drift);
+  FLESH_ARCHIVE(archive, self->curvature);
   FLESH_ARCHIVE(archive, self->safety_factor);
   FLESH_ARCHIVE(archive, self->predicted_error);
 }

@@ -54,7 +54,9 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
 {
   const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
   self->previous_norm = self->smallest_norm = 0;
-  if (last->newton > 3 || last->projections > 0 || last->backtracks > 0) self->age = -1;
+  const int was_hard = last->newton > 3 || last->projections > 0 || last->backtracks > 0;
+  if (was_hard) self->age = -1;
+  if (was_hard || !self->stage_continues) self->curvature = 0;
   if (constraints_changed || !self->stage_continues || now->x != before->x || now->v != before->v ||
       now->a != before->a) {
     self->direction->iterations_per_decade[0] = self->direction->iterations_per_decade[1] = 0;
@@ -73,9 +75,12 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
 void flesh_matrix_policy_end_stage(flesh_matrix_policy *self, const double *u)
 {
   const double before = self->smallest_norm; /* 0: nothing was to be solved */
-  if (self->kept && self->age > 0 && before > 0 && flesh_evaluation_knows_residual(&self->equations->evaluation, u))
-    self->drift =
-        flesh_direction_model_error(self->direction, self->equations->evaluation.residual.r) / (before * self->age);
+  const flesh_evaluation *evaluation = &self->equations->evaluation;
+  const int measures = before > 0 && (self->kept ? self->age > 0 : self->age == 0);
+  if (!measures || !flesh_evaluation_knows_residual(evaluation, u)) return;
+  const double error = flesh_direction_model_error(self->direction, evaluation->residual.r);
+  if (self->kept) self->drift = error / (before * self->age);
+  else self->curvature = error / (before * before);
 }
 
 void flesh_matrix_policy_assembled(flesh_matrix_policy *self) { self->kept = self->age = 0; }
@@ -117,6 +122,7 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     const double error = flesh_direction_model_error(self->direction, r);
     if (self->age > 0) self->drift = error / (before * self->age);
     else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), 8);
+    else self->curvature = error / (before * before);
     /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken; the step
      * from here is shorter by norm / before, or less as residuals get softer, and meets |K'| step with its own
      * length. */
@@ -183,17 +189,24 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
 /* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
 static const double KEPT_DEPTH = 0.8;
 
+static const double DEEPEST_FIRST = 2e-5; /* of the residual, a stage's first solve: single precision serves to 1e-5 */
+
 /* The tolerance of a linear solve. If Newton's iteration converges fast, the tolerance follows it (Eisenstat & Walker
  * 1996, choice 2), so that the linear solve does not spoil the last step. It is never less than half the target,
  * because less gains nothing, and just that near the target. A residual that only comes back from a larger one does not
- * count as convergence. */
+ * count as convergence. A stage's first solve goes as deep as what the last stages' new matrices have not predicted,
+ * and no deeper than single precision. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
 {
   const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;
   if (!(before > 0) || norm < before) self->smallest_norm = norm;
   if (self->target == 0) return tolerance;
   if (before > 0 && self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
-  if (!(before > 0) || !uses(self, FLESH_TECHNIQUE_FORCING_TERMS)) return fmax(least, tolerance);
+  if (!uses(self, FLESH_TECHNIQUE_FORCING_TERMS)) return fmax(least, tolerance);
+  if (!(before > 0)) {
+    const double unpredicted = self->curvature > 0 ? fmax(self->curvature * norm, DEEPEST_FIRST) * norm : tolerance;
+    return fmax(least, fmin(tolerance, unpredicted));
+  }
   const double expected = 0.9 * rate * rate * norm;
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }

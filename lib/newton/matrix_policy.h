@@ -18,6 +18,7 @@ typedef struct flesh_matrix_policy {
   double drift;
   /* For kept matrices: the factor by which a model error may exceed its prediction, and the predicted next one. */
   double safety_factor, predicted_error;
+  double curvature;     /* 1/N, the model error of a new K, over the square of the residual before (0: not known) */
   double target;        /* N, of the nonlinear solve; 0: not known */
   double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
   double smallest_norm; /* N, of the residuals at the linear solves of the stage; 0 at first */
@@ -33,7 +34,7 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
  * before it took. */
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *policy, int constraints_changed,
                                      const flesh_solve_stats *last);
-/* The stage ends at u [n]: measures the model error of an older K. */
+/* The stage ends at u [n]: measures the model error of K. */
 void flesh_matrix_policy_end_stage(flesh_matrix_policy *policy, const double *u);
 
 /* Whether K, assembled at an earlier iterate of this stage or of one that it continues, is kept where the residual is

@@ -107,7 +107,7 @@ static void steps_solve_in_single_precision(void)
         CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
       printf("# %d of %d linear iterations in single precision\n", stats.linear_single, stats.linear);
       if (still || k) CHECK(stats.linear_single == 0);
-      else CHECK(stats.linear_single > 0.85 * stats.linear);
+      else CHECK(stats.linear_single > 0.9 * stats.linear);
       if (!still) {
         n = (size_t)b.n;
         ends[k] = malloc(n * sizeof *ends[k]);
