@@ -11,6 +11,7 @@
 #include "time/energy_watch.h"
 #include "time/error_control.h"
 #include "time/extrapolation.h"
+#include "time/impact.h"
 #include "time/internals.h"
 #include "time/method.h"
 #include "time/mixing.h"
@@ -72,6 +73,7 @@ struct flesh_integrator {
   flesh_costs costs;
   flesh_ida_steps *ida; /* NULL: another method */
   flesh_energy_watch watch; /* of methods that step in time */
+  flesh_impact impact;      /* of methods that keep energy but where nodes meet within a step */
   flesh_multipliers multipliers;
   flesh_internals internals;
   flesh_tape *tape; /* borrowed; NULL: nobody listens */
