@@ -7,14 +7,14 @@
 #include "effect/effect.h"
 #include "system/one_effect.h"
 
-/* What counts, over the energy that the motion has had: below that a run has the bits of the rule by itself. */
-static const double counts = 1e-3;
+/* What counts, over the motion's energy times the gain that ends a run: below that a run has the bits of the rule by itself. */
+static const double counts = 2e-3;
 
-/* The forces of contact at the state, but for friction, which a body at rest has not. */
-static int find_forces(const flesh_energy_watch *watch, const flesh_state *state, double stored, double *forces)
+/* The forces of contact at the state, with friction or without: a body at rest has none. */
+static int find_forces(const flesh_energy_watch *watch, const flesh_state *state, int friction, double stored, double *forces)
 {
   flesh_state at_rest = *state;
-  at_rest.v = watch->evaluation->zeros;
+  if (!friction) at_rest.v = watch->evaluation->zeros;
   if (stored == 0) {
     memset(forces, 0, (size_t)watch->n * sizeof *forces);
     return FLESH_OK;
@@ -50,18 +50,12 @@ static double stored_in(const flesh_energy_watch *watch)
 
 int flesh_impact_begin(flesh_impact *self, const flesh_energy_watch *watch, const flesh_state *state, int on)
 {
-  int status = FLESH_OK;
-  self->on = on && self->mass && watch->known;
+  self->on = on && self->by && watch->known;
   self->turned = 0;
   self->owes = self->owed;
   if (!self->on) return FLESH_OK;
   self->stored = stored_in(watch);
-  if (!self->known) {
-    for (int d = 0; d < watch->n; d++) self->by[d] = 1;
-    status = find_momentum(watch, state, self->by, self->mass);
-    self->known = !status;
-  }
-  return status ? status : find_forces(watch, state, self->stored, self->impulse[0]);
+  return find_forces(watch, state, 0, self->stored, self->impulse[0]);
 }
 
 /* Scales what of v is in the span of the impulses so that the motion gives back what is owed. */
@@ -70,7 +64,8 @@ static int give_back(flesh_impact *self, const flesh_energy_watch *watch, const 
 {
   const flesh_system *system = watch->system;
   double A[2][2], b[2], c[2] = {0, 0};
-  int status = FLESH_OK;
+  for (int d = 0; d < watch->n; d++) self->by[d] = 1;
+  int status = find_momentum(watch, end, self->by, self->mass);
   for (int i = 0; i < 2 && !status; i++) {
     double *w = self->impulse[i];
     for (int d = 0; d < watch->n; d++) w[d] = fixed[d] || self->mass[d] == 0 ? 0 : w[d] / self->mass[d];
@@ -105,13 +100,15 @@ int flesh_impact_end(flesh_impact *self, flesh_energy_watch *watch, const uint8_
   if (!self->on || !watch->known) return FLESH_OK;
   const double stored = stored_in(watch);
   if ((stored == 0 && self->stored == 0) || obstacles_move(self, watch, state, end->t)) return FLESH_OK;
-  int status = find_forces(watch, end, stored, self->impulse[1]);
+  int status = find_forces(watch, end, 0, stored, self->impulse[1]);
   if (status) return status;
   for (int d = 0; d < watch->n; d++) self->by[d] = (end->x[d] - state->x[d]) / 2;
   self->owes += stored - self->stored - flesh_system_product(watch->system, self->by, self->impulse[0]) -
                 flesh_system_product(watch->system, self->by, self->impulse[1]);
-  if (!(fabs(self->owes) > counts * flesh_energy_watch_scale(watch))) return FLESH_OK;
-  status = give_back(self, watch, fixed, end, v);
+  if (!(fabs(self->owes) > counts * watch->limit * flesh_energy_watch_scale(watch))) return FLESH_OK;
+  status = find_forces(watch, state, 1, self->stored, self->impulse[0]);
+  if (!status) status = find_forces(watch, end, 1, stored, self->impulse[1]);
+  if (!status) status = give_back(self, watch, fixed, end, v);
   return status || !self->turned ? status : flesh_energy_watch_turn(watch, end);
 }
 

@@ -15,9 +15,8 @@
 #include "time/energy_watch.h"
 
 typedef struct flesh_impact {
-  double *mass;            /* [n] kg; NULL: the method has no impacts of this kind */
-  double *impulse[2], *by; /* [n] forces at both ends, N, then what they do to velocities; room */
-  int known;               /* the mass is */
+  double *impulse[2];      /* [n] forces at both ends, N, then what they do to velocities; NULL: the method needs none */
+  double *mass, *by;       /* [n] kg; room */
   int on;                  /* the step under way counts */
   double stored;           /* J, in barriers where it began */
   double owed, owes;       /* J, before it and after it */
