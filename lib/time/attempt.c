@@ -23,8 +23,7 @@ static void find_end(void *data, const double *u, double *x)
   const flesh_integrator *self = end->self;
   const int second = self->second;
   for (int d = 0; d < self->evaluation->n; d++)
-    x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
-                                               : end->state->x[d] + u[d];
+    x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d] : end->state->x[d] + u[d];
 }
 
 /* The state that the stage leads to at t_end, the moment before an event if there is one, must be one that can be
@@ -183,8 +182,7 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   const flesh_taken_part taken = {.row = row, .own = row == self->row, .second = self->second,
                                   .acceleration = self->row->acceleration, .anew = tape->anew, .memory = &self->memory,
                                   .from = state, .lagged = flesh_integrator_stage(self, state), .begin = begin, .end = end,
-                                  .h = part->h, .seen = tape->seen,
-                                  .turned = self->impact.turned};
+                                  .h = part->h, .seen = tape->seen, .turned = self->impact.turned};
   tape->anew = 0;
   return tape->taken(tape->data, &taken);
 }
@@ -290,8 +288,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control, &stage->shift, trial->row->swings) : 0;
   if (controlled && !self->part.softer)
     flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
-  int status = self->part.softer
-                   ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
+  int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
   if (!status) status = tell_solved(self, stage);
@@ -386,8 +383,7 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
 
 /* Counts the work of the step that has been solved, and takes in its end. What gains energy is refused, as if nothing had
  * been counted. */
-static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state,
-                        const flesh_step_energy *energy)
+static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_step_energy *energy)
 {
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
@@ -398,8 +394,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
   status = flesh_step_energy_meet(energy, &end);
-  if (!status)
-    status = flesh_impact_end(&self->impact, &self->watch, self->prescribed.fixed, state, &end, self->first.rigid);
+  if (!status) status = flesh_impact_end(&self->impact, &self->watch, self->prescribed.fixed, state, &end, self->first.rigid);
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, tolerance)) return status;
   self->watch = before;
   memcpy(before.energies, self->part.energies_before, bytes);
@@ -430,9 +425,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   self->part.blocked = 0;
   self->evaluation->environment.within_step = part->end < piece->end;
   if (self->tape) self->tape->try_part(self->tape->data);
-  const int trapezoidal = second && row->trapezoidal && row->trapezoidal(&self->memory);
-  int status = flesh_impact_begin(&self->impact, &self->watch, state,
-                                  trapezoidal && !self->control.on && !self->multipliers.count);
+  const int counts = second && !self->control.on && !self->multipliers.count;
+  int status = flesh_impact_begin(&self->impact, &self->watch, counts ? row : NULL, &self->memory, state);
   if (!status) status = solve_stages(self, &trial, state, &stage, &energy, stats);
   if (!status) status = judge_error(self, &trial, state, &stage, stats);
   if (!status) status = count_energy(self, &trial, state, &energy);

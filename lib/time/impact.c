@@ -7,7 +7,7 @@
 #include "effect/effect.h"
 #include "system/one_effect.h"
 
-/* What counts, over the motion's energy times the gain that ends a run: below that a run has the bits of the rule by itself. */
+/* The part of the gain that ends a run from which on it is given back: below, runs have the bits of the rule by itself. */
 static const double counts = 2e-3;
 
 /* The forces of contact at the state, with friction or without: a body at rest has none. */
@@ -48,9 +48,10 @@ static double stored_in(const flesh_energy_watch *watch)
   return flesh_system_role_energy(watch->system, FLESH_ROLE_CONTACT, watch->energies);
 }
 
-int flesh_impact_begin(flesh_impact *self, const flesh_energy_watch *watch, const flesh_state *state, int on)
+int flesh_impact_begin(flesh_impact *self, const flesh_energy_watch *watch, const flesh_method_row *row,
+                       const flesh_method_memory *memory, const flesh_state *state)
 {
-  self->on = on && self->by && watch->known;
+  self->on = self->by && row && row->trapezoidal && row->trapezoidal(memory) && watch->known;
   self->turned = 0;
   self->owes = self->owed;
   if (!self->on) return FLESH_OK;

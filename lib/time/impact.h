@@ -13,6 +13,7 @@
 #define FLESH_TIME_IMPACT_H
 
 #include "time/energy_watch.h"
+#include "time/method.h"
 
 typedef struct flesh_impact {
   double *impulse[2];      /* [n] forces at both ends, N, then what they do to velocities; NULL: the method needs none */
@@ -23,8 +24,10 @@ typedef struct flesh_impact {
   int turned;              /* impulse[0] is what the velocities change by at its end, m/s */
 } flesh_impact;
 
-/* A part of a step begins at the state, which the watch knows; it counts where it is `on`. Collective, as below. */
-int flesh_impact_begin(flesh_impact *impact, const flesh_energy_watch *watch, const flesh_state *state, int on);
+/* A part of a step by `row` begins at the state, which the watch knows; NULL: nothing is to be given back. Collective, as
+ * below. */
+int flesh_impact_begin(flesh_impact *impact, const flesh_energy_watch *watch, const flesh_method_row *row,
+                       const flesh_method_memory *memory, const flesh_state *state);
 
 /* It has led to `end`, which the watch knows; turns v, its velocities [n], and the watch's energies where enough is owed, but
  * for those that are `fixed` [n]. */

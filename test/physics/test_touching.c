@@ -167,7 +167,7 @@ static void restitution_converges(void)
   }
 }
 
-/* What the trapezoidal rule takes or puts in where nodes meet within a step comes back, and momentum is kept. */
+/* The trapezoidal rule gives back what it takes or puts in where nodes meet within a step, and momentum is kept. */
 static void impacts_give_energy_back(void)
 {
   const char *const scenes[] = {head_on, off_centre, TOUCHING_BALLS("0.01, 0")};
