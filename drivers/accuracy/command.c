@@ -219,7 +219,7 @@ int flesh_command_accuracy(int argc, char **argv)
   flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
   flesh_texts coarser = {.values = calloc((size_t)argc + 1, sizeof *coarser.values)};
   int status = flesh_study_open(&plan.options, argc, argv);
-  if (!status && !coarser.values) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !coarser.values) status = flesh_no_memory();
   const flesh_option rows[] = {
       {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,

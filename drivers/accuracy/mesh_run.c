@@ -238,7 +238,7 @@ static int judge(finding *f, json_t *to)
 int flesh_accuracy_find_limits(const flesh_accuracy_plan *plan, json_t *rows)
 {
   finding *f = calloc(1, sizeof *f);
-  if (!f) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!f) return flesh_no_memory();
   f->plan = plan;
   int status = read_tracks(f);
   for (int k = 0; k < plan->meshes.row_count; k++)

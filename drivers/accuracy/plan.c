@@ -233,7 +233,7 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   enum { PRICES = 24 };
   int most = plan->step_count > plan->tolerance_count ? plan->step_count : plan->tolerance_count;
   plan->rows = calloc((size_t)(plan->method_count * most + PRICES + SLOTS), sizeof *plan->rows);
-  if (!plan->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!plan->rows) return flesh_no_memory();
   make_runs(plan);
   flesh_accuracy_row *row = &plan->rows[plan->run_count];
   *row++ = (flesh_accuracy_row){.group = FLESH_ACCURACY_REFERENCE, .method = -1, .setting = "of two methods", .needs_states = 1,

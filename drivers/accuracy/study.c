@@ -208,7 +208,7 @@ static int make_fingerprints(flesh_accuracy_plan *plan)
   json_t *object = build_json();
   char *text = json_dumps(object, JSON_COMPACT | JSON_SORT_KEYS);
   json_decref(object);
-  if (!status && !text) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !text) status = flesh_no_memory();
   if (!status) flesh_accuracy_hash(1, (const char *const[]){text}, build);
   free(text);
   if (!status)

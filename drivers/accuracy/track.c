@@ -97,7 +97,7 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
   int effects = flesh_system_effect_count(system);
   double *energies = calloc((size_t)effects + 1, sizeof(double));
   double *zeros = calloc((size_t)track->unknowns, sizeof(double));
-  int status = energies && zeros ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = energies && zeros ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < track->times && !status; k++) {
     const double *x = track->x + (size_t)k * (size_t)track->unknowns;
     const double *v = track->v + (size_t)k * (size_t)track->unknowns;
@@ -120,7 +120,7 @@ static int find_breaks(const flesh_system *system, double start, double end, fle
 {
   enum { MOST = 10000 };
   measure->breaks = malloc(sizeof(double) * MOST);
-  if (!measure->breaks) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!measure->breaks) return flesh_no_memory();
   for (double t = start; measure->break_count < MOST;) {
     double next = flesh_system_next_event(system, t);
     if (!(next > t && next < end)) break;
@@ -134,7 +134,7 @@ int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   size_t nodes = (size_t)flesh_mesh_node_count(mesh);
   *measure = (flesh_accuracy_measure){.nodes = (int)nodes, .mass = calloc(10 * nodes, sizeof(double))};
-  if (!measure->mass) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!measure->mass) return flesh_no_memory();
   measure->start = measure->mass + nodes;
   measure->rest = measure->start + 3 * nodes;
   flesh_state state = {.t = 0, .x = measure->start, .v = measure->rest + 3 * nodes};

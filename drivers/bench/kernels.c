@@ -131,7 +131,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   int nodes = flesh_mesh_node_count(bar->mesh);
   double *mass = calloc((size_t)nodes, sizeof *mass);
   uint8_t *fixed = calloc(b->n, 1);
-  int status = mass && fixed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = mass && fixed ? FLESH_OK : flesh_no_memory();
   if (!status) status = flesh_system_jacobian(b->system, &b->point, &shift, b->A);
   if (!status) {
     flesh_mesh_lumped_mass(bar->mesh, bar->density, mass);
@@ -151,8 +151,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   flesh_bisection_clear(&bisection);
   size_t stride;
   const size_t length = 4 * (size_t)b->product.nodes;
-  if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &stride)))
-    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &stride))) status = flesh_no_memory();
   if (!status) {
     b->to = b->from + stride;
     b->single_from = (float *)(b->from + 2 * stride);
@@ -174,15 +173,14 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
   b->x = malloc(b->n * sizeof *b->x);
   b->r = calloc(b->n, sizeof *b->r);
   b->z = calloc(b->n, sizeof *b->z);
-  if (!b->x || !b->r || !b->z)
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!b->x || !b->r || !b->z) return flesh_no_memory();
   deform(bar->mesh, b->x);
   b->point = flesh_point_at(0, b->x, b->x, b->x);
   double *numbers[2] = {b->r, b->z};
-  if (flesh_suncontext_create(&b->context)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (flesh_suncontext_create(&b->context)) return flesh_no_memory();
   for (int k = 0; k < 2; k++) {
     b->vectors[k] = N_VMake_Serial((sunindextype)b->n, numbers[k], b->context);
-    if (!b->vectors[k]) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!b->vectors[k]) return flesh_no_memory();
   }
   int status = flesh_threads_create(threads, &b->point.threads);
   for (int k = 0; k < 2 && !status; k++) status = flesh_vector_quicken(b->vectors[k], b->point.threads);

@@ -41,7 +41,7 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, const flesh_bench_case *c
   bar->mesh_bytes = held() - before;
   int tets = flesh_mesh_tet_count(bar->mesh);
   bar->density = malloc((size_t)tets * sizeof *bar->density);
-  if (!bar->density) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!bar->density) return flesh_no_memory();
   for (int e = 0; e < tets; e++) bar->density[e] = 1000;
   bar->body = (flesh_body){.mesh = bar->mesh,
                            .density = bar->density,
@@ -89,7 +89,7 @@ static int add(run *r, int status, flesh_effect **effect)
 static int hold(run *r)
 {
   int *nodes = malloc((size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof *nodes);
-  if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!nodes) return flesh_no_memory();
   int status = FLESH_OK, twist = !strcmp(r->name, "twist"), crush = !strcmp(r->name, "crush");
   if (strcmp(r->name, "drop"))
     status = flesh_system_add_pin(r->system, face(r->bar->mesh, 0, nodes), nodes, FLESH_AXES_ALL,
@@ -209,7 +209,7 @@ int flesh_bench_steps(const flesh_bench_plan *plan, const flesh_bench_bar *bar, 
   size_t bytes = 3 * (size_t)flesh_mesh_node_count(bar->mesh) * sizeof(double);
   r.state.x = malloc(bytes);
   r.state.v = malloc(bytes);
-  int status = r.state.x && r.state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = r.state.x && r.state.v ? FLESH_OK : flesh_no_memory();
   if (!status) status = make_system(&r);
   double before = held();
   if (!status) {

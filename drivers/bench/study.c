@@ -27,7 +27,7 @@ int flesh_bench_make_cases(flesh_bench_plan *plan)
 {
   const int most = plan->thread_count * (1 + plan->energy_count * plan->poisson_count * plan->size_count * plan->part_count);
   flesh_bench_case *c = plan->cases = calloc((size_t)most, sizeof *c);
-  if (!c) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!c) return flesh_no_memory();
   for (int t = 0; t < plan->thread_count; t++)
     *c++ = (flesh_bench_case){.part = "machine", .threads = plan->threads[t]};
   for (int e = 0; e < plan->energy_count; e++)
@@ -52,7 +52,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
     char poisson[FLESH_NUMBER_SIZE], cells[40], threads[16];
   } *texts = calloc(1, sizeof *texts);
   *made = (flesh_study_case){.owned = texts};
-  if (!texts) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!texts) return flesh_no_memory();
   const char *const values[COLUMNS] = {c->part, c->cells ? flesh_energy_name(c->energy) : "", texts->poisson, texts->cells,
                                        c->cells ? flesh_element_name(plan->element) : "", texts->threads};
   if (c->cells) flesh_number_text(c->poisson, texts->poisson);

@@ -57,7 +57,7 @@ static int report_system(const flesh_scene *scene, double t)
   flesh_block_matrix *K = NULL;
   int status = flesh_system_matrix_create(system, &K);
   uint8_t *fixed = malloc((size_t)unknowns + 1);
-  if (!status && !fixed) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !fixed) status = flesh_no_memory();
   if (!status) {
     printf("effects:");
     for (int e = 0; e < flesh_system_effect_count(system); e++)
@@ -105,7 +105,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   unsigned long long seed = (unsigned long long)flesh_scene_outputs(scene)->seed;
   double *x = malloc(sizeof(double) * (size_t)flesh_system_unknowns(system));
-  if (!x) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!x) return flesh_no_memory();
   disturb(system, seed, state, x);
   printf("derivatives (relative errors):\n  %-12s  %10s  %10s  %10s  %10s  %10s  %10s  %10s\n", "",
          "r static", "r dynamic", "K static", "K dynamic", "evaluate", "asymmetry", "negative");

@@ -77,7 +77,7 @@ static int refuse(const char *path)
 int flesh_inputs_spare(const flesh_inputs *inputs, const char *path)
 {
   struct stat info;
-  if (inputs->failed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (inputs->failed) return flesh_no_memory();
   if (stat(path, &info)) return FLESH_OK;
   for (int k = 0; k < inputs->count; k++)
     if (inputs->files[k].device == info.st_dev && inputs->files[k].number == info.st_ino) return refuse(path);
@@ -104,7 +104,7 @@ static int spare_each(const flesh_inputs *inputs, const char *folder, const char
   int status = FLESH_OK;
   for (; names && *names && !status; names++) {
     char *path = flesh_text_new("%s/%s", folder, *names);
-    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!path) return flesh_no_memory();
     status = spare(inputs, path);
     free(path);
   }

@@ -53,7 +53,7 @@ int flesh_output_check_folder(const char *path)
   const char *slash = strrchr(path, '/');
   char *folder = slash ? strndup(path, (size_t)(slash + 1 - path)) : NULL;
   struct stat info;
-  int status = slash && !folder ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : FLESH_OK;
+  int status = slash && !folder ? flesh_no_memory() : FLESH_OK;
   if (folder && flesh_path_stat(folder, &info) && errno == ENOENT)
     status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: there is no folder %.*s", path, (int)(slash - path), path);
   free(folder);
@@ -117,12 +117,12 @@ static int check_files(const char *out, const char *save_state, const flesh_inpu
   for (int k = 0; k < WRITTEN; k++) names[k] = written[k].name;
   int status = flesh_inputs_spare_in(inputs, out, names, subfolders);
   char *path = malloc(strlen(out) + 32);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   for (int k = 0; k < WRITTEN && !status; k++) {
     sprintf(path, "%s/%s", out, written[k].name);
     status = check_begin(path, written[k].begin);
     const int same = !status && save_state && strcmp(written[k].name, "state.txt") ? same_place(path, save_state) : 0;
-    if (same < 0) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (same < 0) status = flesh_no_memory();
     else if (same)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "--save-state is %s, which the run writes itself; give another name",
                           save_state);

@@ -7,13 +7,11 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
-
 int flesh_overrides_open(flesh_overrides *overrides, int argc)
 {
   *overrides = (flesh_overrides){.room = argc + 1};
   overrides->texts.values = calloc((size_t)argc + 1, sizeof *overrides->texts.values);
-  return overrides->texts.values ? FLESH_OK : no_memory();
+  return overrides->texts.values ? FLESH_OK : flesh_no_memory();
 }
 
 int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
@@ -36,9 +34,9 @@ static int add(flesh_overrides *overrides, const char *key, const char *value, i
   flesh_texts *texts = &overrides->texts;
   if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room) ||
       !flesh_grow(&overrides->owned, sizeof *overrides->owned, overrides->owned_count, &overrides->owned_room))
-    return no_memory();
+    return flesh_no_memory();
   char *text = malloc(strlen(key) + 2 * strlen(value) + 4), *end = text;
-  if (!text) return no_memory();
+  if (!text) return flesh_no_memory();
   end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
   for (const char *c = value; *c; c++) {
     if (quoted && *c == '\'') *end++ = '\''; /* YAML doubles it */

@@ -46,7 +46,7 @@ static int make_cases(flesh_drift_plan *plan)
 {
   plan->case_count = plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
   plan->cases = calloc((size_t)plan->case_count, sizeof *plan->cases);
-  if (!plan->cases) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!plan->cases) return flesh_no_memory();
   flesh_drift_case *c = plan->cases;
   for (int s = 0; s < plan->scene_count; s++)
     for (int p = 0; p < plan->poisson_count; p++)

@@ -59,7 +59,7 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
   }
   const int all = count * (element_count ? element_count : 1) * (times_count ? times_count : 1);
   plan->scenes = calloc((size_t)all, sizeof *plan->scenes);
-  if (!plan->scenes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!plan->scenes) return flesh_no_memory();
   flesh_drift_scene *to = plan->scenes;
   for (int s = 0; s < count; s++)
     for (int e = 0; e < (element_count ? element_count : 1); e++)

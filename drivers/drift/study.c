@@ -50,7 +50,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_drift_variant *v = &plan->variants[c->variant];
   char *poisson = malloc(FLESH_NUMBER_SIZE);
   *made = (flesh_study_case){.scene = scene->path, .owned = poisson};
-  if (!poisson) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!poisson) return flesh_no_memory();
   flesh_number_text(plan->poissons[c->poisson], poisson);
   const char *const values[COLUMNS] = {scene->name,
                                        scene->element,

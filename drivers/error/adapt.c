@@ -57,8 +57,6 @@ typedef struct adapt {
   level list[LEVELS];
 } adapt;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for adapted meshes"); }
-
 /* TOLERANCE[%]:COLUMN. */
 static int read_spec(const char *spec, double *tolerance, int *relative, const char **column)
 {
@@ -139,7 +137,7 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
 {
   flesh_csv csv = {0};
   char *path = flesh_text_new("%s/probes.csv", folder);
-  int status = path ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : no_memory(), found = -1;
+  int status = path ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : flesh_no_memory(), found = -1;
   for (int c = 0; c < csv.columns && !status; c++) {
     char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
     flesh_csv_label(&csv, c, name, unit);
@@ -170,7 +168,7 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   int status = flesh_folder_make(folder);
   if (status) return status;
   char *mesh = flesh_text_new("%s/mesh.msh", folder), *absolute = NULL;
-  status = mesh ? flesh_mesh_write(a->mesh, mesh) : no_memory();
+  status = mesh ? flesh_mesh_write(a->mesh, mesh) : flesh_no_memory();
   if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
   if (!status) status = flesh_overrides_copy(&own, &a->overrides.texts);
   if (status) goto done;
@@ -191,7 +189,7 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
     a->x = malloc(size * sizeof *a->x);
     a->v = malloc(size * sizeof *a->v);
   }
-  status = a->x && a->v ? flesh_runner_run(*scene, &options, &figures, &outcome) : no_memory();
+  status = a->x && a->v ? flesh_runner_run(*scene, &options, &figures, &outcome) : flesh_no_memory();
   if (outcome.status) status = flesh_fail(outcome.status, "%s", outcome.message);
   else if (!status && figures.final_inverted)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
@@ -267,7 +265,7 @@ static int refine(adapt *a, const double *indicators)
 {
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
-  int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : no_memory();
+  int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : flesh_no_memory();
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL, *smooth = NULL;
   for (int t = 0; t < tets && !status; t++) order[t] = t, total += fabs(indicators[t]);
@@ -305,7 +303,7 @@ static int step(adapt *a, double **indicators)
   int status = run(a, a->path, 0, &scene, l);
   if (!status) l->dofs = count_free(scene);
   *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
-  if (!status && !*indicators) status = no_memory();
+  if (!status && !*indicators) status = flesh_no_memory();
   flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
   int is_goal = 0;
   if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal);
@@ -396,7 +394,7 @@ static int finish(adapt *a)
 int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *overrides, const char *spec)
 {
   adapt a = {.options = options, .path = malloc(strlen(options->out) + 64)};
-  int status = a.path ? FLESH_OK : no_memory(), reached = 0;
+  int status = a.path ? FLESH_OK : flesh_no_memory(), reached = 0;
   if (!status && strlen(spec) >= sizeof a.column) status = flesh_fail(FLESH_ERR_ARGUMENT, "--to is too long");
   if (!status) strcpy(a.column, spec);
   if (!status) status = begin(&a, overrides);

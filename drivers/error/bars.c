@@ -30,8 +30,6 @@ typedef struct bars {
   sqlite3 *database;
 } bars;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for error bars"); }
-
 /* A judge as it stands in result.json, new text. */
 static char *judge_text(const flesh_error_judge *judge)
 {
@@ -58,7 +56,7 @@ static int execute(const bars *b, const char *format, ...)
   va_end(arguments);
   const int bad = !sql || sqlite3_exec(b->database, sql, NULL, NULL, NULL);
   sqlite3_free(sql);
-  return bad ? no_memory() : FLESH_OK;
+  return bad ? flesh_no_memory() : FLESH_OK;
 }
 
 /* Tells SQL how the run is judged, and of the points beside pins. */
@@ -72,7 +70,7 @@ static int fill(const bars *b)
     const flesh_error_judge *judge = &b->judges[kind];
     char *text = judge_text(judge);
     status = text ? execute(b, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %Q)", kind, kind_names[kind],
-                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled, text) : no_memory();
+                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled, text) : flesh_no_memory();
     free(text);
     for (int k = 0; k < judge->count && !status; k++)
       status = execute(b, "INSERT INTO companions VALUES (%d, %d, %d)", source++, kind, k);
@@ -107,7 +105,8 @@ static int write_table(const bars *b, const char *folder, int tab)
   flesh_csv csv = {0};
   flesh_file file;
   sqlite3_stmt *query = NULL;
-  int status = sqlite3_prepare_v2(b->database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab) ? no_memory() : FLESH_OK;
+  const int bad = sqlite3_prepare_v2(b->database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab);
+  int status = bad ? flesh_no_memory() : FLESH_OK;
   if (!status && sqlite3_step(query) == SQLITE_ROW) {
     sprintf(b->path, "%s/%s", folder, files[tab]);
     status = flesh_csv_read(b->path, FLESH_CSV_WHOLE, &csv);
@@ -128,11 +127,11 @@ static int tell(bars *b, const char *folder, int quiet)
   const flesh_results to = {.out = folder, .quiet = quiet};
   const char *const words[] = {flesh_own_text("error_words"), NULL};
   char *paths[1 + FLESH_ERROR_COMPANIONS * FLESH_ERROR_KINDS] = {NULL}, *text = NULL;
-  int count = 0, status = sqlite3_open(":memory:", &b->database) ? no_memory() : fill(b);
-  if (!(paths[count++] = strdup(folder))) status = no_memory();
+  int count = 0, status = sqlite3_open(":memory:", &b->database) ? flesh_no_memory() : fill(b);
+  if (!(paths[count++] = strdup(folder))) status = flesh_no_memory();
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
     for (int k = 0; k < b->judges[kind].count && !status; k++)
-      if (!(paths[count++] = flesh_text_new("%s/%s", folder, b->judges[kind].companions[k].folder))) status = no_memory();
+      if (!(paths[count++] = flesh_text_new("%s/%s", folder, b->judges[kind].companions[k].folder))) status = flesh_no_memory();
   if (!status)
     status = flesh_curves_make(b->database, count, paths, flesh_own_text("error_columns"), flesh_own_text("error_bars"), &to);
   for (int tab = 0; tab < 2 && !status; tab++) status = write_table(b, folder, tab);
@@ -153,7 +152,7 @@ static int make(bars *b, const flesh_runner_options *options)
   char *path = strdup(b->path);
   flesh_runner_options of_companions = *options;
   of_companions.scene_path = path;
-  if (!status && !path) status = no_memory();
+  if (!status && !path) status = flesh_no_memory();
   for (int kind = FLESH_ERROR_KINDS - 1; kind >= 0 && !status; kind--) {
     status = flesh_error_choose(b->scene, path, (flesh_error_kind)kind, b->judges);
     if (!status) status = flesh_error_run(&of_companions, &b->judges[kind]);
@@ -166,7 +165,7 @@ int flesh_error_bars(const flesh_runner_options *options)
 {
   bars b = {.path = malloc(strlen(options->out) + 64)};
   flesh_folder_claim claim = {.descriptor = -1};
-  int status = b.path ? flesh_output_claim(options->out, "run", &claim) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = b.path ? flesh_output_claim(options->out, "run", &claim) : flesh_no_memory();
   if (!status) status = make(&b, options);
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) flesh_error_judge_close(&b.judges[kind]);
   sqlite3_close(b.database);
@@ -181,7 +180,7 @@ int flesh_error_catch_up(const flesh_runner_options *options, int wanted)
   char *path = malloc(strlen(options->out) + 64);
   json_t *result = NULL;
   flesh_scene *scene = NULL;
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   sprintf(path, "%s/result.json", options->out);
   int status = flesh_json_read(path, &result);
   const int has = json_object_get(result, "error_bars") != NULL;

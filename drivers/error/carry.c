@@ -20,13 +20,11 @@ typedef struct carry {
   int quiet;
 } carry;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the sets of a mesh"); }
-
 /* PATH.key=value. */
 static int override(carry *c, const char *path, const char *key, const char *value)
 {
   char *name = flesh_text_new("%s.%s", path, key);
-  const int status = name ? flesh_overrides_add(c->overrides, name, value) : no_memory();
+  const int status = name ? flesh_overrides_add(c->overrides, name, value) : flesh_no_memory();
   free(name);
   return status;
 }
@@ -36,7 +34,7 @@ static int override(carry *c, const char *path, const char *key, const char *val
 static int keep_whole_edges(const flesh_mesh *mesh, int *count, int *nodes)
 {
   uint8_t *chosen = calloc((size_t)mesh->nodes + 1, 1);
-  if (!chosen) return no_memory();
+  if (!chosen) return flesh_no_memory();
   for (int k = 0; k < *count; k++) chosen[nodes[k]] = 1;
   for (int t = 0; t < mesh->tets; t++)
     for (int e = 0; e < 6 && flesh_mesh_is_quadratic(mesh, t); e++) {
@@ -91,7 +89,7 @@ static int carry_keys(carry *c, const flesh_key *keys, const void *target, const
       status = carry_selection(c, (const flesh_selection *)(const void *)value, path);
     else if (keys->type == FLESH_KEY_OBJECT && strcmp(keys->name, "sphere")) {
       char *below = flesh_text_new("%s.%s", path, keys->name);
-      status = below ? carry_keys(c, keys->children, value, below) : no_memory();
+      status = below ? carry_keys(c, keys->children, value, below) : flesh_no_memory();
       free(below);
     }
   }

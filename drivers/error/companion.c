@@ -154,7 +154,7 @@ static int find_held(const flesh_scene *scene, double box[3][2][3])
   const int nodes = flesh_mesh_node_count(scene->mesh);
   const double *X = flesh_mesh_positions(scene->mesh);
   uint8_t *fixed = calloc(3 * (size_t)nodes + 1, 1);
-  if (!fixed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!fixed) return flesh_no_memory();
   flesh_system_fixed(scene->system, scene->start.t, fixed);
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) box[c][0][d] = INFINITY, box[c][1][d] = -INFINITY;
@@ -215,7 +215,7 @@ int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
   int status = FLESH_OK;
   for (int k = 0; k < judge->count && !status; k++) {
     char *folder = flesh_text_new("%s/%s", given->out, judge->companions[k].folder);
-    if (!folder) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!folder) return flesh_no_memory();
     const flesh_runner_options options = {.out = folder, .scene_path = given->scene_path, .quiet = 1, .no_frames = 1,
                                           .max_seconds = given->max_seconds, .begun = given->begun,
                                           .argc = given->argc, .argv = given->argv};

@@ -31,8 +31,6 @@ typedef struct work {
   double *weights;  /* [nodes] */
 } work;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the mesh's error"); }
-
 /* Solves K lambda = dQ/dx at the state. */
 static int solve_adjoint(work *w, const double *gradient)
 {
@@ -138,7 +136,7 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
   work w = {.scene = scene, .state = state,
             .lambda = calloc((FIELDS + 4) * nodes + (FIELDS + 2) * POINTS * tets, sizeof(double))};
   int status = flesh_tet_stress_open(&scene->body, flesh_scene_system(scene), &w.stress);
-  if (!status && !w.lambda) status = no_memory();
+  if (!status && !w.lambda) status = flesh_no_memory();
   if (!status) {
     w.values = w.lambda + 3 * nodes;
     w.volumes = w.values + FIELDS * POINTS * tets;

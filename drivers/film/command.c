@@ -152,7 +152,7 @@ static int make(film *f, int runs, char **paths)
   if (status) return status;
   f->panels = calloc((size_t)runs, sizeof *f->panels);
   f->subtitles = calloc((size_t)runs, sizeof *f->subtitles);
-  if (!f->panels || !f->subtitles) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!f->panels || !f->subtitles) return flesh_no_memory();
   f->clock = &f->snapshot.runs[0].folder;
   for (int r = 1; r < runs; r++)
     if (f->snapshot.runs[r].folder.count > f->clock->count) f->clock = &f->snapshot.runs[r].folder;

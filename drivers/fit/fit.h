@@ -251,8 +251,8 @@ void flesh_fit_found_close(flesh_fit_found *found);
 /* Finds the errors of the keys, and of a map's tets, and what the measurements do not determine. FLESH_ERR_MEMORY; of a map
  * also the errors of runs and solves. */
 int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Adds a sentence. */
-void flesh_fit_say(flesh_fit_statistics *statistics, const char *text);
+/* Adds a sentence (printf format). */
+void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Says which of n parameters of these names a change by shares [n], which changes nothing, has: one alone, a product, a ratio,
  * or more. */
 void flesh_fit_tell_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);

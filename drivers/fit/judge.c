@@ -119,25 +119,19 @@ static void find_errors(const judging *j)
 static void tell_parameters(judging *j)
 {
   const flesh_fit_statistics *to = j->to;
-  char text[FLESH_FIT_SENTENCE];
   for (int k = 0; k < to->count; k++) {
     const char *name = j->fit->parameters[k].name;
     const double share = to->errors[k].standard / fabs(j->found->p[k]);
-    if (j->found->at_bound[k]) {
-      snprintf(text, sizeof text, "%s stays at its %s bound: it has no error, and the errors of the others assume that it "
-                                  "stays there.", name,
-               j->found->at_bound[k] > 0 ? "upper" : "lower");
-      flesh_fit_say(j->to, text);
-    } else if (share > large_share) {
-      snprintf(text, sizeof text, "%s is hardly determined: its standard error is %.3g %% of it.", name, 100 * share);
-      flesh_fit_say(j->to, text);
-    }
+    if (j->found->at_bound[k])
+      flesh_fit_say(j->to, "%s stays at its %s bound: it has no error, and the errors of the others assume that it stays there.",
+                    name, j->found->at_bound[k] > 0 ? "upper" : "lower");
+    else if (share > large_share)
+      flesh_fit_say(j->to, "%s is hardly determined: its standard error is %.3g %% of it.", name, 100 * share);
     for (int b = 0; b < k; b++) {
       const double correlation = to->correlation[k * to->count + b];
-      if (!(fabs(correlation) > close_correlation)) continue;
-      snprintf(text, sizeof text, "%s and %s are hardly told apart: their errors have a correlation of %.4f.",
-               j->fit->parameters[b].name, name, correlation);
-      flesh_fit_say(j->to, text);
+      if (fabs(correlation) > close_correlation)
+        flesh_fit_say(j->to, "%s and %s are hardly told apart: their errors have a correlation of %.4f.",
+                      j->fit->parameters[b].name, name, correlation);
     }
   }
 }
@@ -145,14 +139,12 @@ static void tell_parameters(judging *j)
 static void tell_residuals(judging *j)
 {
   const flesh_fit_statistics *to = j->to;
-  char text[FLESH_FIT_SENTENCE];
   if (to->freedom <= 0)
     flesh_fit_say(j->to, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
-  else if (to->scale > odd_scale || to->scale < 1 / odd_scale) {
-    snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
-             to->scale > 1 ? "the deviations are too small, or the scene leaves something out" : "the deviations are too large");
-    flesh_fit_say(j->to, text);
-  }
+  else if (to->scale > odd_scale || to->scale < 1 / odd_scale)
+    flesh_fit_say(j->to, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
+                  to->scale > 1 ? "the deviations are too small, or the scene leaves something out"
+                                : "the deviations are too large");
 }
 
 /* The linear model of keys alone. */
@@ -173,7 +165,6 @@ static void judge_keys(judging *j)
 static int judge(flesh_fit *fit, flesh_fit_found *found, judging *j)
 {
   flesh_fit_statistics *to = j->to;
-  char text[FLESH_FIT_SENTENCE];
   int status = FLESH_OK;
   to->squares = flesh_fit_squares(fit, 0, fit->count, found->values);
   for (int a = 0; a < to->count * to->count; a++) to->covariance[a] = NAN;
@@ -183,10 +174,8 @@ static int judge(flesh_fit *fit, flesh_fit_found *found, judging *j)
   find_correlation(to);
   find_errors(j);
   tell_parameters(j);
-  if (!to->sentence_count && to->count) {
-    snprintf(text, sizeof text, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
-    flesh_fit_say(to, text);
-  }
+  if (!to->sentence_count && to->count)
+    flesh_fit_say(to, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
   if (fit->map) return flesh_fit_map_tell(fit, found, to);
   tell_residuals(j);
   return FLESH_OK;

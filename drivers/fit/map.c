@@ -37,8 +37,6 @@ const flesh_key flesh_fit_map_table[] = {
 };
 #undef AT
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"); }
-
 double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *slope)
 {
   const flesh_fit_map *map = fit->map;
@@ -98,7 +96,7 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
   map->face_weights = flesh_arena_take(&fit->arena, (count + 1) * sizeof *map->face_weights);
   if (!sides || !map->faces || !map->face_weights) {
     free(sides);
-    return no_memory();
+    return flesh_no_memory();
   }
   double volume = 0;
   for (int k = 0; k < map->count; k++) {
@@ -174,7 +172,7 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
   int status = flesh_tets_choose(&map->tets_chosen, flesh_scene_body(scene), &chosen);
   if (status) flesh_node_fail_within(status, map->of.place, "map: ");
   map->tets = flesh_arena_take(&fit->arena, ((size_t)chosen.count + 1) * sizeof *map->tets);
-  if (!status && !map->tets) status = no_memory();
+  if (!status && !map->tets) status = flesh_no_memory();
   for (int k = 0; k < chosen.count && !status; k++)
     if (chosen.tets[k] < map->tet_count) map->tets[map->count++] = chosen.tets[k];
   flesh_fibres_free(&chosen);
@@ -191,7 +189,7 @@ static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
   const flesh_node *const places[] = {flesh_node_find(of->place, "constant"), flesh_node_find(of->place, "from"),
                                       flesh_node_find(of->place, "to")};
   const char *key = flesh_arena_print(&fit->arena, "body.material.%s", of->key);
-  return key ? flesh_fit_check_values(fit, e, key, values, places) : no_memory();
+  return key ? flesh_fit_check_values(fit, e, key, values, places) : flesh_no_memory();
 }
 
 int flesh_fit_map_prepare(flesh_fit *fit)

@@ -47,8 +47,6 @@ struct flesh_fit_linear {
   linear_experiment *experiments;
 };
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a map"); }
-
 static flesh_tet_parameter parameter_of(const flesh_fit_linear *self, const linear_experiment *x)
 {
   return (flesh_tet_parameter){{flesh_scene_body(x->beside[0]), flesh_scene_body(x->beside[1])}, self->differences};
@@ -62,11 +60,11 @@ static int find_forces(flesh_fit_linear *self, linear_experiment *x)
   const size_t each = 3 * (size_t)self->size;
   const flesh_tet_parameter by_tet = parameter_of(self, x);
   double *all = malloc((size_t)map->tet_count * each * sizeof *all);
-  int status = all ? FLESH_OK : no_memory();
+  int status = all ? FLESH_OK : flesh_no_memory();
   for (int s = kept->has_start; s < kept->count && !status; s++) {
     status = flesh_tet_forces(&by_tet, &kept->states[s], all);
     double *to = x->states[s].forces = malloc((size_t)map->count * each * sizeof *to);
-    if (!status && !to) status = no_memory();
+    if (!status && !to) status = flesh_no_memory();
     for (int k = 0; k < map->count && !status; k++)
       memcpy(to + (size_t)k * each, all + (size_t)map->tets[k] * each, each * sizeof *to);
   }
@@ -80,11 +78,11 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
   const int count = flesh_fit_told_columns(x->e);
   int status = FLESH_OK;
   state->answers = calloc((size_t)count + 1, sizeof *state->answers);
-  if (!state->answers) return no_memory();
+  if (!state->answers) return flesh_no_memory();
   for (; state->column_count < count && !status; state->column_count++) {
     flesh_asked asked = {0};
     double *answer = state->answers[state->column_count] = malloc((size_t)self->n * sizeof *answer);
-    status = answer ? flesh_asked_find(x->scene, flesh_fit_told_name(x->e, state->column_count), t, &asked) : no_memory();
+    status = answer ? flesh_asked_find(x->scene, flesh_fit_told_name(x->e, state->column_count), t, &asked) : flesh_no_memory();
     if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, answer);
     for (int d = 0; d < self->n && !status; d++) answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - answer[d];
     flesh_asked_clear(&asked);
@@ -99,7 +97,7 @@ static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
   const flesh_fit_kept *kept = &x->e->kept;
   flesh_solver_options options = *flesh_scene_solver(x->scene);
   options.linear_solver = FLESH_LINEAR_KLU; /* for many solves with one matrix */
-  int status = (x->states = calloc((size_t)kept->count + 1, sizeof *x->states)) ? FLESH_OK : no_memory();
+  int status = (x->states = calloc((size_t)kept->count + 1, sizeof *x->states)) ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < kept->count && !status; s++) {
     linear_state *state = &x->states[s];
     status = flesh_fit_told_add(&x->told, kept->states[s].t);
@@ -131,7 +129,7 @@ static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
   self->n = 3 * flesh_mesh_node_count(mesh);
   self->dofs = malloc((size_t)map->count * 3 * (size_t)self->size * sizeof *self->dofs);
   for (int k = 0; k < 2; k++) self->room[k] = malloc((size_t)self->n * sizeof(double));
-  if (!self->dofs || !self->room[0] || !self->room[1]) return no_memory();
+  if (!self->dofs || !self->room[0] || !self->room[1]) return flesh_no_memory();
   for (int k = 0; k < map->count; k++) {
     int own[10];
     const int has = flesh_mesh_tet_nodes(mesh, map->tets[k], own);
@@ -159,11 +157,11 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
   const size_t all = (size_t)fit->parameter_count, numbers = (size_t)fit->count, tets = (size_t)map->tet_count;
   flesh_fit_linear *self = *linear = calloc(1, sizeof *self);
   flesh_scene *scene = NULL;
-  if (!self) return no_memory();
+  if (!self) return flesh_no_memory();
   self->fit = fit;
   self->experiments = calloc((size_t)fit->experiment_count, sizeof *self->experiments);
   self->p = calloc(3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets, sizeof *self->p);
-  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, 0, p, &scene) : no_memory();
+  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, 0, p, &scene) : flesh_no_memory();
   if (!status) {
     memcpy(self->p, p, all * sizeof *p);
     self->sizes = self->p + all, self->changes = self->sizes + all, self->y = self->changes + all;
@@ -259,7 +257,7 @@ static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, 
 {
   const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
   double *by_x = self->room[0], *answer = self->room[1], *lambda = malloc((size_t)self->n * sizeof *lambda);
-  int status = lambda ? FLESH_OK : no_memory();
+  int status = lambda ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < x->told.count && !status; s++) {
     linear_state *state = &x->states[s];
     if (!state->at) continue;

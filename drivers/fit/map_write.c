@@ -53,47 +53,35 @@ static void tell_residuals(const report *r, flesh_fit_statistics *to)
 {
   const flesh_fit_map *map = r->map;
   const double scale = to->scale, excess = scale * scale;
-  char text[FLESH_FIT_SENTENCE];
   if (isnan(map->weight) && excess < 0.95 && r->found->stage_count == 1)
     flesh_fit_say(to, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of "
                       "differences between tets.");
-  else if (isnan(map->weight) && excess > 1.05) {
-    snprintf(text, sizeof text, "The residuals stay %.3g times the stated deviations, however rough the map may be: the "
-                                "deviations are too small, or the scene leaves something out. This is the smoothest map "
-                                "that fits as well.", scale);
-    flesh_fit_say(to, text);
-  } else if (!isnan(map->weight) && (scale > odd_scale || scale < 1 / odd_scale)) {
-    snprintf(text, sizeof text, "The residuals are %.3g times the stated deviations: the weight is %s, or the deviations are not "
-                                "those of the measurements.", scale, scale > 1 ? "too large" : "too small");
-    flesh_fit_say(to, text);
-  }
+  else if (isnan(map->weight) && excess > 1.05)
+    flesh_fit_say(to, "The residuals stay %.3g times the stated deviations, however rough the map may be: the deviations are too "
+                      "small, or the scene leaves something out. This is the smoothest map that fits as well.", scale);
+  else if (!isnan(map->weight) && (scale > odd_scale || scale < 1 / odd_scale))
+    flesh_fit_say(to, "The residuals are %.3g times the stated deviations: the weight is %s, or the deviations are not those of "
+                      "the measurements.", scale, scale > 1 ? "too large" : "too small");
 }
 
 int flesh_fit_map_tell(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
 {
-  char text[FLESH_FIT_SENTENCE];
   report r;
   const int status = report_of(fit, found, &r);
   if (status) return status;
   tell_residuals(&r, to);
   if (found->deviations) {
-    snprintf(text, sizeof text, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its "
-                                "%d tets.", found->determined, r.map->count);
-    flesh_fit_say(to, text);
-    snprintf(text, sizeof text, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as "
-                                "smooth as the penalty says.", 100 * r.median,
-             r.map->of.spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start", 100 * r.largest);
-    flesh_fit_say(to, text);
-    if (r.hardly_known) {
-      snprintf(text, sizeof text, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
-               r.hardly_known, 100 * hardly);
-      flesh_fit_say(to, text);
-    }
+    flesh_fit_say(to, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its %d tets.",
+                  found->determined, r.map->count);
+    flesh_fit_say(to, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as smooth as the "
+                      "penalty says.", 100 * r.median, r.map->of.spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start",
+                  100 * r.largest);
+    if (r.hardly_known)
+      flesh_fit_say(to, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
+                    r.hardly_known, 100 * hardly);
   } else flesh_fit_say(to, "Deviations of tets, and of parameters beside them, are found for maps of 2500 tets and fewer.");
-  if (r.at_bounds) {
-    snprintf(text, sizeof text, "%d tets lie at a bound (from, to): their values may be beyond it.", r.at_bounds);
-    flesh_fit_say(to, text);
-  }
+  if (r.at_bounds)
+    flesh_fit_say(to, "%d tets lie at a bound (from, to): their values may be beyond it.", r.at_bounds);
   return FLESH_OK;
 }
 

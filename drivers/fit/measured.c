@@ -27,8 +27,6 @@ typedef struct reading {
  * which it may be outside by this share of the mean edge. */
 static const double outside = 0.25;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading measurements"); }
-
 /* The column of that name without its unit; -1: none. */
 static int find(const flesh_csv *csv, const char *wanted)
 {
@@ -217,7 +215,7 @@ static int read_table(reading *r, const flesh_scene *scene)
   to->data = flesh_arena_take(r->arena, columns * rows * sizeof *to->data);
   if (to->table == FLESH_FIT_OF_POSITIONS) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
   if (!r->value || !r->deviation || !to->quantities || !to->data || (to->table == FLESH_FIT_OF_POSITIONS && !to->points))
-    return no_memory();
+    return flesh_no_memory();
   int status = check_metres(r);
   if (!status) status = choose_columns(r);
   return status ? status : read_rows(r, scene);

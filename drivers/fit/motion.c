@@ -14,8 +14,6 @@
 /* The residual that the linear solves leave. */
 static const double tolerance = 1e-8;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the tangents of a motion"); }
-
 struct flesh_fit_motion {
   flesh_fit *fit;
   int experiment, n, column_count;
@@ -67,11 +65,11 @@ int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, fle
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
   flesh_fit_motion *m = *motion = calloc(1, sizeof *m);
-  if (!m) return no_memory();
+  if (!m) return flesh_no_memory();
   *m = (flesh_fit_motion){.fit = fit, .experiment = experiment, .n = 3 * e->nodes, .p = p, .told = {.e = e}};
   const int count = flesh_fit_told_columns(e);
   m->columns = calloc((size_t)count + 1, sizeof *m->columns);
-  int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : no_memory();
+  int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : flesh_no_memory();
   for (int c = 0; c < count && !status; c++)
     status = flesh_asked_find(m->scene, flesh_fit_told_name(e, c), e->end, &m->columns[m->column_count++]);
   if (!status) status = record(m);
@@ -152,7 +150,7 @@ int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes
   following *all = calloc((size_t)count + 1, sizeof *all);
   flesh_parameter *parameters = calloc((size_t)count + 1, sizeof *parameters);
   double *starts = calloc((size_t)count * unknowns + 1, sizeof *starts);
-  int used = 0, status = all && parameters && starts ? FLESH_OK : no_memory();
+  int used = 0, status = all && parameters && starts ? FLESH_OK : flesh_no_memory();
   memset(to, 0, (size_t)m->told.e->count * (size_t)count * sizeof *to);
   for (int k = 0; k < count && !status; k++) {
     if (h[k] == 0) continue;
@@ -216,7 +214,7 @@ int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, d
   const size_t count = (size_t)fit->key_count, all = (size_t)fit->parameter_count;
   double *changes = malloc((count * all + 1) * sizeof *changes), *h = malloc((count + 1) * sizeof *h);
   flesh_fit_motion *motion = NULL;
-  int status = changes && h ? flesh_fit_motion_create(fit, experiment, p, &motion) : no_memory();
+  int status = changes && h ? flesh_fit_motion_create(fit, experiment, p, &motion) : flesh_no_memory();
   for (int k = 0; k < fit->key_count && !status; k++) {
     h[k] = flesh_fit_direct(fit, p, k, changes + (size_t)k * all);
     if (!fit->experiments[experiment].acts[k]) h[k] = 0;

@@ -9,8 +9,6 @@
 #include "base/file.h"
 #include "fit/fit.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit"); }
-
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p)
 {
   return parameter->spacing == FLESH_FIT_LOGARITHMIC ? log(p) : p / parameter->scale;
@@ -82,13 +80,13 @@ int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const 
                            const flesh_node *const places[3])
 {
   const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
-  int status = overrides ? FLESH_OK : no_memory();
+  int status = overrides ? FLESH_OK : flesh_no_memory();
   if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
   for (int v = 0; v < 3 && !status; v++) {
     char number[FLESH_NUMBER_SIZE];
     if (!places[v] || !isfinite(values[v])) continue;
     overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(values[v], number));
-    status = overrides[e->set.count] ? flesh_settings_check(places[v], e->scene, e->set.count + 1, overrides) : no_memory();
+    status = overrides[e->set.count] ? flesh_settings_check(places[v], e->scene, e->set.count + 1, overrides) : flesh_no_memory();
   }
   free(overrides);
   return status;
@@ -149,8 +147,7 @@ int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd)
   const size_t m = (size_t)rows, n = (size_t)columns;
   *svd = (flesh_fit_svd){.U = gsl_matrix_alloc(m, n), .V = gsl_matrix_alloc(n, n), .S = gsl_vector_alloc(n),
                          .norms = gsl_vector_alloc(n), .work = gsl_vector_alloc(n), .part = gsl_vector_alloc(n)};
-  return svd->U && svd->V && svd->S && svd->norms && svd->work && svd->part
-             ? FLESH_OK : no_memory();
+  return svd->U && svd->V && svd->S && svd->norms && svd->work && svd->part ? FLESH_OK : flesh_no_memory();
 }
 
 void flesh_fit_svd_decompose(flesh_fit_svd *svd)

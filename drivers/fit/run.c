@@ -16,8 +16,6 @@
 static const double difference = 1e-3;
 static const char *const table_names[] = {"probes.csv", "history.csv"};
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run of a fit"); }
-
 static char *folder_of(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
   return flesh_text_new("%s/runs/%s", fit->out, e->name);
@@ -66,7 +64,7 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
   int count;
   char **overrides = flesh_fit_overrides(fit, experiment, p, &count);
   char *map = flesh_text_new("%s/map.csv", fit->out);
-  int status = overrides && map ? FLESH_OK : no_memory();
+  int status = overrides && map ? FLESH_OK : flesh_no_memory();
   if (!status && fit->map) status = flesh_fit_map_write(fit, map, p);
   if (!status)
     status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
@@ -85,7 +83,7 @@ int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *
                             flesh_scene *scenes[2])
 {
   double *beside = malloc((size_t)fit->parameter_count * sizeof *beside);
-  int status = beside ? FLESH_OK : no_memory();
+  int status = beside ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < 2 && !status; s++) {
     for (int k = 0; k < fit->parameter_count; k++) beside[k] = p[k] + (s ? h : -h) * direction[k];
     status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
@@ -121,7 +119,7 @@ static int check_columns(const flesh_fit_experiment *e, const char *folder)
     if (m->table == FLESH_FIT_OF_POSITIONS) continue;
     char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
     flesh_csv csv = {0};
-    if (!path) return no_memory();
+    if (!path) return flesh_no_memory();
     if (!flesh_csv_read(path, FLESH_CSV_TORN, &csv) || m->table == FLESH_FIT_OF_PROBES) {
       for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &column);
     } else status = FLESH_ERR_FILE;
@@ -137,7 +135,7 @@ int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_hi
   const flesh_probe *list = flesh_scene_probes(scene, &count);
   const flesh_system *system = flesh_scene_system(scene);
   char *paths[] = {flesh_text_new("%s/probes.csv", folder), flesh_text_new("%s/history.csv", folder)};
-  if (!paths[0] || !paths[1]) status = no_memory();
+  if (!paths[0] || !paths[1]) status = flesh_no_memory();
   if (!status && history) status = flesh_history_create(paths[1], system, history);
   if (!status && probes && count)
     status =
@@ -155,7 +153,7 @@ int flesh_fit_try(flesh_fit *fit, int experiment)
   flesh_probes *probes = NULL;
   double *p = calloc((size_t)fit->parameter_count, sizeof *p);
   char *folder = flesh_fit_scratch(fit, e);
-  int status = p && folder ? FLESH_OK : no_memory();
+  int status = p && folder ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->parameters[k].start;
   if (!status) {
     status = flesh_fit_scene_at(fit, experiment, p, &scene);
@@ -191,7 +189,7 @@ static int take_table(const flesh_fit_measured *m, const char *folder, double *v
   char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
   int *columns = calloc((size_t)m->quantity_count + 1, sizeof *columns);
   flesh_csv csv = {0};
-  int status = path && columns ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : no_memory();
+  int status = path && columns ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : flesh_no_memory();
   for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &columns[q]);
   for (int d = 0; d < m->count && !status; d++)
     values[d] = number_at(&csv, 0, columns[m->data[d].quantity], m->data[d].t);
@@ -217,7 +215,7 @@ static int take(const flesh_fit_experiment *e, const char *folder, double *value
 {
   char *path = flesh_text_new("%s/state.txt", folder);
   flesh_state state = {0};
-  int status = path ? flesh_state_make(e->nodes, 0, 0, &state) : no_memory();
+  int status = path ? flesh_state_make(e->nodes, 0, 0, &state) : flesh_no_memory();
   if (!status) status = flesh_state_read(path, e->nodes, &state);
   if (!status) status = flesh_fit_take(e, folder, state.x, values);
   for (int d = 0; d < e->count && !status && !*why; d++)
@@ -247,7 +245,7 @@ int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *
   flesh_outcome outcome = {0};
   char *folder = folder_of(fit, e);
   *cpu_s = *why = 0;
-  if (!folder) return no_memory();
+  if (!folder) return flesh_no_memory();
   int status = flesh_fit_scene_at(fit, experiment, p, &scene);
   const int refused = status == FLESH_ERR_ARGUMENT;
   if (!status) {

@@ -11,8 +11,6 @@
 #include "cli/options.h"
 #include "fit/map.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the runs of a fit"); }
-
 /* Hashes what decides the stages of a map. */
 static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
 {
@@ -109,7 +107,7 @@ int flesh_fit_runs_open(flesh_fit *fit, int resume)
 static int ask(flesh_fit *fit, const char *what, const char *name, json_t *parameters)
 {
   char *text = json_dumps(parameters, JSON_COMPACT);
-  int status = text ? flesh_study_store_execute(&fit->store, "DELETE FROM temp.wanted") : no_memory();
+  int status = text ? flesh_study_store_execute(&fit->store, "DELETE FROM temp.wanted") : flesh_no_memory();
   fit->asked[0] = what, fit->asked[1] = name, fit->asked[2] = text;
   json_decref(parameters);
   json_decref(fit->record);
@@ -203,7 +201,7 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
   double cpu_s, *values;
   if (e->kept.p && is_same(fit, experiment, e->kept.p, p)) return FLESH_OK;
   values = malloc((size_t)e->count * sizeof *values);
-  int status = values ? flesh_fit_make_run(fit, experiment, p, values, why, &cpu_s) : no_memory();
+  int status = values ? flesh_fit_make_run(fit, experiment, p, values, why, &cpu_s) : flesh_no_memory();
   if (!status && *why) status = flesh_fail(FLESH_ERR_SOLVE, "a run that succeeded before now fails: %.300s", why);
   free(values);
   fit->made++;

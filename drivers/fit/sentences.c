@@ -2,6 +2,7 @@
 #include "fit/statistics.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -11,10 +12,13 @@
 /* Equal shares may differ by this. */
 static const double equal_share = 0.03;
 
-void flesh_fit_say(flesh_fit_statistics *to, const char *text)
+void flesh_fit_say(flesh_fit_statistics *to, const char *format, ...)
 {
+  va_list values;
+  va_start(values, format);
   if (to->sentence_count < FLESH_FIT_PARAMETERS)
-    snprintf(to->sentences[to->sentence_count++], FLESH_FIT_SENTENCE, "%s", text);
+    vsnprintf(to->sentences[to->sentence_count++], FLESH_FIT_SENTENCE, format, values);
+  va_end(values);
 }
 
 void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
@@ -35,7 +39,7 @@ void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *nam
       flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", names[list[k]], shares[list[k]]);
     flesh_text_add(text, sizeof text, ".");
   }
-  flesh_fit_say(to, text);
+  flesh_fit_say(to, "%s", text);
 }
 
 void flesh_fit_statistics_close(flesh_fit_statistics *statistics)

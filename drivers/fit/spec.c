@@ -117,8 +117,6 @@ void flesh_fit_describe_keys(FILE *stream)
   flesh_settings_describe(stream, fit_table, NULL);
 }
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a fit"); }
-
 static const flesh_node *item_of(const flesh_node *mapping, const char *key, int k)
 {
   const flesh_node *list = flesh_node_find(mapping, key);
@@ -133,7 +131,7 @@ static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experi
   if (status) return status;
   e->set.texts = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
   e->set.nodes = flesh_arena_take(&fit->arena, sizeof(flesh_node *) * (size_t)(given.count + 3));
-  if (!e->set.texts || !e->set.nodes) return no_memory();
+  if (!e->set.texts || !e->set.nodes) return flesh_no_memory();
   flesh_scene *scene = NULL;
   for (int k = 0; k <= given.count && !status; k++)
     status = flesh_settings_check(k ? given.nodes[k - 1] : e->scene_place, e->scene, k, given.texts);
@@ -146,7 +144,7 @@ static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experi
   e->set.texts[e->set.count++] = flesh_arena_print(&fit->arena, "solver.newton_tolerance=%s", number);
   e->set.texts[e->set.count++] = "output.frame_interval=0";
   e->set.texts[e->set.count++] = "output.error_bars=false";
-  if (!e->set.texts[0]) return no_memory();
+  if (!e->set.texts[0]) return flesh_no_memory();
   for (int k = 0; k < given.count; k++) {
     e->set.nodes[e->set.count] = given.nodes[k];
     e->set.texts[e->set.count++] = given.texts[k];
@@ -158,7 +156,7 @@ static int read_measured(flesh_fit *fit, const experiment_keys *keys, const fles
 {
   const measured_keys *rows = keys->measured.values;
   e->measured = flesh_arena_take(&fit->arena, sizeof *e->measured * (size_t)keys->measured.count);
-  if (!e->measured) return no_memory();
+  if (!e->measured) return flesh_no_memory();
   if (!keys->measured.count)
     return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name at least one file");
   int status = FLESH_OK;
@@ -224,7 +222,7 @@ static int name_parameter(flesh_fit *fit, int k)
 {
   flesh_fit_parameter *p = &fit->parameters[k];
   char *whole = flesh_arena_print(&fit->arena, "%s", p->key);
-  if (!whole) return no_memory();
+  if (!whole) return flesh_no_memory();
   for (char *letter = whole; *letter; letter++)
     if (strchr(".[]", *letter)) *letter = '_';
   const size_t length = strlen(whole);
@@ -307,13 +305,13 @@ static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *plac
 {
   const size_t count = (size_t)fit->key_count;
   fit->map = flesh_arena_take(&fit->arena, sizeof *fit->map);
-  if (!fit->map) return no_memory();
+  if (!fit->map) return flesh_no_memory();
   *fit->map = keys->map;
   fit->map->of.place = place;
   const int status = flesh_fit_map_prepare(fit);
   if (status) return status;
   flesh_fit_parameter *all = flesh_arena_take(&fit->arena, (count + (size_t)fit->map->count) * sizeof *all);
-  if (!all) return no_memory();
+  if (!all) return flesh_no_memory();
   if (count) memcpy(all, fit->parameters, count * sizeof *all);
   for (int k = 0; k < fit->map->count; k++) all[fit->parameter_count++] = fit->map->of;
   fit->parameters = all;
@@ -333,7 +331,7 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
   fit->max_iterations = keys->max_iterations;
   fit->tolerance = keys->tolerance;
   fit->experiments = flesh_arena_take(&fit->arena, sizeof *fit->experiments * (size_t)keys->experiments.count);
-  if (!fit->experiments) return no_memory();
+  if (!fit->experiments) return flesh_no_memory();
   if (!keys->experiments.count)
     return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
   if ((!map && !keys->parameters.count) || keys->parameters.count > FLESH_FIT_PARAMETERS)
@@ -343,7 +341,7 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
   for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
     fit->experiments[e].place = item_of(root, "experiments", e);
     fit->experiments[e].acts = flesh_arena_take(&fit->arena, FLESH_FIT_PARAMETERS);
-    if (!fit->experiments[e].acts) return no_memory();
+    if (!fit->experiments[e].acts) return flesh_no_memory();
     memset(fit->experiments[e].acts, 0, FLESH_FIT_PARAMETERS);
     status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
   }
@@ -357,7 +355,7 @@ int flesh_fit_read(const char *path, flesh_fit *fit)
   flesh_node *root = NULL;
   fit_keys keys = {0}; /* members that are no keys, too */
   fit->path = flesh_arena_print(&fit->arena, "%s", path);
-  if (!fit->path) return no_memory();
+  if (!fit->path) return flesh_no_memory();
   int status = flesh_file_load(path, &fit->text, &size);
   if (status) return status;
   const flesh_keyed_text text = {fit->path, fit->text, size, "the spec"};

@@ -16,8 +16,6 @@
 /* The residual that the linear solves leave. */
 static const double tolerance = 1e-8;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for tangents"); }
-
 typedef struct tangenting {
   flesh_fit *fit;
   flesh_fit_experiment *e;
@@ -110,7 +108,8 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   tangenting t = {.fit = fit, .e = e, .experiment = experiment, .at = calloc(rows, sizeof(flesh_sensitivity *)),
                   .dx = malloc(rows * unknowns * sizeof(double)), .values = {malloc(count), malloc(count)},
                   .direction = malloc((size_t)fit->parameter_count * sizeof(double)), .folder = flesh_fit_scratch(fit, e)};
-  int status = t.at && t.dx && t.values[0] && t.values[1] && t.direction && t.folder ? flesh_folder_make(t.folder) : no_memory();
+  const int whole = t.at && t.dx && t.values[0] && t.values[1] && t.direction && t.folder;
+  int status = whole ? flesh_folder_make(t.folder) : flesh_no_memory();
   if (!status) status = flesh_fit_scene_at(fit, experiment, e->kept.p, &t.scene);
   if (!status) status = factor(&t);
   for (int k = 0; k < fit->key_count && !status; k++)

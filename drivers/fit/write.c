@@ -12,8 +12,6 @@
 #include "run/result.h"
 #include "study/table.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a fit"); }
-
 static json_t *matrix_json(int n, const double *matrix)
 {
   json_t *rows = json_array();
@@ -79,7 +77,7 @@ static int write_result(const flesh_fit *fit, json_t *value)
   json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
   json_object_set_new(value, "program", flesh_provenance_program(fit->argc, fit->argv));
   if (!path) json_decref(value);
-  const int status = path ? flesh_json_write(path, value) : no_memory();
+  const int status = path ? flesh_json_write(path, value) : flesh_no_memory();
   free(path);
   return status;
 }
@@ -95,7 +93,7 @@ static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const
                             "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
-  if (!value) return no_memory();
+  if (!value) return flesh_no_memory();
   json_object_set_new(value, "iterations", json_integer(found->iterations));
   if (fit->map) json_object_set_new(value, "map", flesh_fit_map_json(fit, found));
   json_object_set_new(value, "experiments", experiments_json(fit, found->p, found->values));
@@ -146,11 +144,11 @@ static int write_table(const flesh_fit *fit, const double *values)
 static int write_scenes(const flesh_fit *fit, const double *p)
 {
   char *folder = path_in(fit, "scenes");
-  int status = folder ? flesh_folder_make(folder) : no_memory();
+  int status = folder ? flesh_folder_make(folder) : flesh_no_memory();
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     flesh_scene *scene = NULL;
     char *path = flesh_text_new("%s/%s.yaml", folder, fit->experiments[e].name);
-    status = path ? flesh_fit_scene_at(fit, e, p, &scene) : no_memory();
+    status = path ? flesh_fit_scene_at(fit, e, p, &scene) : flesh_no_memory();
     if (!status) status = flesh_scene_write(scene, path);
     flesh_scene_destroy(&scene);
     free(path);

@@ -101,8 +101,6 @@ const flesh_key flesh_hardcases_keys[] = {
     {.name = NULL},
 };
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading hard cases"); }
-
 /* Names are parts of folders' names, fields of tables and words of the command line. */
 static int check_word(const flesh_node *node, const char *path, const char *key)
 {
@@ -194,7 +192,7 @@ static int take_effects(flesh_arena *arena, item *i, flesh_node *list, const cha
   flesh_objects entries;
   flesh_text text = {0};
   const char *relative = NULL, *whole = flesh_key_path(arena, path, "effects");
-  if (!whole) return no_memory();
+  if (!whole) return flesh_no_memory();
   int status = flesh_effect_list_normalise(arena, list);
   if (!status) status = flesh_effect_key_list.read(&reader, list, whole, &entries);
   if (status) return status;
@@ -204,7 +202,7 @@ static int take_effects(flesh_arena *arena, item *i, flesh_node *list, const cha
   for (const flesh_node *child = list->first; child; child = child->next) write_effect(child->first, &text);
   i->row.effects = text.failed ? NULL : flesh_arena_text(arena, text.data ? text.data : "", text.size);
   free(text.data);
-  return i->row.effects ? FLESH_OK : no_memory();
+  return i->row.effects ? FLESH_OK : flesh_no_memory();
 }
 
 /* FNV-1a of the case as a line (Fowler, Noll & Vo). */
@@ -216,7 +214,7 @@ static int take_fingerprint(item *i, const flesh_node *node)
   for (size_t k = 0; k < text.size; k++)
     i->row.fingerprint = (i->row.fingerprint ^ (unsigned char)text.data[k]) * 0x100000001b3u;
   free(text.data);
-  return text.failed ? no_memory() : FLESH_OK;
+  return text.failed ? flesh_no_memory() : FLESH_OK;
 }
 
 static int take_cases(flesh_hardcases_battery *battery, const file *f, const flesh_node *root)
@@ -227,7 +225,7 @@ static int take_cases(flesh_hardcases_battery *battery, const file *f, const fle
   if (f->cases.count < 1 || f->cases.count > CASE_LIMIT)
     return flesh_node_fail(list, "cases are %d; they must be 1 to %d", f->cases.count, CASE_LIMIT);
   battery->cases = flesh_arena_take(&battery->arena, sizeof *battery->cases * (size_t)f->cases.count);
-  if (!battery->cases) return no_memory();
+  if (!battery->cases) return flesh_no_memory();
   for (int k = 0; k < f->cases.count; k++, node = node->next, i++) {
     snprintf(path, sizeof path, "cases[%d]", k);
     i->row.effects = "";
@@ -259,7 +257,7 @@ int flesh_hardcases_open_battery(const char *path, const char *name, flesh_hardc
   int status = path ? flesh_file_load(path, &loaded, &text.size) : FLESH_OK;
   if (loaded) text.text = loaded;
   text.path = path ? path : flesh_arena_print(&battery->arena, "data/hardcases/%s.yaml", name);
-  if (!status && !text.path) status = no_memory();
+  if (!status && !text.path) status = flesh_no_memory();
   if (!status) status = flesh_keyed_text_read(&battery->arena, &text, flesh_hardcases_keys, &root, &f);
   if (!status) status = take_cases(battery, &f, root);
   for (int k = 0; k < battery->count && !path; k++) battery->cases[k].fingerprint = 0;

@@ -65,7 +65,7 @@ static int open_choice(const char *path, const flesh_hardcases_plan *plan, choic
   const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
   int status = flesh_hardcases_open_battery(path, own, &c->battery);
   if (!status) c->cases = flesh_arena_take(&c->battery.arena, sizeof *c->cases * (size_t)c->battery.count);
-  return status || c->cases ? status : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return status || c->cases ? status : flesh_no_memory();
 }
 
 static void list_cases(const flesh_hardcases_battery *battery)
@@ -141,7 +141,7 @@ static int make_runs(flesh_hardcases_plan *plan)
                       plan->case_count, plan->setting_count, plan->seeds, most, RUN_LIMIT);
   plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds,
                       sizeof *plan->runs);
-  if (!plan->runs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!plan->runs) return flesh_no_memory();
   for (int s = 0; s < plan->setting_count; s++)
     for (int c = 0; c < plan->case_count; c++)
       for (int seed = 1; seed <= plan->seeds; seed++) {
@@ -265,7 +265,7 @@ int flesh_command_hardcases(int argc, char **argv)
   room *room = calloc(1, sizeof *room);
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
   int list = 0, count, status = flesh_study_open(&plan.options, argc, argv);
-  if (!status && !room) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !room) status = flesh_no_memory();
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},

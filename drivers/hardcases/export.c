@@ -54,7 +54,7 @@ static int write_case(const flesh_hardcases_run *run, const flesh_scene *scene, 
   const char *name = strrchr(path, '/') + 1;
   char file[1500];
   uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene)), 1);
-  if (!fixed) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!fixed) return flesh_no_memory();
   const int held = flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
   json_t *value = json_pack(
       "{ss si ss ss ss ss so* so* so* so* s[] so*}", "format", "flesh-case", "version", VERSION, "name", name, "mesh",

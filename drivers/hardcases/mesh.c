@@ -148,8 +148,7 @@ static int open_fan(parts *p, double size, int cells)
   const int *surface = flesh_mesh_surface(box, &triangles);
   int nodes = flesh_mesh_node_count(box);
   int *number = calloc((size_t)nodes, sizeof *number);
-  status =
-      number ? parts_open(p, nodes + 1, triangles) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  status = number ? parts_open(p, nodes + 1, triangles) : flesh_no_memory();
   if (!status) {
     p->positions[0] = p->positions[1] = p->positions[2] = 0.5 * size;
     p->nodes = 1;

@@ -39,7 +39,7 @@ static int watch_open(watch_of_run *w, const flesh_mesh *mesh)
 {
   w->unknowns = 3 * flesh_mesh_node_count(mesh);
   w->last.x = calloc(5 * (size_t)w->unknowns, sizeof(double));
-  if (!w->last.x) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!w->last.x) return flesh_no_memory();
   w->last.v = w->last.x + w->unknowns;
   w->point = w->last.v + w->unknowns;
   return FLESH_OK;
@@ -84,7 +84,7 @@ static void check_potential(watch_of_run *w, const flesh_step_record *record)
 
 static int keep_cost(watch_of_run *w, int newton, double seconds)
 {
-  if (!flesh_grow(&w->cost, sizeof *w->cost, w->count, &w->room)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!flesh_grow(&w->cost, sizeof *w->cost, w->count, &w->room)) return flesh_no_memory();
   w->cost[w->count].newton = newton;
   w->cost[w->count++].seconds = seconds;
   return FLESH_OK;

@@ -149,7 +149,7 @@ static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_cas
   if (status) return status;
   flesh_mesh_inspect(read, &info);
   double *x = malloc(sizeof *x * 3 * (size_t)info.nodes);
-  if (!x) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!x) status = flesh_no_memory();
   for (int d = 0; d < 3 * info.nodes && !status; d++)
     x[d] = row->offset + (flesh_mesh_positions(read)[d] - info.low[d % 3]) * length / (info.high[0] - info.low[0]);
   if (!status) status = flesh_mesh_create(info.nodes, x, info.tets, flesh_mesh_tets(read), NULL, mesh);

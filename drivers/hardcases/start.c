@@ -22,7 +22,7 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   int nodes = flesh_mesh_node_count(mesh);
   const double *X = flesh_mesh_positions(mesh);
   int *count = calloc((size_t)nodes, sizeof *count);
-  if (!count) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!count) return flesh_no_memory();
   for (int i = 0; i < nodes; i++) edge[i] = 0;
   for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
     int tet[4];
@@ -192,7 +192,7 @@ int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh
   const double *X = flesh_mesh_positions(mesh);
   double *edge = malloc(sizeof *edge * (size_t)nodes);
   body b = {.step = step};
-  if (!edge) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!edge) return flesh_no_memory();
   int status = mean_edges(mesh, edge);
   flesh_mesh_inspect(mesh, &b.info);
   for (int c = 0; c < 3; c++) b.middle[c] = 0.5 * (b.info.low[c] + b.info.high[c]);

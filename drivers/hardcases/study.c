@@ -58,7 +58,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_hardcases_setting *s = run->setting;
   texts *t = malloc(sizeof *t);
   *made = (flesh_study_case){.owned = t};
-  if (!t) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!t) return flesh_no_memory();
   snprintf(t->seed, sizeof t->seed, "%d", run->seed);
   flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
   flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);

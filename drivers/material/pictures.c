@@ -74,7 +74,7 @@ int flesh_curves_write(const char *folder, const flesh_curves *all, flesh_plot_o
   for (int k = 0; k < 4 && !bad; k++) bad = sqlite3_prepare_v2(database, inserts[k], -1, &rows[k], NULL);
   if (!bad) fill(rows, all);
   for (int k = 0; k < 4; k++) sqlite3_finalize(rows[k]);
-  const int status = bad || sqlite3_errcode(database) == SQLITE_NOMEM ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
+  const int status = bad || sqlite3_errcode(database) == SQLITE_NOMEM ? flesh_no_memory()
                                                                       : flesh_results_make(database, "the curves", sql, &to);
   sqlite3_close(database);
   return status;

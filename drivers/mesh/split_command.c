@@ -19,7 +19,7 @@
 static int claim(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
 {
   char *index = flesh_text_new("%s/index.txt", folder);
-  if (!index) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!index) return flesh_no_memory();
   int status = flesh_output_claim(folder, command, claim);
   if (!status) status = flesh_output_prepare_from(index, inputs, input, NULL);
   free(index);
@@ -95,7 +95,7 @@ int flesh_split_command(int argc, char **argv)
   if (!status) status = claim(usage.command, out, 1, argv + 1, &claimed);
   if (!status) status = split_mesh(mesh, parts, out);
   flesh_mesh_destroy(&mesh);
-  if (!status && !(index = flesh_text_new("%s/index.txt", out))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !(index = flesh_text_new("%s/index.txt", out))) status = flesh_no_memory();
   if (!status) status = flesh_split_open(index, &split);
   if (!status) say(out, &split);
   free(index);

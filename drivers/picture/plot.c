@@ -29,7 +29,7 @@ static int make_drawing(const char *folder, const char *name, const char *suffix
   d->log = flesh_text_new("%s/%s.log", folder, name);
   d->drawn = flesh_text_new("%s/%s", folder, d->picture);
   d->target = flesh_text_new("%s/%s%s", folder, name, suffix);
-  return d->script && d->log && d->drawn && d->target ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return d->script && d->log && d->drawn && d->target ? FLESH_OK : flesh_no_memory();
 }
 
 static int draw(const char *folder, const char *name, const drawing *d)

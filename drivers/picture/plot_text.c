@@ -63,7 +63,7 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
   int status = check_name(name);
   if (status) return status;
   char *path = flesh_text_new("%s/%s%s", folder, name, suffix);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   status = flesh_file_open(path, file);
   free(path);
   return status;

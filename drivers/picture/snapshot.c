@@ -88,7 +88,7 @@ static int open_run(flesh_snapshot *s, const char *path, flesh_snapshot_run *run
 {
   int status = flesh_run_folder_open(path, &run->folder);
   if (status) return status;
-  if (!(run->title = flesh_run_folder_name(path))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!(run->title = flesh_run_folder_name(path))) return flesh_no_memory();
   const char *surface = s->surface ? s->surface : flesh_scene_outputs(run->folder.scene)->skin.surface;
   if (!surface || s->no_skin) return FLESH_OK;
   status = flesh_surface_read(surface, &run->surface);

@@ -40,7 +40,7 @@ static int cut_path(const char *out, picture *p)
 static int prepare(const char *out, const picture *p, int count, char *const *paths)
 {
   char *script = p->folder && p->name ? flesh_text_new("%s/%s.gp", p->folder, p->name) : NULL;
-  if (!script) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!script) return flesh_no_memory();
   int status = flesh_output_prepare_from(out, count, paths, NULL);
   if (!status) status = flesh_output_prepare_from(script, count, paths, NULL);
   free(script);
@@ -62,7 +62,7 @@ static int plot(picture *p, int count, char *const *paths)
       "%d AS width, %d AS height, %d AS points", p->x, p->y, p->by, p->log, p->title, p->name, p->suffix, p->width, p->height,
       p->points);
   int status = !sql || sqlite3_open(":memory:", &database) || sqlite3_exec(database, sql, NULL, NULL, NULL)
-                   ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
+                   ? flesh_no_memory()
                    : flesh_curves_make(database, count, paths, flesh_own_text("plot_columns"), flesh_own_text("plot_curves"), &to);
   sqlite3_close(database);
   sqlite3_free(sql);

@@ -22,8 +22,6 @@ typedef struct source {
   flesh_csv tables[TABLES];
 } source;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
-
 /* The units of history.csv's columns (observer.h), whose header has none. Those of effects go by what is reported:
  * weld_traction, and weld_2_traction of the second weld. */
 static const char *history_unit(const char *name)
@@ -62,14 +60,14 @@ static int read_folder(source *s)
   int status = flesh_confine(s->path);
   for (int k = 0; k < TABLES && !status; k++) {
     char *path = flesh_text_new("%s/%s", s->path, names[k]);
-    if (!path) return no_memory();
+    if (!path) return flesh_no_memory();
     status = flesh_path_check(path);
     if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_WHOLE, &s->tables[s->count++]);
     free(path);
   }
   if (!status && !s->count)
-    return flesh_fail(FLESH_ERR_FILE, "%s: this folder has no history.csv, nor another table of flesh's; give the folder of a run or "
-                                      "a CSV file (`flesh sweep plot` draws sweeps)", s->path);
+    return flesh_fail(FLESH_ERR_FILE, "%s: this folder has no history.csv, nor another table of flesh's; give the folder of a run "
+                                      "or a CSV file (`flesh sweep plot` draws sweeps)", s->path);
   return status;
 }
 
@@ -127,7 +125,7 @@ static int add_headers(sqlite3_stmt *insert, const source *sources, int count)
         code = sqlite3_step(insert);
         sqlite3_reset(insert);
       }
-  return code == SQLITE_DONE ? FLESH_OK : no_memory();
+  return code == SQLITE_DONE ? FLESH_OK : flesh_no_memory();
 }
 
 /* The table `cells`: those of the columns that `query` names. */
@@ -148,12 +146,12 @@ static int add_cells(sqlite3_stmt *insert, const source *sources, sqlite3_stmt *
       sqlite3_reset(insert);
     }
   }
-  return code == SQLITE_DONE ? FLESH_OK : no_memory();
+  return code == SQLITE_DONE ? FLESH_OK : flesh_no_memory();
 }
 
 static int prepare(sqlite3 *database, const char *sql, sqlite3_stmt **statement)
 {
-  return sqlite3_prepare_v2(database, sql, -1, statement, NULL) ? no_memory() : FLESH_OK;
+  return sqlite3_prepare_v2(database, sql, -1, statement, NULL) ? flesh_no_memory() : FLESH_OK;
 }
 
 int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const char *columns, const char *rest,
@@ -166,8 +164,8 @@ int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const ch
   const char *const sql[][2] = {{columns}, {rest}};
   source *sources = calloc((size_t)count + 1, sizeof *sources);
   sqlite3_stmt *headers = NULL, *cells = NULL, *query = NULL;
-  int status = sources ? read_sources(sources, count, paths) : no_memory();
-  if (!status && sqlite3_exec(database, tables, NULL, NULL, NULL)) status = no_memory();
+  int status = sources ? read_sources(sources, count, paths) : flesh_no_memory();
+  if (!status && sqlite3_exec(database, tables, NULL, NULL, NULL)) status = flesh_no_memory();
   if (!status) status = prepare(database, "INSERT INTO headers VALUES (NULL, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", &headers);
   if (!status) status = add_headers(headers, sources, count);
   if (!status) status = flesh_results_make(database, "the tables", sql[0], to);

@@ -36,12 +36,12 @@ int flesh_pool_places(const flesh_ranks *ranks, int jobs, int count)
 int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_cases *cases, flesh_pool **pool)
 {
   flesh_pool *self = *pool = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!self) return flesh_no_memory();
   self->ranks = ranks;
   self->jobs = jobs;
   if (ranks) self->busy = calloc((size_t)ranks->count, sizeof *self->busy);
   int status = flesh_places_open(flesh_places_fit(jobs, count), cases, &self->places);
-  if (!status && ranks && !self->busy) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && ranks && !self->busy) status = flesh_no_memory();
   if (status) flesh_pool_close(pool);
   return status;
 }

@@ -51,7 +51,7 @@ int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *pla
   *places = (flesh_places){.cases = cases, .room = room, .limit = room};
   places->processes = calloc((size_t)room, sizeof *places->processes);
   places->polls = calloc((size_t)room, sizeof *places->polls);
-  return places->processes && places->polls ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return places->processes && places->polls ? FLESH_OK : flesh_no_memory();
 }
 
 static void tell_all(const flesh_places *places, int signal_number)

@@ -77,7 +77,7 @@ static int archive_text(char **text, flesh_archive *archive)
   flesh_archive_int(archive, &length, 0, 0x7ffffffe);
   archive->wrong |= loads && (size_t)length > archive->size;
   if (archive->wrong) return FLESH_OK;
-  if (loads && !(*text = calloc((size_t)length + 1, 1))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (loads && !(*text = calloc((size_t)length + 1, 1))) return flesh_no_memory();
   flesh_archive_bytes(archive, *text, (size_t)length);
   return FLESH_OK;
 }
@@ -91,7 +91,7 @@ static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
     archive->wrong = (size_t)count * sizeof *trace->rows > archive->size;
     if (archive->wrong) return FLESH_OK;
     trace->rows = malloc(((size_t)count + 1) * sizeof *trace->rows);
-    if (!trace->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!trace->rows) return flesh_no_memory();
     trace->count = trace->room = count;
   }
   flesh_archive_bytes(archive, trace->rows, (size_t)count * sizeof *trace->rows);

@@ -221,7 +221,7 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
 {
   flesh_runner_options *options = &g->options;
   *path = malloc(strlen(g->resume) + 32);
-  int status = *path ? flesh_confine(g->resume) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = *path ? flesh_confine(g->resume) : flesh_no_memory();
   status = flesh_ranks_agree(g->ranks, status);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);
   if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) {
@@ -380,7 +380,7 @@ int flesh_command_run(int argc, char **argv)
   if (status) return flesh_command_fail("run", status);
   status = flesh_overrides_open(&g.overrides, argc);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
-  if (!words && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!words && !status) status = flesh_no_memory();
   for (int a = 0; a < argc && words; a++) words[a] = argv[a];
   g.options.argc = argc;
   g.options.argv = words;

@@ -63,7 +63,7 @@ static int make_materials(const flesh_scene *scene, trial *t)
   const int count = flesh_scene_material_count(scene);
   const flesh_body *body = flesh_scene_body(scene);
   t->materials = malloc((size_t)count * sizeof *t->materials);
-  int status = t->materials ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = t->materials ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < count && !status; k++) {
     double mu, lambda;
     status = flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL);
@@ -81,7 +81,7 @@ static int add_pins(const flesh_scene *scene, trial *t)
   const int nodes = flesh_mesh_node_count(mesh), corners = flesh_mesh_node_count(own);
   uint8_t *fixed = calloc(3 * (size_t)nodes, 1);
   int *held = malloc((size_t)nodes * sizeof *held), any = 0;
-  int status = fixed && held ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = fixed && held ? FLESH_OK : flesh_no_memory();
   if (!status) flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
   for (int k = 0; t->raised && !status && k < 6 * flesh_mesh_tet_count(mesh); k++) {
     const int *n = flesh_mesh_tets(mesh) + 4 * (k / 6), middle = flesh_mesh_tet_edges(mesh)[k];
@@ -141,7 +141,7 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   if (status) return status;
   t->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
   t->mass = calloc(n / 3, sizeof *t->mass);
-  if (!t->state.x || !t->state.v || !t->mass) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!t->state.x || !t->state.v || !t->mass) return flesh_no_memory();
   memcpy(t->state.x, flesh_mesh_positions(t->body.mesh), n * sizeof(double));
   flesh_mesh_lumped_mass(t->body.mesh, t->body.density, t->mass);
   flesh_solver_options options = *flesh_scene_solver(scene);

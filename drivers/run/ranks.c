@@ -38,7 +38,7 @@ int flesh_ranks_open(flesh_ranks **ranks)
   *ranks = NULL;
   if (forgotten || !launched()) return FLESH_OK;
   flesh_ranks *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!self) return flesh_no_memory();
   int status = flesh_ranks_join(&self->communicator, &self->neighbours_here);
   if (!status) {
     self->working = self->communicator;
@@ -226,7 +226,7 @@ int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *
   double *sizes = calloc((size_t)ranks->count, sizeof *sizes), largest = (double)(size / sizeof(double));
   flesh_communicator_largest(ranks->working, 1, &largest);
   double *room = ranks->rank ? NULL : malloc(((size_t)largest + 1) * sizeof *room);
-  int status = sizes && (room || ranks->rank) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = sizes && (room || ranks->rank) ? FLESH_OK : flesh_no_memory();
   if (!status && largest > INT_MAX)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "a rank has %.3g GB to send; at most 17 GB are possible", 8e-9 * largest);
   status = flesh_ranks_agree(ranks, status);

@@ -41,7 +41,7 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const
   for (int k = 0; k < probes; k++) figures->probe_columns += flesh_probe_columns(&probe[k], columns);
   const int count = FLESH_PROBE_FIGURES * figures->probe_columns;
   figures->probes = malloc(sizeof(double) * ((size_t)count + 1));
-  if (!figures->energies || !figures->probes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!figures->energies || !figures->probes) return flesh_no_memory();
   for (int e = 0; e < figures->effects; e++) figures->energies[e] = NAN;
   for (int k = 0; k < count; k++) figures->probes[k] = NAN;
   return FLESH_OK;

@@ -13,8 +13,6 @@
 #include "output/vtu_read.h"
 #include "run/start.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a run"); }
-
 /* Reads the number from "frame_000012.vtu", or from the name of a frame in parts. */
 static int number_of(const char *name, int *number)
 {
@@ -30,7 +28,7 @@ static int make_room(flesh_run_folder *run, int count)
   free(run->frames);
   run->count = 0;
   run->frames = calloc((size_t)count + 1, sizeof *run->frames);
-  return run->frames ? FLESH_OK : no_memory();
+  return run->frames ? FLESH_OK : flesh_no_memory();
 }
 
 static int open_frames(flesh_run_folder *run, const char *path)
@@ -38,14 +36,14 @@ static int open_frames(flesh_run_folder *run, const char *path)
   flesh_pvd index = {0};
   run->folder = flesh_text_new("%s/frames", path);
   char *file = run->folder ? flesh_text_new("%s/frames.pvd", run->folder) : NULL;
-  int status = file ? flesh_path_check(file) : no_memory();
+  int status = file ? flesh_path_check(file) : flesh_no_memory();
   if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
   free(file);
   if (!status) status = make_room(run, index.count);
   for (int k = 0; k < index.count && !status; k++) {
     flesh_run_frame *frame = &run->frames[run->count++];
     frame->time = index.times[k];
-    if (!(frame->file = strdup(index.names[k]))) status = no_memory();
+    if (!(frame->file = strdup(index.names[k]))) status = flesh_no_memory();
     /* A foreign name has no number: then its place in the index. */
     if (!number_of(index.names[k], &frame->number)) frame->number = k ? frame[-1].number + 1 : 0;
   }
@@ -60,7 +58,7 @@ static int load_state(flesh_run_folder *run, const char *folder, const char *nam
   if (!name) return FLESH_OK;
   char *path = flesh_text_new("%s/%s", folder, name);
   const int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
-  const int status = path ? flesh_state_read(path, nodes, &run->state) : no_memory();
+  const int status = path ? flesh_state_read(path, nodes, &run->state) : flesh_no_memory();
   free(path);
   return status;
 }
@@ -81,7 +79,7 @@ static int add_state(flesh_run_folder *run, const char *name)
 {
   flesh_run_frame frame = {.time = run->state.t, .file = name ? strdup(name) : NULL};
   int at = 0;
-  if (name && !frame.file) return no_memory();
+  if (name && !frame.file) return flesh_no_memory();
   while (at < run->count && run->frames[at].time < frame.time) at++;
   if (at < run->count && !(run->frames[at].time > frame.time)) free(run->frames[at].file);
   else
@@ -98,10 +96,10 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
   free(run->folder);
   run->few = 1;
   run->folder = strdup(path);
-  int status = run->folder ? make_room(run, MOST) : no_memory();
+  int status = run->folder ? make_room(run, MOST) : flesh_no_memory();
   for (int k = 0; k < MOST && !status; k++) {
     char *file = names[k] ? flesh_text_new("%s/%s", path, names[k]) : NULL;
-    if (names[k] && !file) return no_memory();
+    if (names[k] && !file) return flesh_no_memory();
     const int there = !file || flesh_path_is_there(file);
     free(file);
     if (!there) continue;
@@ -121,7 +119,7 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
                       *path ? path : "''");
   int is_folder = S_ISDIR(info.st_mode);
   char *scene = is_folder ? flesh_text_new("%s/scene.yaml", path) : strdup(path);
-  int status = scene ? FLESH_OK : no_memory();
+  int status = scene ? FLESH_OK : flesh_no_memory();
   if (!status && is_folder) status = flesh_confine(path);
   if (!status && is_folder) status = flesh_path_check(scene);
   if (!status && is_folder && !flesh_path_is_file(scene))
@@ -151,7 +149,7 @@ int flesh_run_folder_load(flesh_run_folder *run, int k)
   run->state.t = frame->time;
   if (!frame->file) return FLESH_OK; /* the only frame is loaded */
   char *path = flesh_text_new("%s/%s", run->folder, frame->file);
-  if (!path) return no_memory();
+  if (!path) return flesh_no_memory();
   static const char *const names[] = {"Points", "velocity"};
   double *const targets[] = {run->state.x, run->state.v};
   int status = flesh_vtu_read(path, flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 2, names,

@@ -13,8 +13,7 @@
 int flesh_run_trace_observe(void *data, const flesh_step_record *record)
 {
   flesh_run_trace *trace = data;
-  if (!flesh_grow(&trace->rows, sizeof *trace->rows, trace->count, &trace->room))
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!flesh_grow(&trace->rows, sizeof *trace->rows, trace->count, &trace->room)) return flesh_no_memory();
   const flesh_system *system = record->system;
   const double strain = flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->energies) -
                         flesh_system_role_energy(system, FLESH_ROLE_ELASTICITY, record->rest_energies);

@@ -96,8 +96,7 @@ static int probe(const char *path)
 
 static int open_state(flesh_running *r)
 {
-  if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64)))
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64))) return flesh_no_memory();
   const int status = flesh_start_make(r->scene, &r->state);
   if (status) return status;
   r->start_t = r->state.t;

@@ -77,7 +77,7 @@ static int begin_checkpoint(flesh_running *r, int step, flesh_file *file)
   const flesh_checkpoint_parts parts = parts_of(r, r->figures);
   if (!*r->checkpoint.digest) flesh_checkpoint_digest(r->options->out, r->checkpoint.digest);
   char *notes = notes_of(r);
-  int status = notes ? sync_files(r) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = notes ? sync_files(r) : flesh_no_memory();
   if (!status) status = flesh_checkpoint_begin(r->options->out, &head, r->checkpoint.digest, notes, &parts, file);
   free(notes);
   return status;
@@ -140,7 +140,7 @@ static int check_inputs(const flesh_running *r)
                           json_string_value(json_object_get(file, "path")));
   }
   json_decref(now);
-  return flesh_json_lacks() ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : status;
+  return flesh_json_lacks() ? flesh_no_memory() : status;
 }
 
 /* Notes for result.json the step and time from which this part of the run goes on. */
@@ -148,7 +148,7 @@ static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
 {
   json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact && r->checkpoint.fits);
   if (!r->resumed) r->resumed = json_array();
-  if (!place || json_array_append_new(r->resumed, place)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!place || json_array_append_new(r->resumed, place)) return flesh_no_memory();
   return FLESH_OK;
 }
 

@@ -149,7 +149,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
 static int reopen_skin(flesh_running *r, int every, int last)
 {
   char *frames = strdup(flesh_running_path(r, "frames"));
-  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!frames) return flesh_no_memory();
   int status = flesh_skin_frames_open(flesh_running_path(r, "skin"), r->skin, r->surface,
                                       flesh_scene_outputs(r->scene)->skin.formats, every, &r->skin_frames);
   if (!status) status = flesh_skin_frames_resume(&r->skin_frames, last, frames, flesh_scene_mesh(r->scene));

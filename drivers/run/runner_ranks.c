@@ -22,7 +22,7 @@ int flesh_running_share(flesh_running *r)
   if (!status) status = flesh_state_make(gathers ? flesh_system_unknowns(system) / 3 : 0, 0, 0, &r->stage);
   r->J_mean = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
   r->J_min = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
-  if (status || !r->J_mean || !r->J_min) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (status || !r->J_mean || !r->J_min) return flesh_no_memory();
   flesh_scene_share_start(ranks->share, &r->own);
   return flesh_ranks_first(ranks) ? flesh_proximity_create(system, NULL, &r->proximity) : FLESH_OK;
 }
@@ -42,7 +42,7 @@ int flesh_running_open_parts(flesh_running *r)
   const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
   int status = FLESH_OK;
   if (!r->options->out) return FLESH_OK;
-  if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_no_memory();
   status = flesh_ranks_agree(ranks, status);
   if (!status) status = flesh_running_open_probes(r);
   if (status || !flesh_running_is_split(r) || r->options->no_frames || every < 1) return status;
@@ -104,7 +104,7 @@ int flesh_running_keep_parts(flesh_running *r)
   const flesh_runner_options *options = r->options;
   double *rows = malloc(6 * (size_t)ROWS * sizeof *rows), sum = 0;
   if (options->out && !r->path) r->path = malloc(strlen(options->out) + 64);
-  int status = rows && (!options->out || r->path) ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = rows && (!options->out || r->path) ? FLESH_OK : flesh_no_memory();
   for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
   if (!status && sum != 0)
     status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");

@@ -44,8 +44,6 @@ typedef struct study {
   double *gradients; /* [asked*varied] */
 } study;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives"); }
-
 /* Whether all steps are differentiated: of a motion, and of equilibria that depend on those before. */
 static int has_way(const study *s) { return *flesh_scene_tangents_refused(s->scene) != 0; }
 
@@ -80,7 +78,7 @@ static int make_start(study *s)
 {
   s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
   s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients);
-  return s->residual && s->gradients ? flesh_start_make(s->scene, &s->state) : no_memory();
+  return s->residual && s->gradients ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
 }
 
 static int make_integrator(const study *s, flesh_solver_options *options, flesh_integrator **integrator)

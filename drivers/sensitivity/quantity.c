@@ -11,8 +11,6 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for derivatives"); }
-
 /* The component of a column such as position_z, -1 for other columns. */
 static int component_of(const char *column, const char *quantity)
 {
@@ -42,7 +40,7 @@ static int make_reaction(const flesh_scene *scene, const flesh_probe *probe, int
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
   uint8_t *fixed = calloc(n + 1, 1);
   *weights = calloc(n + 1, sizeof **weights);
-  const int status = fixed && *weights ? FLESH_OK : no_memory();
+  const int status = fixed && *weights ? FLESH_OK : flesh_no_memory();
   if (!status) flesh_system_fixed(flesh_scene_system(scene), t, fixed);
   for (int k = 0; k < probe->node_count && !status; k++) {
     const size_t d = 3 * (size_t)probe->nodes[k] + (size_t)component;
@@ -68,7 +66,7 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(mesh) + 1, 1);
   *is = 0;
-  if (!fixed) return no_memory();
+  if (!fixed) return flesh_no_memory();
   flesh_system_fixed(flesh_scene_system(scene), t, fixed);
   for (size_t a = 0; a < 4 && !isnan(probe->point[0]); a++) {
     const uint8_t *node = fixed + 3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)probe->tet + a];
@@ -87,19 +85,19 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
   int component;
   if ((component = component_of(column, "position")) >= 0) {
     asked->unit = "m";
-    return (asked->by_x = new_mean(scene, probe, component)) ? FLESH_OK : no_memory();
+    return (asked->by_x = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
   }
   if ((component = component_of(column, "velocity")) >= 0 && !is_static) {
     asked->unit = "m/s";
-    return (asked->by_v = new_mean(scene, probe, component)) ? FLESH_OK : no_memory();
+    return (asked->by_v = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
   }
   if ((component = component_of(column, "reaction")) < 0 || !is_static || probe->node_count < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "derivatives are of position_x, _y or _z, in motions of velocity_x and in equilibria of reaction_x");
   if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "reactions have no derivatives here: %s", way);
   if (probe->holder != 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of reactions to all pins and prescribed motions, not to one of them: give "
-                      "the probe a box, sphere, nodes, regions, set or body");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of reactions to all pins and prescribed motions, not to one of them: "
+                                          "give the probe a box, sphere, nodes, regions, set or body");
   asked->unit = "N";
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
@@ -125,7 +123,8 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
   if (!probe)
     return flesh_fail(FLESH_ERR_ARGUMENT, "it must be PROBE.COLUMN for a probe of output.probes, such as tip.position_z");
   if (asked->over && !*flesh_scene_tangents_refused(scene))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "means and integrals over time are of motions, and of equilibria that depend on those before");
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "means and integrals over time are of motions, and of equilibria that depend on those before");
   const int status = differentiate(scene, probe, strrchr(column, '.') + 1, t, asked);
   if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
   return status;

@@ -61,7 +61,7 @@ static int draw(flesh_snapshot *s, const wanted *w, const char *out)
   double **states = calloc((size_t)count, sizeof *states);
   int *numbers = calloc((size_t)count, sizeof *numbers);
   flesh_picture_frame shown;
-  if (!panels || !subtitles || !states || !numbers) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!panels || !subtitles || !states || !numbers) status = flesh_no_memory();
   for (int p = 0; p < count && !status; p++) {
     int r = p / w->count, frame = 0;
     size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(s->runs[r].folder.scene));
@@ -71,7 +71,7 @@ static int draw(flesh_snapshot *s, const wanted *w, const char *out)
     numbers[p] = s->runs[r].folder.frames[frame].number;
     states[p] = malloc(2 * n * sizeof(double));
     if (!states[p]) {
-      status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+      status = flesh_no_memory();
       break;
     }
     memcpy(states[p], panels[p].x, n * sizeof(double));

@@ -28,8 +28,6 @@ typedef struct gallery {
   flesh_picture_options options;
 } gallery;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
-
 /* Into a box about the origin whose side is the body's length: a body that is held about where it rests, another in its
  * middle. Returns by how much it is shown smaller where it is far larger than the picture, 1 or less. */
 static double centre(const flesh_mesh_info *info, int is_held, double *x)
@@ -79,7 +77,7 @@ static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
   shown *s = &g->bodies[g->count++];
   s->title = strdup((const char *)sqlite3_column_text(row, 1));
   s->subtitle = strdup((const char *)sqlite3_column_text(row, 2));
-  if (!s->title || !s->subtitle) return no_memory();
+  if (!s->title || !s->subtitle) return flesh_no_memory();
   if (sqlite3_column_type(row, 0) == SQLITE_NULL) return FLESH_OK;
   const int number = sqlite3_column_int(row, 0);
   int status = number == *last ? FLESH_OK : g->study->body(g->study->data, number, &s->mesh, &g->options.camera);
@@ -88,7 +86,7 @@ static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
   *last = number;
   if (!(s->x = read_positions(g, row, s->body.mesh))) return FLESH_OK;
   s->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(s->body.mesh));
-  if (!s->J) return no_memory();
+  if (!s->J) return flesh_no_memory();
   flesh_picture_jacobians(s->body.mesh, s->x, s->J);
   flesh_mesh_info info;
   flesh_mesh_inspect(s->body.mesh, &info);
@@ -99,7 +97,7 @@ static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
   const double shrunk = centre(&info, sqlite3_column_int(row, 3), s->x);
   if (!told || !(shrunk < 1)) return FLESH_OK;
   char *title = flesh_text_new("%s (1:%.2g)", s->title, 1 / shrunk);
-  if (!title) return no_memory();
+  if (!title) return flesh_no_memory();
   free(s->title);
   s->title = title;
   return FLESH_OK;
@@ -118,7 +116,7 @@ static int draw(const gallery *g, const char *name)
 {
   flesh_picture_panel *panels = calloc((size_t)g->count + 1, sizeof *panels);
   char *path = flesh_text_new("%s/%s.png", g->out, name);
-  int status = panels && path ? FLESH_OK : no_memory();
+  int status = panels && path ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < g->count && !status; k++) {
     const shown *s = &g->bodies[k];
     panels[k] = (flesh_picture_panel){.title = s->title, .subtitle = s->subtitle, .body = &s->body, .x = s->x, .J = s->J};
@@ -138,7 +136,7 @@ static void number_of(sqlite3_stmt *row, int column, double *value)
 static int draw_picture(const flesh_study *study, const char *out, sqlite3_stmt *row, sqlite3_stmt *query)
 {
   gallery g = {.study = study, .out = out, .bodies = calloc((size_t)sqlite3_column_int(row, 1) + 1, sizeof *g.bodies)};
-  int last = -1, status = g.bodies ? FLESH_OK : no_memory();
+  int last = -1, status = g.bodies ? FLESH_OK : flesh_no_memory();
   flesh_picture_options_default(&g.options);
   g.options.columns = sqlite3_column_int(row, 2);
   g.options.width = sqlite3_column_int(row, 3);

@@ -67,7 +67,7 @@ int flesh_study_store_execute(flesh_study_store *store, const char *format, ...)
   va_start(arguments, format);
   char *sql = sqlite3_vmprintf(format, arguments);
   va_end(arguments);
-  if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!sql) return flesh_no_memory();
   const int code = sqlite3_exec(store->database, sql, NULL, NULL, NULL);
   sqlite3_free(sql);
   return code ? flesh_study_store_fail(store, "cannot be written") : FLESH_OK;

@@ -31,7 +31,7 @@ int flesh_format_print(const char *path, sqlite3_stmt *query, const flesh_format
   const int count = sqlite3_column_count(query);
   const char **names = calloc((size_t)count + 1, sizeof *names);
   flesh_format_cell *cells = calloc((size_t)count + 1, sizeof *cells);
-  int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_no_memory();
   for (int c = 0; c < count && !status; c++) names[c] = sqlite3_column_name(query, c);
   if (!status && format->head) format->head(stream, count, names);
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {

@@ -18,7 +18,7 @@ int flesh_study_open(flesh_study_options *options, int argc, char **argv)
   options->argc = argc;
   options->argv = calloc((size_t)argc + 1, sizeof *argv);
   if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);
-  return status || options->argv ? status : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return status || options->argv ? status : flesh_no_memory();
 }
 
 void flesh_study_close(flesh_study_options *options)

@@ -110,7 +110,7 @@ static int add_functions(sqlite3 *database)
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC,
                                 (void *)(intptr_t)rows[k].data, rows[k].call, NULL, NULL))
-      return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+      return flesh_no_memory();
   return FLESH_OK;
 }
 
@@ -155,7 +155,7 @@ static void print_row(FILE *stream, sqlite3_stmt *query, int column)
 static int drop(const maker *m, const char *name, const char *suffix)
 {
   char *path = flesh_text_new("%s/%s%s", m->to->out, name, suffix);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   flesh_path_unlink(path);
   free(path);
   return FLESH_OK;
@@ -195,7 +195,7 @@ static int write_json(const maker *m, sqlite3_stmt *query, const char *name)
   if (sqlite3_step(query) != SQLITE_ROW) return fail_to_read(m, query);
   json_t *value = json_loads((const char *)sqlite3_column_text(query, 0), JSON_DECODE_ANY, NULL);
   char *path = value ? flesh_text_new("%s/%s", m->to->out, name) : NULL;
-  const int status = path ? flesh_json_write(path, value) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  const int status = path ? flesh_json_write(path, value) : flesh_no_memory();
   free(path);
   return status;
 }
@@ -243,9 +243,9 @@ int flesh_results_make(sqlite3 *database, const char *path, const char *const *s
 {
   maker m = {.path = path, .to = to};
   int status = FLESH_OK;
-  if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_no_memory();
   for (; *sql && !status; sql++) status = flesh_results_each(database, path, *sql, execute, &m);
-  if (m.words && fclose(m.words) && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (m.words && fclose(m.words) && !status) status = flesh_no_memory();
   if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, m.text);
   free(m.text);
   return status;

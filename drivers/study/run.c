@@ -189,7 +189,7 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
   const int count = flesh_study_store_count(store, NULL);
   int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
   w.running = calloc((size_t)flesh_pool_places(options->ranks, options->jobs, count) + 1, sizeof *w.running);
-  if (!status && !w.running) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !w.running) status = flesh_no_memory();
   while (!status) {
     status = flesh_study_store_recover(store, &abandoned, &elsewhere);
     w.total = flesh_study_store_count(store, NULL);
@@ -239,7 +239,7 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
     char *text = json_dumps(facts, JSON_COMPACT);
     json_decref(facts);
     status = text ? flesh_study_store_execute(store, "INSERT OR REPLACE INTO facts VALUES (%d, %Q)", number, text)
-                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+                  : flesh_no_memory();
     free(text);
   }
   if (!status) status = flesh_results_make(store->database, store->path, study->results, &to);

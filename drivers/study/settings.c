@@ -9,8 +9,6 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a spec"); }
-
 static int is_path(const char *key)
 {
   const flesh_key *keys = flesh_scene_table, *found = NULL;
@@ -52,11 +50,11 @@ int flesh_settings_read(flesh_arena *arena, const char *spec, const flesh_node *
     return flesh_node_fail(set, "set is %s; it must be a mapping such as {time.end: 1}", flesh_node_show(set, shown));
   settings->texts = flesh_arena_take(arena, sizeof(char *) * (size_t)set->count);
   settings->nodes = flesh_arena_take(arena, sizeof(flesh_node *) * (size_t)set->count);
-  if (!settings->texts || !settings->nodes) return no_memory();
+  if (!settings->texts || !settings->nodes) return flesh_no_memory();
   for (const flesh_node *child = set->first; child; child = child->next) {
     const char *value = flesh_setting_value(arena, spec, child->key, child);
     const char *text = value ? flesh_arena_print(arena, "%s=%s", child->key, value) : NULL;
-    if (!text) return no_memory();
+    if (!text) return flesh_no_memory();
     settings->nodes[settings->count] = child;
     settings->texts[settings->count++] = text;
   }

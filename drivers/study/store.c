@@ -24,7 +24,7 @@ static const char format_number[] = "2";
 static int open_database(const char *path, int flags, flesh_study_store *store)
 {
   *store = (flesh_study_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
-  if (!store->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!store->path) return flesh_no_memory();
   if (sqlite3_open_v2(path, &store->database, flags, NULL))
     return flesh_study_store_fail(store, "cannot be opened");
   sqlite3_busy_timeout(store->database, PATIENCE_MS);
@@ -162,7 +162,7 @@ char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
 static int open_lock(flesh_study_store *store, const char *name)
 {
   store->lock_path = flesh_study_store_beside(store, name);
-  if (!store->lock_path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!store->lock_path) return flesh_no_memory();
   store->lock = flesh_path_open(store->lock_path, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
   if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be locked: %s", store->lock_path, strerror(errno));
@@ -182,7 +182,7 @@ static int enrol(flesh_study_store *store, int argc, char **argv)
   if (status) return status;
   json_t *program = flesh_provenance_program(argc, argv);
   char *text = json_dumps(program, JSON_COMPACT);
-  if (flesh_json_lacks()) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (flesh_json_lacks()) status = flesh_no_memory();
   if (!status)
     status = flesh_study_store_execute(store,
                                        "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (%Q, %Q, %d, "
@@ -249,7 +249,7 @@ static int make_way(const flesh_study *study, const char *path, int resume)
   }
   for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
     char *other = sqlite3_mprintf("%s%s", path, ends[k]);
-    if (!other) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!other) return flesh_no_memory();
     flesh_path_unlink(other);
     sqlite3_free(other);
   }
@@ -271,7 +271,7 @@ int flesh_study_store_open(const flesh_study *study, const flesh_study_options *
   *store = (flesh_study_store){.lock = -1};
   if (status) return status;
   char *path = flesh_text_new("%s/%s.db", options->out, study->name);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   status = flesh_path_check(path);
   if (!status) status = make_way(study, path, options->resume);
   if (!status) status = open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, store);
@@ -288,8 +288,7 @@ int flesh_study_store_open(const flesh_study *study, const flesh_study_options *
 int flesh_study_store_read(const char *path, flesh_study_store *store)
 {
   *store = (flesh_study_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
-  int status = store->path ? flesh_database_read(path, SQLITE_OPEN_READWRITE, &store->database)
-                           : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = store->path ? flesh_database_read(path, SQLITE_OPEN_READWRITE, &store->database) : flesh_no_memory();
   if (!status) sqlite3_busy_timeout(store->database, PATIENCE_MS);
   char *format = NULL;
   if (!status) status = text_of(store, "format", &format);

@@ -162,7 +162,7 @@ int flesh_study_store_judge(flesh_study_store *store, const char *condition, int
   sqlite3_stmt *query;
   char *sql = sqlite3_mprintf("SELECT count(*), min(number), message FROM temp.wanted JOIN cases USING (id) WHERE %s",
                               condition);
-  int status = sql ? flesh_study_store_prepare(store, sql, &query) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = sql ? flesh_study_store_prepare(store, sql, &query) : flesh_no_memory();
   sqlite3_free(sql);
   if (status) return status;
   const int cases = flesh_study_store_count(store, NULL);

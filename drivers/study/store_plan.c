@@ -83,7 +83,7 @@ static int plan_case(planner *p, int number)
   print_list(&key, p->study->column_count, c.values);
   if (p->study->repeats > 1) flesh_text_print(&key, " %d", c.repeat);
   print_list(&overrides, c.count, c.overrides);
-  if (key.failed || overrides.failed) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (key.failed || overrides.failed) status = flesh_no_memory();
   int code = status ? SQLITE_DONE : find(p, key.data, &id);
   if (!status && code == SQLITE_DONE && !id) {
     code = insert(p, number, &c, key.data, overrides.data);
@@ -117,7 +117,7 @@ static int prepare(planner *p)
                    p->study->repeats > 1 ? ", repeat" : "");
   for (int c = 0; c < columns; c++) flesh_text_print(&sql, ", ?");
   flesh_text_print(&sql, ", 'planned')");
-  int status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
+  int status = sql.failed ? flesh_no_memory()
                           : flesh_study_store_prepare(p->store, sql.data, &p->insert);
   free(sql.data);
   if (!status) status = flesh_study_store_prepare(p->store, "SELECT id FROM cases WHERE case_key = ?", &p->find);

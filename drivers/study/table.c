@@ -11,7 +11,7 @@
 int flesh_table_open(const char *folder, const char *name, flesh_file *file)
 {
   char *path = flesh_text_new("%s/%s", folder, name);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!path) return flesh_no_memory();
   int status = flesh_file_open(path, file);
   free(path);
   return status;

@@ -24,8 +24,6 @@ static const char *const last_columns[][2] = {{"nodes", "json_extract(c.result, 
                                               {"flesh_commit", "json_extract(w.program, '$.commit')"},
                                               {NULL}};
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
-
 /* Whether a figure's path, as that of a probe, gives a column of this name; COLUMN_NAME says the same in SQL. */
 static int is_column_of(const char *path, const char *name)
 {
@@ -97,8 +95,7 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
       "scene TEXT, overrides TEXT, result TEXT, case_key TEXT UNIQUE);\n"
       "CREATE INDEX cases_by_status ON cases (status, id);\n",
       study->repeats > 1 ? ", repeat INTEGER" : "");
-  if (!status)
-    status = sql.failed ? no_memory() : flesh_study_store_execute(store, "%s", sql.data);
+  if (!status) status = sql.failed ? flesh_no_memory() : flesh_study_store_execute(store, "%s", sql.data);
   free(sql.data);
   for (int c = 0; !status && c < study->column_count; c++)
     status = flesh_study_store_execute(store, "INSERT INTO parameters VALUES (%d, %Q, %Q)", c, study->columns[c].name,
@@ -194,7 +191,7 @@ static int derive(flesh_study_store *store, char **sql, int *bad)
     const char *name = (const char *)sqlite3_column_text(query, 0), *is = (const char *)sqlite3_column_text(query, 1);
     char *inner = sqlite3_mprintf("SELECT (%s\n) FROM (%s)", is, *sql);
     char *outer = sqlite3_mprintf("SELECT *, (%s\n) AS \"%w\" FROM (%s)", is, name, *sql);
-    if (!inner || !outer) status = no_memory();
+    if (!inner || !outer) status = flesh_no_memory();
     else if (!is_valid(store, inner)) {
       *bad = number;
       status = flesh_fail(FLESH_ERR_ARGUMENT, "the column %s is '%s'; it must be an expression of SQLite: %s", name, is,
@@ -231,7 +228,7 @@ int flesh_study_views_write(flesh_study_store *store, int *bad)
     status = view ? print_rows(store, &text) : print_results(store, &text);
     char *sql = status || text.failed ? NULL : sqlite3_mprintf("%s", text.data);
     free(text.data);
-    if (!status && !sql) status = no_memory();
+    if (!status && !sql) status = flesh_no_memory();
     /* A column that cannot be derived leaves the others as they are. */
     if (!status && !view && (derived = derive(store, &sql, bad)))
       snprintf(words, sizeof words, "%s", flesh_error_text());

@@ -14,7 +14,7 @@
 /* Takes the text, "KEY=VALUE". */
 static int add_override(flesh_study_case *made, char *text)
 {
-  if (!text) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!text) return flesh_no_memory();
   made->overrides[made->count++] = text;
   return FLESH_OK;
 }
@@ -39,7 +39,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
   *made = (flesh_study_case){.scene = sweep->scene};
   made->overrides = calloc((size_t)(sweep->set.count + sweep->column_count + 1), sizeof *made->overrides);
-  int status = made->overrides ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = made->overrides ? FLESH_OK : flesh_no_memory();
   if (!status) choose_values(sweep, number, made);
   for (int s = 0; s < sweep->set.count && !status; s++) status = add_override(made, strdup(sweep->set.texts[s]));
   for (int c = 0; c < sweep->column_count && !status; c++) {
@@ -121,7 +121,7 @@ static json_t *run_case(const void *data, int number, const char *folder)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
   flesh_study_case c;
-  int status = sweep->keep && !folder ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : make_case(data, number, &c);
+  int status = sweep->keep && !folder ? flesh_no_memory() : make_case(data, number, &c);
   if (status) return refused(status);
   json_t *record = run_scene(sweep, &c, folder);
   flesh_study_case_free(&c);

@@ -86,8 +86,7 @@ static int sweep_all(void *data)
   }
   char *database = flesh_text_new("%s/%s.db", set->options.out, set->study.name);
   if (database && !flesh_path_is_file(database)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
-  if (!status)
-    status = database ? flesh_folder_make(set->options.out) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = database ? flesh_folder_make(set->options.out) : flesh_no_memory();
   free(database);
   if (!status) {
     flesh_folder_clear(set->options.out);

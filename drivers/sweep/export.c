@@ -28,7 +28,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
   const char *rest = "";
   char *sql = sqlite3_mprintf("SELECT %s FROM %s WHERE (%s\n) ORDER BY %s", columns, view, where ? where : "1",
                               strcmp(view, "rows") ? "id" : "case_id, number");
-  if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!sql) return flesh_no_memory();
   int code = sqlite3_prepare_v2(store->database, sql, -1, &query, &rest), status = FLESH_OK;
   if (code || *rest || !sqlite3_stmt_readonly(query))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s%s%s: %s", store->path, columns, where ? ", --where " : "",

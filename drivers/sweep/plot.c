@@ -27,7 +27,7 @@ typedef struct picture {
 static int execute(picture *p, char *sql)
 {
   sqlite3_stmt *query = NULL;
-  if (!sql) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!sql) return flesh_no_memory();
   int status = FLESH_OK;
   if (sqlite3_prepare_v2(p->store.database, sql, -1, &query, NULL))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --x %s --y %s%s%s%s%s%s%s: %s%s", p->store.path, p->x, p->y,

@@ -24,7 +24,7 @@ int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int se
   double shift[FLESH_STUDY_COLUMNS] = {0}, point[FLESH_STUDY_COLUMNS];
   if (!random || (type && !sampler)) {
     if (random) gsl_rng_free(random);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    return flesh_no_memory();
   }
   gsl_rng_set(random, (unsigned long)seed);
   for (int d = 0; sampler && seed && d < dimensions; d++) shift[d] = gsl_rng_uniform(random);

@@ -46,7 +46,8 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
   if (a->values) {
     if (a->values->kind != FLESH_NODE_LIST || !a->values->count) {
       char shown[FLESH_SHOW_SIZE];
-      return flesh_node_fail(a->values, "values is %s; it must be a list of at least one value", flesh_node_show(a->values, shown));
+      return flesh_node_fail(a->values, "values is %s; it must be a list of at least one value",
+                             flesh_node_show(a->values, shown));
     }
     if (a->count != INT_MIN)
       return flesh_node_fail(flesh_node_find(node, "count"), "count applies to a range; leave it out beside values");

@@ -101,6 +101,8 @@ int flesh_fail(int status, const char *format, ...)
   return call_handler(status);
 }
 
+int flesh_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
+
 unsigned long flesh_fail_count(void) { return fail_count; }
 
 int flesh_fail_within(int status, const char *format, ...)

@@ -9,6 +9,8 @@
 /* Records the sentence (printf format) and returns `status`, so that `return flesh_fail(...)` is
  * the whole error path. */
 int flesh_fail(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* FLESH_ERR_MEMORY, "out of memory". */
+int flesh_no_memory(void);
 
 /* How many sentences this thread has recorded: whoever calls what may fail without one compares it before and after. */
 unsigned long flesh_fail_count(void);

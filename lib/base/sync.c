@@ -71,7 +71,7 @@ int flesh_sync_commit(flesh_file *file)
   char *path = strdup(file->path);
   if (!path) {
     flesh_file_abandon(file);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    return flesh_no_memory();
   }
   int status = fflush(file->stream) ? FLESH_OK /* which the commit finds too */
                                     : sync_descriptor(fileno(file->stream), path);

@@ -166,7 +166,7 @@ static int open_surfaces(flesh_scene *scene, const flesh_objects *curved, surfac
   const size_t count = (size_t)curved->count;
   *s = (surfaces){curved->count, calloc(count, sizeof *s->nearest), calloc(count, sizeof *s->files),
                   calloc(count, sizeof *s->found), calloc(count, sizeof *s->left)};
-  if (!s->nearest || !s->files || !s->found || !s->left) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!s->nearest || !s->files || !s->found || !s->left) return flesh_no_memory();
   for (int k = 0; k < s->count; k++) {
     const int status = open_surface(scene, (flesh_scene_curved *)curved->values + k, &s->nearest[k], &s->files[k]);
     if (status) return flesh_fail_within(status, "curved[%d]: ", k);
@@ -186,7 +186,7 @@ static int find_faces(flesh_scene *scene, const char *body, const flesh_mesh *me
                                        "a corner is farther from it than a tenth of the longest edge",
                                        scene->warning ? scene->warning : "", scene->warning ? "; " : "", body, k,
                                        s->left[k], s->left[k] == 1 ? "" : "s", s->left[k] == 1 ? "s" : "", s->left[k] == 1 ? "it is" : "they are");
-    if (!scene->warning) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!scene->warning) status = flesh_no_memory();
   }
   return status;
 }
@@ -216,7 +216,7 @@ int flesh_scene_curve_mesh(flesh_scene *scene, const char *body, const flesh_obj
     return flesh_fail(FLESH_ERR_ARGUMENT, "curved: four-node tets have straight edges; the element must be tet10 or "
                                           "tet10-mean");
   int *on = malloc(4 * (size_t)flesh_mesh_tet_count(*mesh) * sizeof *on);
-  int status = on ? open_surfaces(scene, curved, &s) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = on ? open_surfaces(scene, curved, &s) : flesh_no_memory();
   if (!status) status = find_faces(scene, body, *mesh, &s, on);
   for (int refined = 0; !status; refined++) {
     flesh_mesh *next;

@@ -69,7 +69,7 @@ static int take_bearers(flesh_scene *scene, const flesh_effect_entry *entry, fle
   int *kept = flesh_arena_take(&scene->arena, (size_t)count * sizeof *kept);
   if (kept) memcpy(kept, nodes, (size_t)count * sizeof *kept);
   free(nodes);
-  if (!kept) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!kept) return flesh_no_memory();
   probe->nodes = kept;
   probe->node_count = count;
   probe->holder = 0;
@@ -84,7 +84,7 @@ static int take(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe
   const flesh_constraint *held = entry->constraint ? &scene->system->constraints[entry->constraint - 1] : NULL;
   const int count = held ? held->count : flesh_mesh_node_count(scene->mesh);
   int *nodes = flesh_arena_take(&scene->arena, (size_t)count * sizeof *nodes);
-  if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!nodes) return flesh_no_memory();
   for (int k = 0; k < count; k++) nodes[k] = held ? held->nodes[k] : k;
   probe->nodes = nodes;
   probe->node_count = count;
@@ -120,7 +120,7 @@ int flesh_scene_probe_bearing(flesh_scene *scene, flesh_probe *probes)
     const flesh_effect_entry *entry = &entries[k];
     const size_t size = strlen(entry->row->name) + 16;
     char *name = flesh_arena_take(&scene->arena, size);
-    if (!name) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    if (!name) return flesh_no_memory();
     if (!bears(scene, entry)) continue;
     const int index = index_of(scene, entry);
     snprintf(name, size, index ? "%s_%d" : "%s", entry->row->name, index + 1);

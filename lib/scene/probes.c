@@ -37,7 +37,7 @@ static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe
   free(nodes);
   probe->node_count = count;
   probe->nodes = kept;
-  return kept ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return kept ? FLESH_OK : flesh_no_memory();
 }
 
 static int check_name(const flesh_scene *scene, int k)
