@@ -1,4 +1,4 @@
-/* json_memory.c: jansson's memory, watched, and texts for it. */
+/* json_memory.c: watches jansson's memory; makes texts and numbers that it takes; reads and writes files. */
 #include "cli/json_memory.h"
 
 #include <math.h>

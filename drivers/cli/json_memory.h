@@ -1,5 +1,5 @@
-/* json_memory.h: whether jansson ever lacked memory: an object that it could not add to lacks a key, and nothing says
- * so; and as JSON texts from outside, of which it takes UTF-8 only, any numbers, and files. */
+/* json_memory.h: notes where jansson lacks memory, as it then leaves out keys without an error; makes JSON of texts that may
+ * not be UTF-8 and of numbers that may not be finite; reads and writes files of JSON. */
 #ifndef FLESH_CLI_JSON_MEMORY_H
 #define FLESH_CLI_JSON_MEMORY_H
 

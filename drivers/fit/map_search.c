@@ -17,9 +17,9 @@
 
 /* A step's equations are solved to this share of the gradient. */
 static const double step_tolerance = 1e-2;
-/* The sum of squares over the count of numbers that is as good as 1; a weight is not searched closer than this ratio. */
+/* A sum of squares within this share of its expectation ends the search; so do two weights of a smaller ratio. */
 static const double enough = 0.02, close_weights = 1.1;
-/* Weights fall by so much until the residuals are small enough, and down to such a share of the first. */
+/* Factor from one weight to the next until the residuals are small enough, and the least weight over the first. */
 static const double fall = 0.1, least_share = 1e-10;
 /* Conjugate gradients that count what is determined end at this share of the squared residual. */
 static const double trace_share = 1e-4;
@@ -142,8 +142,8 @@ static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
   return some;
 }
 
-/* Iterates until a key is held, or a step changes the sum of squares by less than chance does by far, with keys by less than
- * one of a fifth of a standard error does. */
+/* Iterates until a key is held, or a step lowers the sum of squares by less than `tolerance` times its standard deviation
+ * sqrt(2 count); with keys, by less than 5 times `tolerance`, which is what a fifth of a standard error changes by default. */
 static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit_stage *stage)
 {
   const double small = s->fit->tolerance * (s->fit->key_count ? 5 : sqrt(2. * s->fit->count));
@@ -219,7 +219,8 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
   return s->status;
 }
 
-/* A first weight, under which the map is all but uniform: what a uniform change does over what a rough one is penalised. */
+/* Finds a first weight, so large that the map is nearly uniform: the squares of what a uniform change of 1 does to the
+ * measured numbers, over the penalty of a change of 1 across every face. */
 static int first_weight(searching *s, double *weight)
 {
   const int n = s->fit->parameter_count;
@@ -239,7 +240,7 @@ static int first_weight(searching *s, double *weight)
   return status;
 }
 
-/* The log of how far the residuals are from their deviations. */
+/* Logarithm of the mean squared residual, in deviations, over what is expected: 0 where they agree. */
 static double excess(const searching *s, const flesh_fit_stage *stage)
 {
   return log(stage->squares / fmax(s->fit->count - stage->determined, 1));

@@ -23,8 +23,8 @@ typedef struct reading {
   flesh_locator *locator; /* of the places of positions; NULL until there is one */
 } reading;
 
-/* Surfaces of two meshes of a curved body are apart, and a scanner is not exact: a point counts with the tet next to it, of
- * which it may be outside by this share of the mean edge. */
+/* A point may lie outside of the body by this share of the mean edge, and then counts with the nearest tet: two meshes of a
+ * curved body have different surfaces, and a scanner is not exact. */
 static const double outside = 0.25;
 
 /* The column of that name without its unit; -1: none. */

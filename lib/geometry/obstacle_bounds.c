@@ -7,7 +7,7 @@
 #include "math/mat3.h"
 #include "math/nearest.h"
 
-/* Reaches are widened by rounding: a distance within it of the reach is none to leave out. */
+/* Share by which a reach is widened for rounding, so that an obstacle at just the reach is not left out. */
 static const double slack = 1e-9;
 
 flesh_bounds flesh_bounds_of(int count, const int *nodes, const double *x)
@@ -56,7 +56,7 @@ flesh_bounds flesh_bounds_join(const flesh_bounds *a, const flesh_bounds *b)
   return joined;
 }
 
-/* How far the box is from p; NaN where it is. */
+/* Distance of the box from p; NaN where the box is NaN. */
 static double distance_of(const flesh_bounds *b, const double p[3])
 {
   double square = 0;

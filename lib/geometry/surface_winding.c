@@ -6,7 +6,7 @@
 #include "geometry/orient.h"
 #include "math/mat3.h"
 
-/* A ray is a segment that ends outside of all; so many are tried. */
+/* RAYS are tried, each a segment that ends outside of the surface. */
 enum { RAYS = 32, UNKNOWN = 2 };
 
 /* 1 where the ray pq leaves through the triangle, -1 where it enters, 0 where it passes it by; UNKNOWN where it meets its
@@ -22,7 +22,7 @@ static int crossing(const double *p, const double *q, const double *a, const dou
   return left < 3 && right < 3 ? UNKNOWN : to == 0 ? UNKNOWN : to;
 }
 
-/* The end of ray k from p: outward of the triangle, across the box of all faces. */
+/* Finds the end q of ray k, which leaves p along the normal n, tilted, for a length that leads out of the surface. */
 static void find_end(const double *p, const double n[3], double length, int k, double q[3])
 {
   double d[3], size;
@@ -31,7 +31,7 @@ static void find_end(const double *p, const double n[3], double length, int k, d
   for (int c = 0; c < 3; c++) q[c] = p[c] + length * d[c] / size;
 }
 
-/* A length within which everything ends. */
+/* A length that exceeds every distance within the surface. */
 static double extent(const flesh_contact_surface *s, const double *x)
 {
   double sum = 0;

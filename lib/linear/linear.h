@@ -23,8 +23,8 @@ typedef struct flesh_linear {
   void (*preconditioner_apply)(flesh_preconditioner_data *preconditioner, const double *r, double *z);
   double (*preconditioner_solve)(flesh_preconditioner_data *preconditioner, const float *r);
   double (*preconditioner_scale)(const flesh_preconditioner_data *preconditioner);
-  int (*preconditioner_restore)(flesh_preconditioner_data *preconditioner, const float *error, double *step);
-  double (*preconditioner_turned)(const flesh_preconditioner_data *preconditioner);
+  int (*preconditioner_correct_volumes)(flesh_preconditioner_data *preconditioner, const float *error, double *step);
+  double (*preconditioner_drift)(const flesh_preconditioner_data *preconditioner);
   size_t (*preconditioner_memory)(const flesh_preconditioner_data *preconditioner);
   void (*preconditioner_archive)(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
   int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);

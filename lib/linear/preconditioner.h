@@ -95,14 +95,14 @@ FLESH_PER_ISA void flesh_preconditioner_solve_for(flesh_preconditioner_data *pre
 enum { FLESH_PRECONDITIONER_SUMS = 16 };
 FLESH_PER_ISA double *flesh_preconditioner_room(flesh_preconditioner_data *preconditioner);
 
-/* Takes from step [3*rows] what moves the stiff rows of the matrix by `error` [rows of these], as far as the projection
- * goes. 0: nothing is projected, and nothing done. Collective; steps are consistent. */
-FLESH_PER_ISA int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, const float *error,
-                                               double *step);
+/* Removes from step [3*rows] the part that changes the stiff rows' products by `error` [rows of these], as far as the
+ * projection goes. Returns 0 where nothing is projected and the step stays. Collective; steps are consistent. */
+FLESH_PER_ISA int flesh_preconditioner_correct_volumes(flesh_preconditioner_data *preconditioner, const float *error,
+                                                       double *step);
 
 /* How far the stiff rows are from those of the last set-up, 0 where nothing is projected: from about 1 on there are many
  * iterations more. Collective. */
-FLESH_PER_ISA double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
+FLESH_PER_ISA double flesh_preconditioner_drift(const flesh_preconditioner_data *preconditioner);
 
 FLESH_PER_ISA size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 

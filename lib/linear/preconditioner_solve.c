@@ -173,7 +173,7 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
   flesh_preconditioner_share_left_out(self, z);
 }
 
-int flesh_preconditioner_restore(flesh_preconditioner_data *self, const float *error, double *step)
+int flesh_preconditioner_correct_volumes(flesh_preconditioner_data *self, const float *error, double *step)
 {
   if (!self->projects) return 0;
   flesh_volume_projection_restore(self->projection, error, step);
@@ -181,7 +181,7 @@ int flesh_preconditioner_restore(flesh_preconditioner_data *self, const float *e
   return 1;
 }
 
-double flesh_preconditioner_turned(const flesh_preconditioner_data *self)
+double flesh_preconditioner_drift(const flesh_preconditioner_data *self)
 {
   return self->projects ? flesh_volume_projection_turned(self->projection) : 0;
 }

@@ -14,9 +14,9 @@
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
 static const double worth = 0.3; /* steps that the line search cuts to less are tried */
-static const double first = 8;   /* the first try is so many times as long as the cut step */
-static const double wall = 10;   /* a residual that grows by this factor says that something stiff is strained */
-static const double order = 6;   /* what remains of the strain grows by this power of the length */
+static const double first = 8;   /* length of the first try over that of the cut step */
+static const double wall = 10;   /* growth of the residual from which on stiff parts count as strained */
+static const double order = 6;   /* power of the length with which the strain that remains grows */
 
 /* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
  * Elimination has a quadratic model of contact, which does not predict the barrier either. */
@@ -44,7 +44,7 @@ static int propose_elimination(flesh_newton *self, const flesh_step *step)
   return 1;
 }
 
-/* Takes the equations' proposal [n] for the step where that can be reached and lies lower: whether. */
+/* Makes the equations' proposal [n] the step where it is feasible and has a lower potential. Returns whether it did. */
 static int take_proposal(flesh_newton *self, flesh_step *step)
 {
   flesh_equations *equations = &self->equations;
@@ -58,7 +58,8 @@ static int take_proposal(flesh_newton *self, flesh_step *step)
   return 1;
 }
 
-/* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */
+/* Takes one or two Newton steps from `to` [n], until the potential is below `enough`. Returns the potential; INFINITY where
+ * it has no value. */
 static double go_back(flesh_newton *self, double enough, double *to)
 {
   flesh_equations *equations = &self->equations;

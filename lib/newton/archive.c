@@ -1,11 +1,11 @@
-/* archive.c: what of an iteration lasts from one stage to the next: which matrices serve again, and how well they have. */
+/* archive.c: keeps, from one stage to the next, which matrices serve again and how well they have served. */
 #include <math.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "newton/newton.h"
 
-/* Whether K is asked for once more before it is assembled again. */
+/* Whether K serves once more before it is assembled again. */
 static int serves_again(const flesh_newton *self) { return self->policy.age >= 0 && self->direction.assembled; }
 
 static void forget_direction(flesh_direction *self)

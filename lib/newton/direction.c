@@ -7,15 +7,15 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* The first decades are the fastest, the more so the newer a preconditioner: solves by more than these are compared
- * with their like. */
+/* Conjugate gradients reduce the residual fastest in their first decades, the more so the newer the preconditioner is:
+ * solves by more decades than these are compared with each other, and not with shorter ones. */
 static const double DEEP = 3;
 
 /* The analysis for a factor costs 90 to 240 iterations: it is made after a solve that has taken more. */
 enum { MANY = 250 };
 
-/* An iteration, a product and two triangular solves with 18 operations a block each, takes the time of 1 to 3 times as many
- * of a factor. */
+/* Operations of a factor that take the time of an iteration, for each block: an iteration has a product and two triangular
+ * solves of 18 operations a block each, which take 1 to 3 times as long as in a factor. */
 static const double OPERATIONS = 72;
 
 void flesh_direction_unite_rows(flesh_direction *self)

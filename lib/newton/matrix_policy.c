@@ -19,7 +19,7 @@ static int uses(const flesh_matrix_policy *self, flesh_technique technique)
 }
 
 /* How far stiff rows may turn before the preconditioner is made anew. */
-static const double TURNED = 0.1;
+static const double MOST_DRIFT = 0.1;
 
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
@@ -177,7 +177,7 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   const double *per_decade = direction->iterations_per_decade;
   if (direction->direct && self->kept) return FLESH_OK;
   if (!self->kept && !uses(self, FLESH_TECHNIQUE_KEPT_PRECONDITIONERS)) return flesh_matrix_policy_refresh(self);
-  if (direction->preconditioner && direction->linear->preconditioner_turned(direction->preconditioner) > TURNED)
+  if (direction->preconditioner && direction->linear->preconditioner_drift(direction->preconditioner) > MOST_DRIFT)
     return flesh_matrix_policy_refresh(self);
   if (!self->kept && flesh_direction_stiffened(direction) >= NEW_ONE)
     return flesh_matrix_policy_refresh(self);

@@ -97,7 +97,7 @@ static double find_error(flesh_volume_arc *self, const double *u, int known, con
   return square / 2;
 }
 
-/* Corrects the step q from u. Whether it had more than `enough` of an error. */
+/* Corrects the step q from u where the energy of its error exceeds `enough`. Returns whether it did. */
 static int correct(flesh_volume_arc *self, const double *u, int known, double enough, double *q)
 {
   double first = 0;
@@ -107,7 +107,7 @@ static int correct(flesh_volume_arc *self, const double *u, int known, double en
     if (k == 0 && !(energy > enough)) return 0;
     if (k == 0) first = energy;
     else if (energy < CORRECTED * first) break;
-    if (!self->direction->linear->preconditioner_restore(self->direction->preconditioner, self->error, q)) return 0;
+    if (!self->direction->linear->preconditioner_correct_volumes(self->direction->preconditioner, self->error, q)) return 0;
   }
   return 1;
 }

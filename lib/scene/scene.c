@@ -407,7 +407,7 @@ int flesh_scene_write(const flesh_scene *scene, const char *path)
   return status;
 }
 
-static int rubs(const flesh_scene *scene)
+static int has_friction(const flesh_scene *scene)
 {
   const flesh_effect_entry *entries = scene->keys.effects.values;
   for (int k = 0; k < scene->keys.effects.count; k++) {
@@ -420,6 +420,6 @@ static int rubs(const flesh_scene *scene)
 const char *flesh_scene_tangents_refused(const flesh_scene *scene)
 {
   if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
-  if (rubs(scene)) return "friction makes its equilibria depend on the way to them";
+  if (has_friction(scene)) return "friction makes its equilibria depend on the way to them";
   return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
 }

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* A stage of no time, whose unknown is the acceleration: K is M, as K_x has no share in it. */
+/* Shift of the positions in a stage without length, whose unknown is the acceleration: so small that K is M. */
 static const double no_time = 1e-30;
 
 flesh_motion_pass flesh_pass_of(flesh_trajectory *self, double *room)

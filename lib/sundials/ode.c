@@ -173,7 +173,7 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   return FLESH_OK;
 }
 
-/* C = dr/dv of the free dofs at the point; whether it is not zero. */
+/* C = dr/dv of the free dofs at the point; *damped: whether it is not zero. */
 static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, flesh_block_matrix *C, int *damped)
 {
   int status = flesh_system_jacobian(self->motion->evaluation.system, point, &(flesh_shift){.v = 1}, C);

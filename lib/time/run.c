@@ -155,8 +155,8 @@ static int is_finite(const watch *w, const flesh_state *state)
   return flesh_team_total(w->team, sum) == 0;
 }
 
-/* A step that failed because a prescribed node would have to enter an obstacle says so; the others are put where they
- * can be. */
+/* Names the cause where a step failed because a prescribed node would have to enter an obstacle. Free nodes are pushed out
+ * first, so that they are no cause. */
 static int explain(watch *w, const flesh_integrator *integrator, const flesh_state *state, double target, int status)
 {
   double *x = integrator->part.x; /* of the step that failed, not needed any more */
@@ -169,7 +169,7 @@ static int explain(watch *w, const flesh_integrator *integrator, const flesh_sta
   return status;
 }
 
-/* From the begin, which observers are told of where it is `fresh`, or after *steps since then. */
+/* Takes the steps after the first *steps, counted from `start`. Observers see the start as step 0 where it is `fresh`. */
 static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double start, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
@@ -226,10 +226,10 @@ static int check_steps(const flesh_run_options *options, int step, double begin,
   return FLESH_OK;
 }
 
-/* The steps of a run that other runs' steps may have gone before. */
+/* The place in a run where its steps begin: its start, or the end of steps that were taken before. */
 typedef struct origin {
-  int fresh, step; /* a first one is to be recorded; steps so far */
-  double begin;    /* s, of the first of them */
+  int fresh, step; /* 1: observers see the start as step 0; steps that were taken before */
+  double begin;    /* s, at which the first step of all began */
 } origin;
 
 static int run(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options, origin from,

@@ -196,8 +196,8 @@ static void check_restored(bodies *b, int two)
   for (int e = 0; e < rows[WHOLE].count; e++) error[WHOLE][e] = (float)(test_uniform(&seed) - 0.3);
   for (int e = 0; e < rows[PART].count; e++) error[PART][e] = error[WHOLE][of[e]];
   for (int k = 0; k < 2; k++) {
-    CHECK(s[k].linear->preconditioner_restore(s[k].preconditioner, error[k], step[k]) == 1);
-    CHECK_NEAR(s[k].linear->preconditioner_turned(s[k].preconditioner), 0, 1e-12);
+    CHECK(s[k].linear->preconditioner_correct_volumes(s[k].preconditioner, error[k], step[k]) == 1);
+    CHECK_NEAR(s[k].linear->preconditioner_drift(s[k].preconditioner), 0, 1e-12);
   }
   for (int d = 0; d < own; d++) {
     const double expected = step[WHOLE][3 * nodes[d / 3] + d % 3];
@@ -213,7 +213,7 @@ static void check_restored(bodies *b, int two)
   for (int k = 0; k < 2; k++) {
     const size_t values = 3 * (size_t)s[k].rows.count * (size_t)s[k].rows.nodes_per_row;
     for (size_t d = 0; d < values; d++) s[k].rows.values[d] *= 1.1f;
-    turned[k] = s[k].linear->preconditioner_turned(s[k].preconditioner);
+    turned[k] = s[k].linear->preconditioner_drift(s[k].preconditioner);
   }
   CHECK(turned[WHOLE] > 1e-3);
   CHECK_NEAR(turned[PART], turned[WHOLE], 1e-4 * turned[WHOLE]);
