@@ -402,13 +402,14 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts towards the steps in a row that were easy to solve, or that lead out of a tangle. */
-static void count_easy(flesh_integrator *self, const flesh_method_row *row, int easy, const double *x)
+/* Counts towards the steps in a row that were easy to solve, or that lead out of a tangle. Steps with `one` iteration a stage
+ * resolve the motion, whatever it inverts. */
+static void count_easy(flesh_integrator *self, int one, int easy, const double *x)
 {
-  const int before = self->memory.easy;
-  if (before < 0) self->memory.easy = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : before + 1;
-  else if (!easy || (row->stages && flesh_recovery_is_inverted(&self->recovery, x))) self->memory.easy = 0;
-  else if (before < FLESH_EASY_STEPS) self->memory.easy++;
+  int *count = &self->memory.easy;
+  if (*count < 0) *count = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : *count + 1;
+  else if (!one && (!easy || flesh_recovery_is_inverted(&self->recovery, x))) *count = 0;
+  else if (*count < FLESH_EASY_STEPS) ++*count;
 }
 
 int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const flesh_piece *piece,
@@ -438,8 +439,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  const int easy = were_easy(5 * (row->stages ? energy.stages : 1), &before_solve, stats);
-  count_easy(self, row, easy, state->x);
+  const int one = stats->newton - before_solve.newton <= energy.stages;
+  count_easy(self, one, were_easy(5 * energy.stages, &before_solve, stats), state->x);
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
