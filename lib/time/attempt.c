@@ -402,8 +402,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts towards the steps in a row that were easy to solve, or that lead out of a tangle. Steps with `one` iteration a stage
- * resolve the motion, whatever it inverts. */
+/* Counts the steps in a row that were easy to solve, or lead out of a tangle. `one` iteration a stage resolves what inverts. */
 static void count_easy(flesh_integrator *self, int one, int easy, const double *x)
 {
   int *count = &self->memory.easy;
