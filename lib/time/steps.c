@@ -29,9 +29,10 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
 }
 
 /* The part of no time with which methods begin that remember the acceleration, where multipliers hold constraints. Its first
- * stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short
- * step. Its second one, a step of backward Euler by h, has the acceleration and the pressures with which they go on to hold:
- * what balances the forces with the pressures at hand may have nothing to do with them. */
+ * stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short step
+ * at rest: forces by a velocity that does not follow the displacement have no potential. Its second one, a step of backward
+ * Euler by h, has the acceleration and the pressures with which they go on to hold: what balances the forces with the
+ * pressures at hand may have nothing to do with them. */
 enum { ACCELERATION = 0, MOVED = 1 };
 
 static int start_stages(const flesh_method_memory *memory)
@@ -47,7 +48,7 @@ static void start_stage(const flesh_method_memory *memory, const flesh_state *st
   for (int d = 0; d < memory->n; d++) memory->a0[d] = moved ? -rate * state->v[d] : 0;
   *stage = (flesh_stage){.t = moved ? t_end : state->t, .load = 1, .prescribed_fraction = 1,
                          .shift = {.x = 1, .v = moved ? rate : 0, .a = rate * rate},
-                         .x0 = moved ? memory->vectors[MOVED] : state->x, .v0 = moved ? NULL : state->v, .a0 = memory->a0};
+                         .x0 = moved ? memory->vectors[MOVED] : state->x, .a0 = memory->a0};
 }
 
 static void start_keep(flesh_method_memory *memory, const flesh_stage *stage, const double *u)
