@@ -1,4 +1,6 @@
-/* accelerators.c: asks either accelerator in turn, and takes what lowers the potential.
+/* accelerators.c: asks one accelerator after the other, and takes what lowers the potential.
+ *
+ * Arcs are followed beyond a step that fell short, where going straight on would change volumes.
  *
  * Nonlinear elimination solves for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996).
  *
@@ -116,8 +118,17 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
   learn(self, value < step->value && take_proposal(self, step));
 }
 
+/* A filtered step that has gained more than predicted goes on along its arc, twice as far at a time. */
+static void go_along_arc(flesh_newton *self, flesh_step *step)
+{
+  const int falls_short = step->kind == FLESH_DIRECTION_FILTERED && step->length == 1 && step->actual > 1.2 * step->predicted;
+  if (!falls_short || !flesh_uses(&self->options, FLESH_TECHNIQUE_LONGER_STEPS)) return;
+  while (flesh_volume_arc_double(&self->arc, step->u, step->p, self->equations.proposal) && take_proposal(self, step)) continue;
+}
+
 void flesh_newton_accelerate(flesh_newton *self, flesh_step *step)
 {
+  go_along_arc(self, step);
   if (propose_elimination(self, step)) take_proposal(self, step);
   run_watchdog(self, step);
 }

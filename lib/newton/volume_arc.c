@@ -115,6 +115,7 @@ static int correct(flesh_volume_arc *self, const double *u, int known, double en
 void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *b, double *p)
 {
   flesh_equations *equations = self->equations;
+  self->bent = 0;
   if (!self->wanted || self->direction->rows.left_in) return;
   const double slope = -flesh_dot(equations->threads, equations->n, b, p);
   double start, value, magnitude, s = 1, *q = equations->work[0];
@@ -129,8 +130,17 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
     const double own = -flesh_dot(equations->threads, equations->n, b, q);
     if (status || !(own < 0) || !(value <= start + flesh_armijo * s * slope) || !(value <= start + flesh_armijo * own)) continue;
     flesh_copy(equations->threads, equations->n, q, p);
+    self->bent = 1;
     return;
   }
+}
+
+int flesh_volume_arc_double(flesh_volume_arc *self, const double *u, const double *p, double *q)
+{
+  if (!self->bent) return 0;
+  for (int d = 0; d < self->equations->n; d++) q[d] = 2 * p[d];
+  for (int e = 0; e < self->trial.count; e++) self->wanted[e] *= 2;
+  return correct(self, u, 1, 0, q);
 }
 
 void flesh_volume_arc_start(flesh_volume_arc *self, double *u)

@@ -10,6 +10,7 @@ typedef struct flesh_volume_arc {
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
   flesh_stiff_rows trial;     /* the rows where the step leads; all zero: there are none, on no rank */
   float *wanted, *error;      /* [rows] */
+  int bent;                   /* the step at hand is; then volumes are to change as `wanted` says */
 } flesh_volume_arc;
 
 /* FLESH_ERR_MEMORY. */
@@ -21,6 +22,9 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
  * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight
  * steps keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *b, double *p);
+
+/* Writes into q [n] where the arc of the bent step p leads at twice the length, p being next what q is. Whether it does. */
+int flesh_volume_arc_double(flesh_volume_arc *arc, const double *u, const double *p, double *q);
 
 /* Moves a solve's first iterate u [n], which was extrapolated in straight lines, so that volumes are those of the
  * stage's x0, if that lowers the potential. Does nothing if constrained dofs move. */
