@@ -2,12 +2,14 @@
 #include "study/database.h"
 
 #include <stdarg.h>
+#include <string.h>
 #include <sys/stat.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
 #include "cli/interrupt.h"
+#include "scene/words.h"
 #include "study/tables.h"
 
 enum { OPERATIONS_A_LOOK = 100000 };
@@ -59,6 +61,25 @@ int flesh_database_fail(sqlite3 *database, const char *path, const char *doing)
 int flesh_study_store_fail(const flesh_study_store *store, const char *doing)
 {
   return flesh_database_fail(store->database, store->path, doing);
+}
+
+const char *flesh_study_store_words(const flesh_study_store *store, const char *table, char text[FLESH_STUDY_WORDS])
+{
+  static const char unknown[] = "no such column: ";
+  const size_t begin = sizeof unknown - 1;
+  char ending[512];
+  snprintf(text, FLESH_STUDY_WORDS - sizeof ending - strlen("; "), "%s", sqlite3_errmsg(store->database));
+  char *sql = strncmp(text, unknown, begin) ? NULL : sqlite3_mprintf("SELECT * FROM %s", table);
+  sqlite3_stmt *query = NULL;
+  if (sql && !sqlite3_prepare_v2(store->database, sql, -1, &query, NULL)) {
+    flesh_suggestion suggestion = {.word = text + begin};
+    for (int c = 0; c < sqlite3_column_count(query); c++) flesh_suggestion_offer(&suggestion, sqlite3_column_name(query, c));
+    flesh_suggestion_text(&suggestion, ending);
+    strcat(strcat(text, "; "), *ending ? ending : "`flesh schema results` lists the figures of a run");
+  }
+  sqlite3_finalize(query);
+  sqlite3_free(sql);
+  return text;
 }
 
 int flesh_study_store_execute(flesh_study_store *store, const char *format, ...)

@@ -142,6 +142,10 @@ int flesh_study_store_judge(flesh_study_store *store, const char *condition, int
 int flesh_study_store_make_views(flesh_study_store *store);
 /* FLESH_ERR_FILE with SQLite's words. */
 int flesh_study_store_fail(const flesh_study_store *store, const char *doing);
+/* Writes SQLite's words on the last call into `text`, which it returns. Where they say that there is no such column, it adds
+ * the column of `table`, a name or a select in brackets, that is most like it. */
+enum { FLESH_STUDY_WORDS = 1024 };
+const char *flesh_study_store_words(const flesh_study_store *store, const char *table, char text[FLESH_STUDY_WORDS]);
 /* Executes statements, which sqlite3_mprintf makes of the format, and returns the number that a query gives, 0 for none. */
 int flesh_study_store_execute(flesh_study_store *store, const char *format, ...);
 int flesh_study_store_number(flesh_study_store *store, const char *format, ...);

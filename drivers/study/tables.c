@@ -189,14 +189,17 @@ static int derive(flesh_study_store *store, char **sql, int *bad)
   int status = flesh_study_store_prepare(store, "SELECT name, expression FROM derived ORDER BY number", &query);
   for (int number = 0; !status && sqlite3_step(query) == SQLITE_ROW; number++) {
     const char *name = (const char *)sqlite3_column_text(query, 0), *is = (const char *)sqlite3_column_text(query, 1);
-    char *inner = sqlite3_mprintf("SELECT (%s\n) FROM (%s)", is, *sql);
+    char words[FLESH_STUDY_WORDS], *table = sqlite3_mprintf("(%s)", *sql);
+    char *inner = sqlite3_mprintf("SELECT (%s\n) FROM %s", is, table);
     char *outer = sqlite3_mprintf("SELECT *, (%s\n) AS \"%w\" FROM (%s)", is, name, *sql);
-    if (!inner || !outer) status = flesh_no_memory();
+    if (!table || !inner || !outer) status = flesh_no_memory();
     else if (!is_valid(store, inner)) {
       *bad = number;
       status = flesh_fail(FLESH_ERR_ARGUMENT, "the column %s is '%s'; it must be an expression of SQLite: %s", name, is,
-                          sqlite3_errcode(store->database) ? sqlite3_errmsg(store->database) : "it is more than one");
+                          sqlite3_errcode(store->database) ? flesh_study_store_words(store, table, words)
+                                                           : "it is more than one");
     }
+    sqlite3_free(table);
     sqlite3_free(inner);
     if (status) sqlite3_free(outer);
     else {

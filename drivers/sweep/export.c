@@ -26,6 +26,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
 {
   sqlite3_stmt *query = NULL;
   const char *rest = "";
+  char words[FLESH_STUDY_WORDS];
   char *sql = sqlite3_mprintf("SELECT %s FROM %s WHERE (%s\n) ORDER BY %s", columns, view, where ? where : "1",
                               strcmp(view, "rows") ? "id" : "case_id, number");
   if (!sql) return flesh_no_memory();
@@ -33,7 +34,7 @@ static int print_table(flesh_study_store *store, const char *columns, const char
   if (code || *rest || !sqlite3_stmt_readonly(query))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --columns %s%s%s: %s", store->path, columns, where ? ", --where " : "",
                         where ? where : "",
-                        code ? sqlite3_errmsg(store->database) : "not a list of columns and a condition");
+                        code ? flesh_study_store_words(store, view, words) : "not a list of columns and a condition");
   if (!status) status = flesh_format_print(store->path, query, format, stream);
   sqlite3_finalize(query);
   sqlite3_free(sql);

@@ -27,12 +27,14 @@ typedef struct picture {
 static int execute(picture *p, char *sql)
 {
   sqlite3_stmt *query = NULL;
+  char words[FLESH_STUDY_WORDS];
   if (!sql) return flesh_no_memory();
   int status = FLESH_OK;
   if (sqlite3_prepare_v2(p->store.database, sql, -1, &query, NULL))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: --x %s --y %s%s%s%s%s%s%s: %s%s", p->store.path, p->x, p->y,
                         p->z ? " --z " : "", p->z ? p->z : "", p->by ? " --by " : "", p->by ? p->by : "",
-                        p->where ? " --where " : "", p->where ? p->where : "", sqlite3_errmsg(p->store.database),
+                        p->where ? " --where " : "", p->where ? p->where : "",
+                        flesh_study_store_words(&p->store, p->table, words),
                         p->by && strchr(p->by, ',') ? "; --by is one expression, as printf('%s, %s', nu, eta)" : "");
   else if (sqlite3_step(query) != SQLITE_DONE) status = flesh_study_store_fail(&p->store, "cannot be read");
   sqlite3_finalize(query);

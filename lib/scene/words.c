@@ -49,7 +49,7 @@ void flesh_suggestion_offer(flesh_suggestion *s, const char *known)
   int distance = is_synonym(s->word, known) ? 0 : word_distance(s->word, known);
   if (!s->best || distance < s->distance) s->best = known, s->distance = distance;
   size_t used = strlen(s->list);
-  if (used + strlen(known) + 3 < sizeof s->list) {
+  if (s->count >= 0 && used + strlen(known) + 3 < sizeof s->list) {
     snprintf(s->list + used, sizeof s->list - used, "%s%s", s->count ? ", " : "", known);
     s->count++;
   } else {

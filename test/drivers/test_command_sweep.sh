@@ -85,7 +85,8 @@ bad_specs_are_refused() {
     bad 'the column tip_J_min would be named like one of the results' \
       'set: {output.probes: [{name: tip, point: [0.2, 0.2, 0.2], quantities: [J]}]}' \
       'axes: [{key: time.step, name: tip_J_min, values: [1/60]}]' &&
-    bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
+    bad 'no such column: foo; .flesh schema results. lists the figures' 'columns: [{name: a, is: foo + 1}]' &&
+      bad 'no such column: newtn; did you mean newton?' 'columns: [{name: a, is: 2 * newtn}]' &&
       bad 'must be an expression of SQLite: it is more than one' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
     bad 'either values or from and to' 'axes: [{sample: {count: 2, axes: [{key: body.density}]}}]' &&
     bad 'niederreiter takes at most 12' 'axes: [{sample: {sequence: niederreiter, count: 2, axes: [{key: a, values: [1]}, {key: b, values: [1]}, {key: c, values: [1]}, {key: d, values: [1]}, {key: e, values: [1]}, {key: f, values: [1]}, {key: g, values: [1]}, {key: h, values: [1]}, {key: i, values: [1]}, {key: j, values: [1]}, {key: k, values: [1]}, {key: l, values: [1]}, {key: m, values: [1]}]}}]' &&
@@ -159,7 +160,7 @@ for line, row in zip(lines, rows):
 END
   expect 0 "$flesh" sweep export exported/sweep.db --format markdown --columns "title, '|' || char(10) AS bar, id" &&
     [ "$(sed -n 3p stdout.txt)" = '| say "a, b" | \|  | 1 |' ] && [ "$(lines stdout.txt)" -eq 6 ] || return 1
-  expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt '--columns nonsense: no such column' &&
+  expect 2 "$flesh" sweep export exported/sweep.db --columns max_volume_drifts && has stderr.txt 'no such column: max_volume_drifts; did you mean max_volume_drift?' &&
     expect 2 "$flesh" sweep export exported/sweep.db --where nonsense && has stderr.txt ', --where nonsense: no such' &&
     expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
 }
