@@ -174,19 +174,24 @@ static void blocks_slide_by_steps_that_errors_choose(void)
 /* Speeds of a block that slows down on another one, m/s, at LOOKS times. It begins within a soft barrier, which all steps
  * resolve: there are no jolts that would hide the order. */
 enum { LOOKS = 25 };
-static void slow_down(const char *method, const char *lag, int steps, double speed[LOOKS])
+static void slow_down_begin(const char *method, const char *lag, int steps, touching *m)
 {
   static const char *const cube =
       "mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 1e6, poisson: 0.3}";
   char scene[2048];
-  touching m;
   snprintf(scene, sizeof scene,
            "body: {name: track, %s}\nbodies:\n  - {name: block, translation: [0.01, 0.007, 0.104], velocity: [0.1, 0, 0], %s}\n"
            "effects:\n  - inertia: {}\n  - gravity: {}\n  - viscosity: {shear: 200, bulk: 200}\n  - pin: {body: track}\n"
            "  - contact: {between: all, friction: 0.5, thickness: 5e-3, stiffness: 2e3, slip_speed: 1e-2}\n"
            "time: {method: %s, step: %.17g, end: 1}\nsolver: {newton_tolerance: 1e-9%s}\n",
            cube, cube, method, 0.05 / steps, lag);
-  CHECK_OK(touching_begin(scene, NULL, 1000, &m));
+  CHECK_OK(touching_begin(scene, NULL, 1000, m));
+}
+
+static void slow_down(const char *method, const char *lag, int steps, double speed[LOOKS])
+{
+  touching m;
+  slow_down_begin(method, lag, steps, &m);
   for (int s = 0; s < steps; s++) {
     double sum = 0, mass = 0;
     CHECK_OK(touching_step(&m));
@@ -217,6 +222,53 @@ static void friction_is_of_the_methods_order(void)
   }
 }
 
+/* The block's weight as its contact bears it. */
+typedef struct weighing {
+  touching m;
+  flesh_fields fields;
+  double force, sum; /* N, upwards: at the last step's end, and that of all steps */
+} weighing;
+
+static int weigh_step(void *data, const flesh_step_record *record)
+{
+  weighing *w = data;
+  flesh_fields_find(&w->fields, record);
+  w->force = 0;
+  for (int i = w->m.n / 6; i < w->m.n / 3; i++) w->force += w->fields.forces.contact[3 * i + 2];
+  w->sum += record->step ? w->force : w->force / 2;
+  return FLESH_OK;
+}
+
+/* The mean over `end` s of the contact force on the block of the last test over its weight and what its momentum takes. */
+static double weigh(flesh_method method, int steps)
+{
+  const double h = 0.05 / steps;
+  weighing w = {0};
+  slow_down_begin(flesh_method_name(method), "", steps, &w.m);
+  const flesh_system *system = flesh_scene_system(w.m.scene);
+  CHECK_OK(flesh_fields_open(flesh_scene_body(w.m.scene), system, method, FLESH_FIELD_CONTACT_FORCE, FLESH_AT_NODES, &w.fields));
+  const flesh_observer observer = {weigh_step, &w};
+  const flesh_run_options options = {.h = h, .end = 0.05, .observer_count = 1, .observers = &observer};
+  CHECK_OK(flesh_run(system, w.m.integrator, &options, &w.m.state, NULL));
+  double momentum = 0, weight = 0;
+  for (int i = w.m.n / 6; i < w.m.n / 3; i++) momentum += w.m.mass[i] * w.m.state.v[3 * i + 2], weight += w.m.mass[i] * g;
+  const double trapezoid = (w.sum - w.force / 2) / steps;
+  flesh_fields_clear(&w.fields);
+  touching_end(&w.m);
+  return trapezoid / (weight + momentum / 0.05);
+}
+
+static void contact_bears_the_weight(void)
+{
+  for (int k = 0; flesh_method_name((flesh_method)k); k++) {
+    if (flesh_method_order((flesh_method)k) <= 0) continue;
+    const double coarse = weigh((flesh_method)k, 50) - 1, fine = weigh((flesh_method)k, 100) - 1;
+    printf("# %s: contact force over weight and momentum less 1: %.1e and %.1e\n", flesh_method_name((flesh_method)k), coarse, fine);
+    CHECK_BELOW(fabs(coarse), 1e-3);
+    CHECK_BELOW(fabs(fine), 5e-4);
+  }
+}
+
 static void blocks_slide_on_a_plane(void) { blocks_slide(PLANE); }
 static void blocks_slide_on_a_body(void) { blocks_slide(BODY); }
 static void a_block_slides_between_bodies(void) { blocks_slide(BETWEEN); }
@@ -225,7 +277,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
-                               TEST(a_block_slides_between_bodies), TEST(friction_is_of_the_methods_order),
+                               TEST(a_block_slides_between_bodies), TEST(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;
