@@ -439,7 +439,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   const int one = stats->newton - before_solve.newton <= energy.stages;
-  count_easy(self, one, were_easy(5 * energy.stages, &before_solve, stats), state->x);
+  if (row->stages || self->memory.easy < 0) count_easy(self, one, were_easy(5 * energy.stages, &before_solve, stats), state->x);
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
