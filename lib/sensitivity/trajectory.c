@@ -91,10 +91,6 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
   if (self->tape.untangled)
     return flesh_fail(FLESH_ERR_ARGUMENT, "before t = %g s a tangle was removed, by what is no step and has no sensitivities",
                       taken->begin);
-  if (taken->turned)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s nodes meet within one step, and newmark's velocities give back the energy of "
-                                          "that, which has no sensitivities: take shorter steps, another method, or a "
-                                          "max_energy_gain of 1e300", taken->end);
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
 

@@ -134,7 +134,6 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   self->last_stage.at.t = stage->t;
   if (self->last_stage.known) find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
   flesh_method_finish(row, memory, u, part->h, state);
-  flesh_impact_accept(&self->impact, self->evaluation->n, state->v);
   flesh_evaluation_changed(self->evaluation);
   for (int d = 0; d < self->evaluation->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
@@ -182,7 +181,7 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   const flesh_taken_part taken = {.row = row, .own = row == self->row, .second = self->second,
                                   .acceleration = self->row->acceleration, .anew = tape->anew, .memory = &self->memory,
                                   .from = state, .lagged = flesh_integrator_stage(self, state), .begin = begin, .end = end,
-                                  .h = part->h, .seen = tape->seen, .turned = self->impact.turned};
+                                  .h = part->h, .seen = tape->seen};
   tape->anew = 0;
   return tape->taken(tape->data, &taken);
 }
@@ -394,7 +393,6 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
   status = flesh_step_energy_meet(energy, &end);
-  if (!status) status = flesh_impact_end(&self->impact, &self->watch, self->prescribed.fixed, state, &end, self->first.rigid);
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, tolerance)) return status;
   self->watch = before;
   memcpy(before.energies, self->part.energies_before, bytes);
@@ -425,9 +423,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   self->part.blocked = 0;
   self->evaluation->environment.within_step = part->end < piece->end;
   if (self->tape) self->tape->try_part(self->tape->data);
-  const int counts = second && !self->control.on && !self->multipliers.count;
-  int status = flesh_impact_begin(&self->impact, &self->watch, counts ? row : NULL, &self->memory, state);
-  if (!status) status = solve_stages(self, &trial, state, &stage, &energy, stats);
+  int status = solve_stages(self, &trial, state, &stage, &energy, stats);
   if (!status) status = judge_error(self, &trial, state, &stage, stats);
   if (!status) status = count_energy(self, &trial, state, &energy);
   if (status > 0) {

@@ -235,25 +235,11 @@ static int report(flesh_energy_watch *watch, const flesh_state *state, double ex
   return gain > watch->limit;
 }
 
-double flesh_energy_watch_scale(const flesh_energy_watch *watch)
-{
-  return fmax(watch->balance.scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
-}
-
-int flesh_energy_watch_turn(flesh_energy_watch *watch, const flesh_state *state)
-{
-  const flesh_point point = flesh_energy_watch_point(watch, watch->t, state, NULL);
-  double kinetic;
-  const int status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
-  add_up(watch, watch->t, status);
-  return status;
-}
-
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance)
 {
   const flesh_energy_balance *b = &watch->balance;
   const double rise = (watch->energy - b->supplied) - (before->energy - before->balance.supplied);
-  const double scale = flesh_energy_watch_scale(watch);
+  const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
   const double most = (tolerance > 0 ? fmin(gain_of_controlled, tolerance) : gain_of_fixed * watch->limit) * scale;
   const double left = fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
   return before->known && watch->known && !watch->turned && rise > watch->rounding + left;

@@ -80,10 +80,6 @@ int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, 
 /* Adds the second half of what changes with time at a place: at the step's end, which is the state known, since t_from.
  * */
 int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);
-/* The energy that the motion has had, J, with that of the state known. */
-double flesh_energy_watch_scale(const flesh_energy_watch *watch);
-/* The velocities of the state known have become these by other means than forces. Status as of energies. */
-int flesh_energy_watch_turn(flesh_energy_watch *watch, const flesh_state *state);
 /* Whether the step that has led from `before`, a copy of the watch as it was, to the state known has gained so much energy
  * that it is to be taken in shorter steps; `tolerance`: that of the error that chooses its length, else 0. */
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance);

@@ -48,8 +48,7 @@ static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
   const int order = flesh_method_order(self->memory.method), second = order > 1 || row->acceleration;
-  double **vectors[9 + FLESH_METHOD_VECTORS], *all = NULL;
-  flesh_impact impact = {0};
+  double **vectors[5 + FLESH_METHOD_VECTORS], *all = NULL;
   flesh_last_stage last = {0};
   flesh_lag lag = choose_lag(self, order, second);
   size_t count = 0;
@@ -65,18 +64,11 @@ static int take_row(flesh_integrator *self, const flesh_method_row *row)
     vectors[count++] = &lag.v;
     vectors[count++] = &lag.u;
   }
-  if (row->trapezoidal && flesh_system_has_role(system, FLESH_ROLE_CONTACT)) {
-    vectors[count++] = &impact.mass;
-    vectors[count++] = &impact.impulse[0];
-    vectors[count++] = &impact.impulse[1];
-    vectors[count++] = &impact.by;
-  }
   if (count > 0 && !(all = make_vectors(self, count, vectors))) return fail_memory(self);
   free(self->memory.room);
   self->memory.room = all;
   self->last_stage = last;
   self->lag = lag;
-  self->impact = impact;
   self->row = row;
   self->second = second;
   return FLESH_OK;

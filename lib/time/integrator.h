@@ -11,7 +11,6 @@
 #include "time/energy_watch.h"
 #include "time/error_control.h"
 #include "time/extrapolation.h"
-#include "time/impact.h"
 #include "time/internals.h"
 #include "time/method.h"
 #include "time/mixing.h"
@@ -73,7 +72,6 @@ struct flesh_integrator {
   flesh_costs costs;
   flesh_ida_steps *ida; /* NULL: another method */
   flesh_energy_watch watch; /* of methods that step in time */
-  flesh_impact impact;      /* of methods that keep energy but where nodes meet within a step */
   flesh_multipliers multipliers;
   flesh_internals internals;
   flesh_tape *tape; /* borrowed; NULL: nobody listens */

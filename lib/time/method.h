@@ -61,8 +61,6 @@ typedef struct flesh_method_row {
    * unknowns u: it falls with h^3, or h^2 if the method is of order 1. Whether it is known for this step. NULL: it never
    * is. */
   int (*error)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e);
-  /* Whether a step is one of the trapezoidal rule, which damps nothing; NULL: it never is. */
-  int (*trapezoidal)(const flesh_method_memory *memory);
   int swings;    /* 1: accelerations that steps do not resolve are remembered, with the other sign, from step to step */
   double growth; /* the longest step that the memory serves, over the last one; 0: any */
   /* The row with the same formulas and an estimate, which takes its place where errors choose steps; NULL: its own. */

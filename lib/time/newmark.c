@@ -105,15 +105,9 @@ static int newmark_error(const flesh_method_memory *memory, const flesh_state *s
   return 1;
 }
 
-static int newmark_trapezoidal(const flesh_method_memory *memory)
-{
-  const formulas p = formulas_of(memory);
-  return p.reach == 1 && p.inertia == 1 && p.gamma == 0.5 && p.beta == 0.25;
-}
-
 #define FAMILY                                                                                                         \
   {                                                                                                                    \
     .vectors = 2, .acceleration = 1, .stage = newmark_stage, .guess = newmark_guess, .velocity = newmark_velocity,     \
-    .finish = newmark_finish, .error = newmark_error, .trapezoidal = newmark_trapezoidal, .swings = 1                                                      \
+    .finish = newmark_finish, .error = newmark_error, .swings = 1                                                      \
   }
 const flesh_method_row flesh_method_newmark = FAMILY, flesh_method_hht = FAMILY, flesh_method_generalized_alpha = FAMILY;

@@ -88,7 +88,6 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   archive_method(self, archive);
   if (self->first.extrapolation.n) flesh_extrapolation_archive(&self->first.extrapolation, archive);
   flesh_energy_watch_archive(&self->watch, archive);
-  FLESH_ARCHIVE(archive, self->impact.owed);
   flesh_multipliers_archive(&self->multipliers, archive);
   flesh_internals_archive(&self->internals, archive);
   FLESH_ARCHIVE(archive, self->recovery.tangled);

@@ -330,10 +330,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, fl
 {
   const double begin = place->begin, end = begin + place->h;
   int status = FLESH_OK;
-  if (!flesh_energy_watch_knows(&self->watch)) {
-    flesh_energy_watch_jump(&self->watch, begin, state);
-    self->impact.owed = 0;
-  }
+  if (!flesh_energy_watch_knows(&self->watch)) flesh_energy_watch_jump(&self->watch, begin, state);
   if (!self->second) {
     place->piece = (flesh_piece){begin, end, INFINITY};
     if (place->at_begin) status = flesh_integrator_pass(self, state, place);

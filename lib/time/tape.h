@@ -15,7 +15,6 @@ typedef struct flesh_taken_part {
   const flesh_method_memory *memory;
   const flesh_state *from, *lagged; /* equal where the lagged state is the one at which the part begins */
   double begin, end, h;             /* s; as far as what holds within the part does, and its length */
-  int turned;                       /* velocities at its end are not those of the row (impact.h) */
   double seen;                      /* s; the prescribed motion up to there is that with which the method has begun anew */
 } flesh_taken_part;
 
