@@ -98,14 +98,15 @@ typedef struct node_along {
 } node_along;
 
 /* Shows how many nodes lie where another does: there a mesh that looks whole is torn. They are closer than a thousandth of
- * the shortest edge, as files round positions. */
-static void show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
+ * the shortest edge, as files round positions. FLESH_ERR_MEMORY. */
+static int show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
 {
   static const double slant[3] = {0.6357, 0.5773, 0.5124};
   const double *x = flesh_mesh_positions(mesh), near = 1e-3 * info->edge_min;
   node_along *nodes = malloc((size_t)info->nodes * sizeof *nodes);
   int used = 0, found = 0, first[2] = {0, 0};
-  for (int n = 0; nodes && n < info->nodes; n++)
+  if (!nodes) return flesh_no_memory();
+  for (int n = 0; n < info->nodes; n++)
     if (flesh_mesh_node_used(mesh)[n])
       nodes[used++] = (node_along){flesh_vec3_dot(x + 3 * (size_t)n, slant), n};
   flesh_sort(nodes, (size_t)used, sizeof *nodes, flesh_compare_double);
@@ -121,9 +122,10 @@ static void show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
     printf("  %-14s %d node%s where another is, as %d and %d: the mesh is torn there. Join the parts before meshing\n"
            "  %-14s (in Gmsh by BooleanFragments or Coherence), or hold them together by the effect weld\n",
            "coincident", found, found == 1 ? "" : "s", first[0], first[1], "");
+  return FLESH_OK;
 }
 
-static void show(const flesh_mesh *mesh, const char *path)
+static int show(const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
@@ -136,7 +138,8 @@ static void show(const flesh_mesh *mesh, const char *path)
     printf(" (%d used by no tet, the first is %d)", info.unused_nodes, first);
   }
   putchar('\n');
-  show_coincident(mesh, &info);
+  const int status = show_coincident(mesh, &info);
+  if (status) return status;
   printf("  %-14s %d", "tets", info.tets);
   if (info.order == 2) printf(" of ten nodes, %d of them curved", info.curved);
   if (info.flipped) printf(" (%d inverted in the file, flipped)", info.flipped);
@@ -162,6 +165,7 @@ static void show(const flesh_mesh *mesh, const char *path)
     for (int d = 0; d < 3; d++) centre[d] += x[3 * (size_t)worst[i] + d] / 4;
   printf("  %-14s %d, nodes %d %d %d %d, centre (%.6g, %.6g, %.6g)\n", "worst tet", info.worst_tet,
          worst[0], worst[1], worst[2], worst[3], centre[0], centre[1], centre[2]);
+  return FLESH_OK;
 }
 
 static int command_info(int argc, char **argv)
@@ -175,8 +179,9 @@ static int command_info(int argc, char **argv)
     int status = flesh_mesh_read(argv[f], &mesh);
     if (status) return flesh_command_fail(usage.command, status);
     if (f > 1) putchar('\n');
-    show(mesh, argv[f]);
+    status = show(mesh, argv[f]);
     flesh_mesh_destroy(&mesh);
+    if (status) return flesh_command_fail(usage.command, status);
   }
   return 0;
 }

@@ -176,12 +176,12 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
 int flesh_preconditioner_correct_volumes(flesh_preconditioner_data *self, const float *error, double *step)
 {
   if (!self->projects) return 0;
-  flesh_volume_projection_restore(self->projection, error, step);
+  flesh_volume_projection_correct(self->projection, error, step);
   flesh_preconditioner_share_left_out(self, step);
   return 1;
 }
 
 double flesh_preconditioner_drift(const flesh_preconditioner_data *self)
 {
-  return self->projects ? flesh_volume_projection_turned(self->projection) : 0;
+  return self->projects ? flesh_volume_projection_drift(self->projection) : 0;
 }

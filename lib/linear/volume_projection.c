@@ -364,7 +364,7 @@ void flesh_volume_projection_after_in_team(flesh_volume_projection *self, float 
       *(flesh_float4 *)(z + 4 * (size_t)p) += flesh_block_times(self->inverse + 9 * (size_t)p, summed(self, p));
 }
 
-void flesh_volume_projection_restore(flesh_volume_projection *self, const float *error, double *step)
+void flesh_volume_projection_correct(flesh_volume_projection *self, const float *error, double *step)
 {
   flesh_row_coupling_solve(&self->S, error, self->t);
   if (self->team) sum_rows(self, self->t);
@@ -376,7 +376,7 @@ void flesh_volume_projection_restore(flesh_volume_projection *self, const float 
   }
 }
 
-double flesh_volume_projection_turned(const flesh_volume_projection *self)
+double flesh_volume_projection_drift(const flesh_volume_projection *self)
 {
   const float root = (float)self->root;
   double sum = 0;

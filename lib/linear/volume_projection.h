@@ -61,11 +61,11 @@ FLESH_PER_ISA void flesh_volume_projection_after_in_team(flesh_volume_projection
 
 /* Takes from step [3*nodes] what moves the rows by `error` [rows], or nearly: P S^-1 error, in the units of A, not
  * scaled. */
-FLESH_PER_ISA void flesh_volume_projection_restore(flesh_volume_projection *projection, const float *error,
+FLESH_PER_ISA void flesh_volume_projection_correct(flesh_volume_projection *projection, const float *error,
                                                    double *step);
 
 /* How far the rows' values are from those of the last set-up: of the mean row's change the energy, in units of what A_r
  * makes of it. From about 1 on S is of no use for them. */
-FLESH_PER_ISA double flesh_volume_projection_turned(const flesh_volume_projection *projection);
+FLESH_PER_ISA double flesh_volume_projection_drift(const flesh_volume_projection *projection);
 
 #endif

@@ -18,7 +18,7 @@ static int uses(const flesh_matrix_policy *self, flesh_technique technique)
   return flesh_uses(self->equations->options, technique);
 }
 
-/* How far stiff rows may turn before the preconditioner is made anew. */
+/* Drift of the stiff rows from which on the preconditioner is made anew. */
 static const double MOST_DRIFT = 0.1;
 
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
@@ -189,7 +189,8 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
 /* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
 static const double KEPT_DEPTH = 0.8;
 
-static const double DEEPEST_FIRST = 2e-5; /* of the residual, a stage's first solve: single precision serves to 1e-5 */
+/* Least tolerance of a stage's first solve, over the residual: single precision serves to 1e-5. */
+static const double DEEPEST_FIRST = 2e-5;
 
 /* The tolerance of a linear solve. If Newton's iteration converges fast, the tolerance follows it (Eisenstat & Walker
  * 1996, choice 2), so that the linear solve does not spoil the last step. It is never less than half the target,

@@ -23,7 +23,8 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
  * steps keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *b, double *p);
 
-/* Writes into q [n] where the arc of the bent step p leads at twice the length, p being next what q is. Whether it does. */
+/* Writes into q [n] the step along the arc of the bent step p [n] at twice its length. Returns 0 where p was not bent. A further
+ * call doubles once more, for which p is to be the q of this one. */
 int flesh_volume_arc_double(flesh_volume_arc *arc, const double *u, const double *p, double *q);
 
 /* Moves a solve's first iterate u [n], which was extrapolated in straight lines, so that volumes are those of the

@@ -56,7 +56,7 @@ void flesh_stage_tangent_clear(flesh_stage_tangent *self)
   flesh_free(self->products.values);
   flesh_free(self->x);
   flesh_free(self->gaps);
-  flesh_free(self->ways);
+  flesh_free(self->directions);
   *self = (flesh_stage_tangent){0};
 }
 
@@ -163,7 +163,7 @@ typedef struct pressing {
   flesh_stage_tangent *self;
   const double *at, *held; /* [n] where G_1 and G_2 are */
   double tolerance, *load, *answer;                              /* room [n] */
-  double *penalty, *q, *sum, *left, *first, *way, *image, *bent; /* [multipliers] */
+  double *penalty, *q, *sum, *left, *first, *direction, *image, *bent; /* [multipliers] */
 } pressing;
 
 static double dot(const pressing *s, const double *a, const double *b)
@@ -174,18 +174,18 @@ static double dot(const pressing *s, const double *a, const double *b)
 }
 
 /* image = the gaps that the pressures of the gaps `way` make, by `answer`. */
-static int apply(const pressing *s, const double *way, double *image)
+static int apply(const pressing *s, const double *direction, double *image)
 {
-  for (int e = 0; e < s->self->multipliers; e++) s->q[e] = s->penalty[e] * way[e];
+  for (int e = 0; e < s->self->multipliers; e++) s->q[e] = s->penalty[e] * direction[e];
   int status = press(s->self, s->at, s->q, s->load);
   if (!status) status = fail(s->self, flesh_newton_solve_tangent(s->self->newton, s->load, s->tolerance, s->answer), "solution");
   return status ? status : move_gaps(s->self, s->held, s->answer, image);
 }
 
 /* Takes a step of `length` along `way`: what is left of the gaps, and the solution p. */
-static void go(const pressing *s, double length, const double *way, const double *image, double *p)
+static void go(const pressing *s, double length, const double *direction, const double *image, double *p)
 {
-  for (int e = 0; e < s->self->multipliers; e++) s->sum[e] += length * way[e], s->left[e] -= length * image[e];
+  for (int e = 0; e < s->self->multipliers; e++) s->sum[e] += length * direction[e], s->left[e] -= length * image[e];
   for (int d = 0; d < s->self->n; d++) p[d] -= length * s->answer[d];
 }
 
@@ -197,13 +197,13 @@ static int solve_pressures(const pressing *s, double *p)
   double along = dot(s, s->left, s->left);
   memset(s->sum, 0, bytes);
   memcpy(s->first, s->left, bytes);
-  memcpy(s->way, s->left, bytes);
+  memcpy(s->direction, s->left, bytes);
   for (int k = 0; k < MOST_REPETITIONS; k++) {
     if (dot(s, s->left, s->left) <= target) return FLESH_OK;
-    int status = apply(s, s->way, s->image);
+    int status = apply(s, s->direction, s->image);
     if (status) return status;
     const double length = along / dot(s, s->first, s->image);
-    go(s, length, s->way, s->image, p);
+    go(s, length, s->direction, s->image, p);
     if (dot(s, s->left, s->left) <= target) return FLESH_OK;
     status = apply(s, s->left, s->bent);
     if (status) return status;
@@ -212,7 +212,8 @@ static int solve_pressures(const pressing *s, double *p)
     const double before = along;
     along = dot(s, s->first, s->left);
     const double share = along / before * length / damping;
-    for (int e = 0; e < s->self->multipliers; e++) s->way[e] = s->left[e] + share * (s->way[e] - damping * s->image[e]);
+    for (int e = 0; e < s->self->multipliers; e++)
+      s->direction[e] = s->left[e] + share * (s->direction[e] - damping * s->image[e]);
   }
   return flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the pressures of incompressible tets have no sensitivities: their solves do "
                                      "not converge", s->self->stage.t);
@@ -262,26 +263,32 @@ static int reads_solution(const flesh_stage_tangent *self)
   return reads;
 }
 
-/* Room for directions [KEPT][3*n]: what they are, -(K + D) times it less the force of its pressures, and that force. */
-static int make_ways(flesh_stage_tangent *self)
+/* Makes room for KEPT directions, [3*n] each: the direction d, its change of the residual, -(K + D) d less the force of its
+ * pressures, and that force. FLESH_ERR_MEMORY. */
+static int make_directions(flesh_stage_tangent *self)
 {
-  if (!self->ways) self->ways = flesh_calloc(3 * KEPT * (size_t)self->n, sizeof *self->ways);
-  return self->ways ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for directions of %d unknowns", self->n);
+  if (!self->directions) self->directions = flesh_calloc(3 * KEPT * (size_t)self->n, sizeof *self->directions);
+  return self->directions ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for directions of %d unknowns", self->n);
 }
 
-/* Takes out of direction k what those before it change, and gives its change the length 1. *along: the change's share of what
- * is left. Whether there is any change. */
-static int turn(const flesh_stage_tangent *self, int k, const double *left, double *along)
+static double *direction_of(const flesh_stage_tangent *self, int k)
+{
+  return self->directions + 3 * (size_t)self->n * (size_t)(k % KEPT);
+}
+
+/* Makes the change of direction k orthogonal to those of the directions before it, with length 1. *along: the product of that
+ * change and the residual `left`. Returns 0 where nothing changes. */
+static int orthonormalise(const flesh_stage_tangent *self, int k, const double *left, double *along)
 {
   const int n = self->n;
-  double *way = self->ways + 3 * (size_t)n * (size_t)(k % KEPT);
+  double *direction = direction_of(self, k);
   for (int before = k < KEPT ? 0 : k - KEPT + 1; before < k; before++) {
-    const double *other = self->ways + 3 * (size_t)n * (size_t)(before % KEPT), share = flesh_dot(NULL, n, other + n, way + n);
-    for (int d = 0; d < 3 * n; d++) way[d] -= share * other[d];
+    const double *other = direction_of(self, before), share = flesh_dot(NULL, n, other + n, direction + n);
+    for (int d = 0; d < 3 * n; d++) direction[d] -= share * other[d];
   }
-  const double size = flesh_norm(NULL, n, way + n);
-  for (int d = 0; d < 3 * n && size > 0; d++) way[d] /= size;
-  *along = flesh_dot(NULL, n, left, way + n);
+  const double size = flesh_norm(NULL, n, direction + n);
+  for (int d = 0; d < 3 * n && size > 0; d++) direction[d] /= size;
+  *along = flesh_dot(NULL, n, left, direction + n);
   return size > 0;
 }
 
@@ -290,19 +297,19 @@ static int turn(const flesh_stage_tangent *self, int k, const double *left, doub
 static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double *p)
 {
   double *left = self->room, lasts[3] = {INFINITY, INFINITY, INFINITY}, along;
-  int status = make_ways(self);
+  int status = make_directions(self);
   for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
     const double size = find_left(self, transposed, b, p, self->pressed, left);
     /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
     if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
     lasts[k % 3] = size;
-    double *way = self->ways + 3 * (size_t)self->n * (size_t)(k % KEPT), *change = way + self->n, *pressed = change + self->n;
+    double *direction = direction_of(self, k), *change = direction + self->n, *pressed = change + self->n;
     const double enough = self->multipliers ? fmin(self->tolerance * norm / size, 0.1) : loose; /* all gaps stay closed */
-    status = solve_alone(self, transposed, left, NULL, enough, way, pressed);
+    status = solve_alone(self, transposed, left, NULL, enough, direction, pressed);
     if (status) return status;
-    find_left(self, transposed, NULL, way, pressed, change);
-    if (!turn(self, k, left, &along)) break;
-    for (int d = 0; d < self->n; d++) p[d] -= along * way[d], self->pressed[d] -= along * pressed[d];
+    find_left(self, transposed, NULL, direction, pressed, change);
+    if (!orthonormalise(self, k, left, &along)) break;
+    for (int d = 0; d < self->n; d++) p[d] -= along * direction[d], self->pressed[d] -= along * pressed[d];
   }
   return status ? status : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the sensitivities of loads that follow the shape do not "
                                                        "converge", self->stage.t);

@@ -26,7 +26,7 @@ typedef struct flesh_stage_tangent {
   double *end;                /* [n] those at the end of the step, where the stage is within it */
   double *pressed;            /* [n] of the last solve: the force of the constraints' multipliers, or adjoints of them */
   double *gaps;               /* [9*multipliers] */
-  double *ways;               /* of solves with what is followed; NULL: none yet */
+  double *directions;         /* room for solves with what is followed, below; NULL: none yet */
   flesh_block_matrix products; /* of K's pattern, with values of its own [product_room] */
   size_t product_room;
 } flesh_stage_tangent;

@@ -400,9 +400,12 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts the steps in a row that were easy to solve, or lead out of a tangle. `one` iteration a stage resolves what inverts. */
-static void count_easy(flesh_integrator *self, int one, int easy, const double *x)
+/* Counts the steps in a row that were easy to solve, or lead out of a tangle, with that of so many stages which has led to x.
+ * Steps that take an iteration a stage resolve the motion, whatever is inverted. */
+static void count_easy(flesh_integrator *self, int stages, const flesh_solve_stats *before, const flesh_solve_stats *after,
+                       const double *x)
 {
+  const int one = after->newton - before->newton <= stages, easy = were_easy(5 * stages, before, after);
   int *count = &self->memory.easy;
   if (*count < 0) *count = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : *count + 1;
   else if (!one && (!easy || flesh_recovery_is_inverted(&self->recovery, x))) *count = 0;
@@ -434,8 +437,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  const int one = stats->newton - before_solve.newton <= energy.stages;
-  if (row->stages || self->memory.easy < 0) count_easy(self, one, were_easy(5 * energy.stages, &before_solve, stats), state->x);
+  if (row->stages || self->memory.easy < 0) count_easy(self, energy.stages, &before_solve, stats, state->x);
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));

@@ -55,7 +55,7 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_so
     if (status || (stats->newton == before && !mixed)) return status;
     flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     flesh_mixing_go_on(&self->mixing, state->x);
-    mixed = !self->tape && may_mix(self, state) && stats->newton > before;
+    mixed = !self->tape && stats->newton > before && may_mix(self, state);
     if (!mixed) memcpy(self->mixing.x, state->x, (size_t)self->mixing.n * sizeof *state->x);
   }
   return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: loads that follow the surface still change it in the last "

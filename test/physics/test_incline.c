@@ -239,7 +239,8 @@ static int weigh_step(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* The mean over `end` s of the contact force on the block of the last test over its weight and what its momentum takes. */
+/* The mean of the contact force on the block of the last test, over 1/20 s, divided by the block's weight and what its momentum
+ * takes. */
 static double weigh(flesh_method method, int steps)
 {
   const double h = 0.05 / steps;
