@@ -1,4 +1,4 @@
-# TEST quick program seconds=120 needs=flesh
+# TEST full memory program seconds=5 needs=flesh
 # test_command_endings.sh: what `flesh run` says of how a run ends: spurious energy, a budget within a step, rest in
 # a stressed state, motion without force, no equilibrium. FLESH names the program.
 set -u

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=5
 /* test_bonded_contact.c: contact of what welds and joints hold together: it is at rest while they hold, and touches again
  * once they are broken, without a jump of the energy and without going through. Every method that has contact. */
 #include "crossings.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=5
 /* test_nonlinear_elimination.c: few nodes that carry a residual are solved for alone: with every effect, in fewer
  * iterations, with the same result, and not where nothing goes astray. */
 #include "body.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=30
+// TEST full memory seconds=5
 /* test_equilibrium.c: gradients of equilibria, tangents and adjoints, are those of whole solves, by differences of the
  * fourth order: of loads that follow the shape, contact, muscles, welds, prescribed motions and incompressible bodies. */
 #include "body.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=10
 /* test_motion.c: gradients of motions, by one adjoint, are those of whole runs, by differences of the fourth order: by all
  * methods of fixed steps, through an impact with friction, by loads that follow the shape, of muscles and welds. */
 #include "body.h"

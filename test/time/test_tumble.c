@@ -1,4 +1,4 @@
-// TEST quick builds=plain seconds=30
+// TEST full builds=plain seconds=5
 /* test_tumble.c: jelly that tumbles down stairs by Runge-Kutta methods to a tenth: what it takes, and that it gains no energy
  * and passes through nothing. */
 #include <stdlib.h>
