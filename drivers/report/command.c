@@ -27,6 +27,7 @@ static const kind kinds[] = {{"drift.csv", "How the energies keep the volume", "
                              {"accuracy.json", "What accuracy costs", "report_accuracy"},
                              {"hardcases.csv", "Hard cases", "report_hardcases"},
                              {"bench.json", "What kernels and steps take", "report_bench"},
+                             {"fit.db", "Fit", "report_fit"},
                              {"sweep.db", "Sweep", NULL},
                              {"scene.yaml", NULL, NULL}};
 
@@ -51,7 +52,7 @@ static int find_kind(const char *path, const kind **found)
   return flesh_fail(
       FLESH_ERR_FILE,
       "%s: this is no folder of a result: it has none of scene.yaml, drift.csv, accuracy.json, "
-      "hardcases.csv, bench.json and sweep.db",
+      "hardcases.csv, bench.json, fit.db and sweep.db",
       path);
 }
 
@@ -67,8 +68,7 @@ static int gather(flesh_report *report, int count, char **paths)
   }
   if (!status && run_count) status = flesh_report_add_runs(report, run_count, runs);
   for (int k = 0; k < count && !status; k++)
-    if (found[k]->sql)
-      status = flesh_report_tell(report, flesh_report_part(report, found[k]->title, paths[k]), paths[k], found[k]->sql, NULL, NULL);
+    if (found[k]->sql) status = flesh_report_add_study(report, found[k]->title, found[k]->sql, paths[k]);
     else if (found[k]->title) status = flesh_report_add_sweep(report, paths[k]);
   free(runs);
   free(found);

@@ -67,6 +67,8 @@ int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder,
 int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
                       int (*fill_database)(sqlite3 *database, const void *data), const void *data);
 
+/* Appends a part about the folder of a study, told by the text `sql` with the table of report_runs.sql. */
+int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);
 /* Appends a part about all runs, or about one sweep, which is named by its folder or its database. */
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
 int flesh_report_add_sweep(flesh_report *report, const char *path);

@@ -46,6 +46,12 @@ static int fill(sqlite3 *database, const void *data)
   return status;
 }
 
+int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder)
+{
+  const runs given = {1, (char *const[]){(char *)folder}};
+  return flesh_report_tell(report, flesh_report_part(report, title, folder), folder, sql, fill, &given);
+}
+
 /* The column to plot against time at first: the first of those wanted that a table has, else the last. */
 static const char *first_column(const json_t *part, const char *const *wanted)
 {

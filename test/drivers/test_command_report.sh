@@ -247,6 +247,34 @@ assert hard["grids"][0]["value"] == "outcome" and any("no mesh" in note for note
 END
 }
 
+# A slide's friction and speed, with their errors, beside the measured numbers; what a fit that was killed leaves.
+fits_are_reported() {
+  expect 0 "$flesh" fit "$source_folder/../data/fits/slide.yaml" --out slide --quiet && mkdir killed && cp slide/fit.db killed &&
+    expect 0 "$flesh" report slide killed --out fits.html || return 1
+  python3 - <<'END'
+import csv, json
+from report_file import Report
+part, killed = Report("fits.html").json["parts"]
+found = json.load(open("slide/result.json"))
+tables = {table["title"]: {column["name"]: column["values"] for column in table["columns"]} for table in part["tables"]}
+own = tables["Parameters"]
+for k, wanted in enumerate(found["parameters"]):
+    assert own["name"][k] == wanted["name"] and wanted["at_bound"] is None, wanted
+    for key in ("value", "standard_error", "low_95", "high_95", "start"):
+        assert abs(own[key][k] / wanted[key] - 1) < 1e-8, (key, own[key][k], wanted)
+    assert part["verdict"][1 + k].startswith(f"{wanted['name']} = {wanted['value']:.6g} +/- {wanted['standard_error']:.2g} (95 %: ")
+assert part["verdict"][0].startswith(f"{found['residuals']['measured_numbers']} measured numbers are fitted in ")
+assert part["verdict"][3:] == found["identifiability"] and not part["notes"], part
+rows = list(csv.DictReader(open("slide/fit.csv")))
+for key in ("value", "fitted", "residual"):
+    assert [float(f"{float(row[key]):.9g}") for row in rows] == tables["fit.csv"][key], key
+assert [plot["y"] for plot in part["plots"]] == ["fitted", "residual"], part["plots"]
+assert {"correlation", "provenance"} < {source["title"] for source in part["sources"]}
+assert killed["verdict"] == ["The fit left no result.json: it is still going on, or it was killed."], killed["verdict"]
+assert killed["notes"] == ["There is no fit.csv that can be read."] and not killed["tables"] + killed["plots"], killed
+END
+}
+
 # What words say of tables that are made up: the greatest ratio, the last scene, its own solver; cases that did not recover.
 made_up_tables_are_told() {
   mkdir made lost quick
@@ -310,5 +338,6 @@ if [ "${1-}" = comparisons ]; then
 fi
 run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
   a_still_picture_is_in_the_page words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
-  curved_bodies_have_their_lattice runs_without_frames_show_their_states made_up_tables_are_told names_from_outside_are_text \
+  curved_bodies_have_their_lattice runs_without_frames_show_their_states fits_are_reported \
+  made_up_tables_are_told names_from_outside_are_text \
   bad_report_usage_is_refused
