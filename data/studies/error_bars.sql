@@ -1,5 +1,5 @@
 -- error_bars.sql: bars by differences from companions, as data/results/error_bars.md says. `judges` (aspect, name, count,
--- factor, better, coarser, doubled, data) has how a run is judged in each aspect, by so many companions.
+-- factor, better, coarser, doubled, adds, data) has how a run is judged in each aspect, by so many companions.
 
 -- Rows by their times; an equilibrium may be at the time of the start.
 CREATE TEMP TABLE times AS
@@ -50,15 +50,15 @@ CREATE INDEX differences_by_row ON differences (own, aspect, number, row);
 -- Differences may be small by chance: a component's bar is at least a share of the widest among its vector's, and one from a
 -- coarser mesh what that changes with twice the step, as waves that steps do not follow come out alike on two meshes, and a
 -- share of what another element changes there, which stresses follow less. Errors of forces from a coarser mesh
--- are so many times larger beside the differences.
+-- are so many times larger beside the differences. Equilibria's bars are the sum of all three, which are seldom small at once.
 CREATE TEMP TABLE parts (pattern, factor, of_vector, of_element);
 INSERT INTO parts VALUES ('*.stress_*', 1.2, 0.5, 0), ('*.reaction_*', 1.5, 0.3, 0.3);
 CREATE TEMP TABLE judged AS
 SELECT id, q.kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS of_element, coalesce(f.of_vector, 0.3) AS of_vector,
-  j.factor * coalesce(f.factor, 1) AS factor
+  j.factor * coalesce(f.factor, 1) AS factor, adds
 FROM quantities q JOIN judges j ON count AND iif(aspect, no_step_bar, no_mesh_bar) IS NULL
 JOIN (SELECT id AS kind, name AS first_name FROM quantities) USING (kind)
-LEFT JOIN parts p ON coarser AND q.name GLOB p.pattern LEFT JOIN parts f ON coarser AND first_name GLOB f.pattern;
+LEFT JOIN parts p ON coarser > adds AND q.name GLOB p.pattern LEFT JOIN parts f ON coarser > adds AND first_name GLOB f.pattern;
 
 -- The last row of a companion that another is compared with, up to each of the run's.
 CREATE TEMP TABLE latest AS
@@ -67,10 +67,11 @@ SELECT number, tab, row, coalesce((SELECT y.row FROM times y WHERE y.source = fi
 FROM times x JOIN (SELECT DISTINCT number, first_source FROM pairs WHERE first_source) WHERE x.source = 0;
 CREATE INDEX latest_by_row ON latest (tab, row);
 CREATE TEMP TABLE bars AS
-SELECT j.id, j.kind, of_probe, j.aspect, d.row, factor, of_vector, max(d.most, coalesce(
+SELECT *, iif(adds, most + other, max(most, other)) AS bar
+FROM (SELECT j.id, j.kind, of_probe, j.aspect, d.row, factor, of_vector, adds, d.most, coalesce(
   (SELECT max(iif(l.number = 'twice', 1, of_element) * e.most) FROM latest l JOIN differences e ON e.own = j.id AND
-    e.aspect = j.aspect AND e.number = l.number AND e.row = other_row WHERE l.tab = j.tab AND l.row = d.row), 0)) AS bar
-FROM judged j JOIN differences d ON d.own = j.id AND d.aspect = j.aspect AND d.number = 0;
+    e.aspect = j.aspect AND e.number = l.number AND e.row = other_row WHERE l.tab = j.tab AND l.row = d.row), 0) AS other
+FROM judged j JOIN differences d ON d.own = j.id AND d.aspect = j.aspect AND d.number = 0);
 
 -- Twice the step must change a quantity by 1.6 times what half the step does, as an order of convergence would: 2 for the
 -- first. Changes of less than a share of 1e-4 of its range are let pass, as solves leave them.
@@ -89,9 +90,9 @@ WHERE id IN (SELECT id FROM bars WHERE aspect = 1) AND kind IN (SELECT kind FROM
 DELETE FROM bars WHERE aspect = 1 AND kind IN (SELECT kind FROM orders WHERE has_order IS NOT 1);
 
 CREATE TEMP TABLE made AS
-SELECT id, aspect, row, max(bar, coalesce(of_vector * max(iif(of_probe, bar, NULL)) OVER (PARTITION BY kind, aspect, row), 0)) *
-  factor AS bar
-FROM bars;
+SELECT id, aspect, row, iif(adds, bar + widest, max(bar, widest)) * factor AS bar
+FROM (SELECT *, of_vector * coalesce(max(iif(of_probe, iif(adds, most, bar), NULL)) OVER (PARTITION BY kind, aspect, row),
+  iif(adds, most, bar)) AS widest FROM bars);
 CREATE INDEX made_by_row ON made (id, aspect, row);
 
 -- Further fields of the tables, with their header as row -1.

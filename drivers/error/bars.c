@@ -63,14 +63,16 @@ static int execute(const bars *b, const char *format, ...)
 static int fill(const bars *b)
 {
   int count, held, source = 1;
-  int status = execute(b, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, coarser, doubled, data);"
+  int status = execute(b, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, coarser, doubled, adds,"
+                          " data);"
                           "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
                           "CREATE TABLE pinned (probe); CREATE TABLE asked (result)");
   for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++) {
     const flesh_error_judge *judge = &b->judges[kind];
     char *text = judge_text(judge);
-    status = text ? execute(b, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %Q)", kind, kind_names[kind],
-                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled, text) : flesh_no_memory();
+    status = text ? execute(b, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %d, %Q)", kind, kind_names[kind],
+                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled,
+                            judge->adds, text) : flesh_no_memory();
     free(text);
     for (int k = 0; k < judge->count && !status; k++)
       status = execute(b, "INSERT INTO companions VALUES (%d, %d, %d)", source++, kind, k);

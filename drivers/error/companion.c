@@ -13,7 +13,8 @@
 #include "system/system.h"
 
 /* Factors, by data/results/error_bars.md. */
-static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_mesh = 1.8, of_coarser_meshes = 1.1;
+static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_mesh = 1.8, of_coarser_meshes = 1.1,
+                    of_coarser_equilibria = 0.62;
 static const double of_shorter_steps = 2.5, of_shorter_steps_of_bdf2 = 3, of_newmark = 1.5, of_tolerance = 2.75;
 /* A smaller tolerance, as a share. */
 static const double tolerance_share = 0.25;
@@ -32,6 +33,7 @@ static int spare(flesh_error_judge *judge, int k)
   if (!judge->coarser || !k) return 0;
   judge->count = k;
   judge->factor = of_coarser_mesh;
+  judge->adds = 0;
   *(k > 1 ? strrchr(judge->words, ',') : strchr(judge->words, ',')) = 0;
   return 1;
 }
@@ -64,7 +66,8 @@ static void add_coarser(const flesh_scene *scene, int doubled, flesh_error_judge
   const int refine = scene->keys.body.refine - 1;
   const char *other = flesh_scene_element(scene, 0) == FLESH_ELEMENT_TET10 ? "tet10-mean" : "tet10";
   char number[FLESH_NUMBER_SIZE], words[64] = "";
-  judge->factor = of_coarser_meshes;
+  judge->adds = scene->time.method == FLESH_METHOD_STATIC && !doubled;
+  judge->factor = judge->adds ? of_coarser_equilibria : of_coarser_meshes;
   judge->coarser = 1;
   judge->doubled = doubled;
   add(judge, "mesh", "body.refine", refine);

@@ -13,10 +13,11 @@ enum { FLESH_ERROR_COMPANIONS = 3, FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 
 typedef struct flesh_error_judge {
   int count;           /* of its companions; the last shows an order, or the other element. 0: there is no bar */
   char words[FLESH_ERROR_WORDS]; /* what the companions are, or why there is no bar */
-  double factor;       /* of the bar over the largest difference from the first so far */
+  double factor;       /* of the bar over what the companions differ by */
   int better;          /* the first companion's numbers are better than the run's */
   int coarser;         /* the companions have a coarser mesh */
   int doubled;         /* of a coarser mesh, the second has twice the step, as the second of the judge of steps has */
+  int adds;            /* equilibria: what the companions differ by is added up */
   struct {
     char folder[FLESH_ERROR_FOLDER]; /* within the run's */
     char set[2][64];                 /* key=value beside the scene's keys; the second may be empty */
