@@ -10,8 +10,8 @@ finer answer: for the mesh tet10-mean on meshes refined twice more, extrapolated
 tets once more); for `--to 1%` of a tip `--to 0.25%` from finer meshes; for the step Newmark's rule with steps of a
 sixteenth, of `adaptive` a hundredth of the tolerance. A bar covers where it is not less than the error at all times.
 Sharpness is the largest bar over the largest error. The factors were chosen on the set `chosen`, those of moving shapes
-also on `tried`; `fresh` and `later` have seeds that chose none. The exit status is 0 where the bars of every kind cover 95 % of the rows and their median sharpness
-is 6 at most.
+also on `tried`; `fresh` and `later` have seeds that chose none. The exit status is 0 where the bars of every kind cover
+95 % of the rows and their median sharpness is 6 at most.
 """
 import argparse
 import csv
