@@ -30,7 +30,7 @@ typedef struct flesh_stiff_rows {
   int first_main;
   double ratio;     /* how many times as stiff as what remains, at rest, at most */
   double modulus;   /* Pa, of what remains, at rest, at least */
-  int left_in;      /* 1: preconditioners are to leave them in the matrix */
+  int projection_disabled;      /* 1: preconditioners are to leave them in the matrix */
   const int *nodes; /* [count][nodes_per_row] */
   float *values;    /* [count][nodes_per_row][3] b; 0: the matrix has no such term */
 } flesh_stiff_rows;

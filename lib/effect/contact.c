@@ -23,17 +23,16 @@ static const flesh_cells *contact_cells(const flesh_effect *effect)
   return self->core.points ? &self->core.faces : NULL;
 }
 
-/* Friction of a node: its normal force as the lagged state has it, and how its tangential velocity
- * relative to the obstacle rubs. */
-typedef struct rub {
+/* Friction of a node: its normal force as the lagged state has it, and its tangential velocity relative to the obstacle. */
+typedef struct node_friction {
   double force;              /* friction * normal force, N; 0: none */
   double normal[3];
   double u[3], speed;        /* m/s */
-} rub;
+} node_friction;
 
-static rub rub_of(const contact *self, const flesh_frame *lagged, const flesh_point *point, int k)
+static node_friction friction_of(const contact *self, const flesh_frame *lagged, const flesh_point *point, int k)
 {
-  rub result = {0};
+  node_friction result = {0};
   flesh_barrier barrier;
   const int i = 3 * self->nodes[k];
   if (flesh_contact_barrier_at(self, lagged, point->lagged.x + i, &barrier) || barrier.distance == INFINITY)
@@ -91,7 +90,7 @@ static int is_far(const contact *self, const flesh_frame *frame, int k, int end,
   return flesh_obstacle_is_far(self->obstacle, &own, reach);
 }
 
-/* Whether it is so neither now nor, where it rubs, at the lagged state: then it is not felt. */
+/* Whether it is so neither now nor, where it has friction, at the lagged state: then it is not felt. */
 static int is_unfelt(const job *j, int k, int end)
 {
   const contact *self = j->self;
@@ -102,14 +101,14 @@ static int is_unfelt(const job *j, int k, int end)
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
 
 /* The potential of the friction at a node. */
-static double friction_potential(const job *j, const rub *rubs, int i)
+static double friction_potential(const job *j, const node_friction *of_node, int i)
 {
   const flesh_shift *shift = j->shift;
   const double e = j->self->slip_speed;
-  if (shift->v != 0) return rubs->force * flesh_slip_potential(rubs->speed, e) / shift->v;
+  if (shift->v != 0) return of_node->force * flesh_slip_potential(of_node->speed, e) / shift->v;
   double share = 0; /* an unknown that does not change velocities sees a constant force */
   for (int c = 0; c < 3 && shift->x != 0; c++)
-    share += rubs->force * flesh_slip_ratio(rubs->speed, e) * rubs->u[c] *
+    share += of_node->force * flesh_slip_ratio(of_node->speed, e) * of_node->u[c] *
              (j->point->x[i + c] - j->point->lagged.x[i + c]) / shift->x;
   return share;
 }
@@ -137,12 +136,12 @@ static void residual_of_part(void *data, int task)
       for (int c = 0; c < 3; c++) j->r[i + c] += flesh_contact_weight(self, k) * gradient[c];
     }
     if (!j->rubbing) continue;
-    const rub rubs = rub_of(self, &j->lagged, j->point, k);
-    if (rubs.force == 0) continue;
-    const double ratio = rubs.force * flesh_slip_ratio(rubs.speed, self->slip_speed);
-    for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * rubs.u[c];
+    const node_friction of_node = friction_of(self, &j->lagged, j->point, k);
+    if (of_node.force == 0) continue;
+    const double ratio = of_node.force * flesh_slip_ratio(of_node.speed, self->slip_speed);
+    for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * of_node.u[c];
     if (!j->summing) continue;
-    const double share = friction_potential(j, &rubs, i);
+    const double share = friction_potential(j, &of_node, i);
     friction += share;
     size += fabs(share);
   }
@@ -227,16 +226,16 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
 }
 
 /* d2 Psi / dv2, positive semi-definite as it is; or its secant to rest. */
-static void add_friction(const contact *self, const rub *rubs, double scale, int to_rest, double *block)
+static void add_friction(const contact *self, const node_friction *of_node, double scale, int to_rest, double *block)
 {
-  const double e = self->slip_speed, y = rubs->speed, ratio = flesh_slip_ratio(y, e);
+  const double e = self->slip_speed, y = of_node->speed, ratio = flesh_slip_ratio(y, e);
   /* Its limit at rest is taken by no direction. */
   const double bend = y > 0 && !to_rest ? flesh_slip_fall(y, e) / (y * y) : 0;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
-      block[3 * i + j] += scale * rubs->force *
-                          (ratio * ((i == j) - rubs->normal[i] * rubs->normal[j]) +
-                           bend * rubs->u[i] * rubs->u[j]);
+      block[3 * i + j] += scale * of_node->force *
+                          (ratio * ((i == j) - of_node->normal[i] * of_node->normal[j]) +
+                           bend * of_node->u[i] * of_node->u[j]);
 }
 
 static void jacobian_of_part(void *data, int task)
@@ -261,8 +260,8 @@ static void jacobian_of_part(void *data, int task)
       for (int e = 0; e < 9; e++) block[e] += scale * placed[e];
     }
     if (!j->rubbing || shift->v == 0) continue;
-    const rub rubs = rub_of(self, &j->lagged, j->point, k);
-    if (rubs.force > 0) add_friction(self, &rubs, shift->v, to_rest, block);
+    const node_friction of_node = friction_of(self, &j->lagged, j->point, k);
+    if (of_node.force > 0) add_friction(self, &of_node, shift->v, to_rest, block);
   }
 }
 

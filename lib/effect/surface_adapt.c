@@ -22,7 +22,7 @@ void flesh_surface_near_harden(near *self, const double *internal)
   const double stiffness = self->contact->law.stiffness * (internal && self->contact->adaptive ? exp(internal[0]) : 1);
   if (stiffness == self->set.law.stiffness) return;
   self->set.law.stiffness = stiffness;
-  self->set_known = self->rubs_known = self->secant_known = 0;
+  self->set_known = self->friction_known = self->secant_known = 0;
 }
 
 /* The mean of the nodes' pressures over the stiffness, weighed by their forces; 0: nothing touches. */

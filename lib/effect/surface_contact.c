@@ -19,8 +19,8 @@ typedef flesh_surface_near near;
 static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);
-  if (!status && rubbing) status = flesh_surface_near_rub(*self, point);
-  if (!status) status = flesh_surface_near_meet(*self, point->x);
+  if (!status && rubbing) status = flesh_surface_near_update_friction(*self, point);
+  if (!status) status = flesh_surface_near_update_pairs(*self, point->x);
   return status;
 }
 
@@ -48,7 +48,7 @@ int flesh_surface_contact_evaluate(const flesh_effect *effect, const flesh_point
     *magnitude += fabs(size / shift->x);
   }
   if (self->contact->friction > 0)
-    flesh_contact_friction_evaluate(&self->rubs,
+    flesh_contact_friction_evaluate(&self->friction,
                                     &(flesh_contact_motion){point->x, point->lagged.x, point->v, shift ? shift->x : 0,
                                                             shift ? shift->v : 0}, phi, magnitude, r);
   return close_near(self, own, FLESH_OK);
@@ -115,12 +115,12 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
       for (int e = 0; e < 144; e++) H[e] *= shift->x;
       add_blocks(K, 4, self->seats[k].nodes, H);
     }
-  const int rubs = self && self->contact->friction > 0 && shift->v != 0 ? self->rubs.count : 0;
-  if (!status && rubs && !(status = flesh_surface_near_reserve(self, rubs))) {
-    flesh_contact_friction_hessians(&self->rubs, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
+  const int friction_pairs = self && self->contact->friction > 0 && shift->v != 0 ? self->friction.count : 0;
+  if (!status && friction_pairs && !(status = flesh_surface_near_reserve(self, friction_pairs))) {
+    flesh_contact_friction_hessians(&self->friction, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
                                     self->hessians);
-    for (int k = 0; k < rubs; k++)
-      add_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes, self->hessians + 144 * (size_t)k);
+    for (int k = 0; k < friction_pairs; k++)
+      add_blocks(K, self->friction.pairs[k].count, self->friction.pairs[k].nodes, self->hessians + 144 * (size_t)k);
   }
   return close_near(self, own, status);
 }
@@ -134,7 +134,7 @@ int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *
   int own;
   if (reading != FLESH_LAGGED_X || !(friction.coefficient > 0)) return FLESH_OK;
   int status = flesh_surface_near_of(effect, point, &self, &own);
-  if (!status) status = flesh_surface_near_meet(self, point->lagged.x);
+  if (!status) status = flesh_surface_near_update_pairs(self, point->lagged.x);
   if (!status) status = flesh_contact_friction_turn(&friction, &self->set, point->lagged.x, point->v, add, to);
   return close_near(self, own, status);
 }

@@ -52,34 +52,34 @@ typedef struct flesh_surface_since {
 } flesh_surface_since;
 
 /* The contact cache of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept
- * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs that rub at the lagged
- * place. */
+ * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs with friction, at the
+ * lagged place. */
 typedef struct flesh_surface_near {
   const flesh_surface_contact *contact; /* borrowed */
   flesh_threads *threads;               /* borrowed, may be NULL */
   flesh_near_finder *finder;
-  flesh_near_pairs around; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
-  int around_known;
+  flesh_near_pairs static_pairs; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
+  int static_known;
   int run_count, pieces;
   flesh_surface_run *runs; /* [run_count] of the surface's nodes */
-  int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `around` was found */
+  int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `static_pairs` were found */
   double apart;       /* m, between the groups there, at least */
   flesh_near_drift drift;
-  double *x_around; /* [3*nodes of the mesh], as all places here: where `around` was found */
+  double *x_static; /* [3*nodes of the mesh], as all places here: where `static_pairs` were found */
   flesh_surface_since since[2]; /* the last places that were compared with it */
   int latest;                   /* of these */
   flesh_surface_drift room;     /* how far nodes may move from where it was asked last whether all is far, m; <= 0: it */
   int room_known;               /* is not; forgotten by a search */
-  double *x_shown; /* what is at most `shown` apart there is among those around */
+  double *x_shown; /* what is at most `shown` apart there is among static_pairs */
   double shown;    /* m; 0: not known */
-  flesh_near_pairs on_way; /* of a step that leads farther */
+  flesh_near_pairs swept_pairs; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
   flesh_contact_secant secant;
   double *x_set;
-  flesh_contact_friction rubs;
-  int rubs_known;
-  double *x_rubs;
+  flesh_contact_friction friction;
+  int friction_known;
+  double *x_friction;
   double *x_secant;           /* where the solve that the secant is of began */
   double *x_predicted;        /* where its forces are predicted for */
   int secant_known;
@@ -154,12 +154,12 @@ double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double
 int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
 /* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
-/* Corrects x [3*n], where near->around has all that touches at x_from: nodes and faces that touch there keep their gaps.
+/* Corrects x [3*n], where near->static_pairs has all that touches at x_from: nodes and faces that touch there keep their gaps.
  * Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
 int flesh_surface_near_keep_gaps(flesh_surface_near *near, const double *x_from, double *x);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
-int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
+int flesh_surface_near_update_pairs(flesh_surface_near *near, const double *x);
 /* places [3*n] = x. */
 void flesh_surface_near_keep(const flesh_surface_near *near, const double *x, double *places);
 /* x [3*n] without the mean displacement of the surface from x_from, near->moved, of which only the surface's nodes are set:
@@ -167,18 +167,18 @@ void flesh_surface_near_keep(const flesh_surface_near *near, const double *x, do
 const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *x_from, const double *x);
 /* The runs of the surface's nodes. FLESH_ERR_MEMORY. */
 int flesh_surface_near_runs_create(flesh_surface_near *near);
-/* The groups of what is far from each other where near->around was found. */
+/* The groups of what is far from each other where near->static_pairs were found. */
 void flesh_surface_near_group(flesh_surface_near *near);
 /* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* flesh_effect_private.is_far. */
 int flesh_surface_near_is_far(void *near, const double *x0, double shift, const double *u);
-/* Whether all pairs at most `within` [m] apart at x, are among near->around. */
-int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double within);
+/* Whether all pairs at most `within` [m] apart at x, are among near->static_pairs. */
+int flesh_surface_near_is_valid(flesh_surface_near *near, const double *x, double within);
 /* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */
-double flesh_surface_near_on_way(flesh_surface_near *near, const double *x_from, const double *x_to);
-/* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
-int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
+double flesh_surface_near_limiting_distance(flesh_surface_near *near, const double *x_from, const double *x_to);
+/* near->friction becomes that of x_lag, and near->set that at x, where there is friction. */
+int flesh_surface_near_update_friction(flesh_surface_near *near, const flesh_point *point);
 /* Hessians of near->set, that at x, become those of secants to the predicted forces where x is the place that they are
  * predicted for, and tangents elsewhere, or everywhere. */
 void flesh_surface_near_expect(flesh_surface_near *near, const double *x, int tangents);

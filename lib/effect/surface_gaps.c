@@ -80,11 +80,11 @@ static int guard_of(const near *self, int count, const int *pairs, const double 
 /* Lists what is to be corrected at x; returns how much. */
 static int list_guards(near *self, const double *x_from, const double *x)
 {
-  const flesh_near_pairs *around = &self->around;
+  const flesh_near_pairs *near_pairs = &self->static_pairs;
   int count = 0;
-  for (int k = 0, of; k < around->point_count; k += of) {
-    const int *pairs = around->point_faces + 2 * (size_t)k;
-    for (of = 1; k + of < around->point_count && pairs[2 * of] == pairs[0];) of++;
+  for (int k = 0, of; k < near_pairs->point_count; k += of) {
+    const int *pairs = near_pairs->point_faces + 2 * (size_t)k;
+    for (of = 1; k + of < near_pairs->point_count && pairs[2 * of] == pairs[0];) of++;
     count += guard_of(self, of, pairs, x_from, x, &self->guards[count]);
   }
   return count;
@@ -107,7 +107,7 @@ static int correct(const struct flesh_surface_guard *guard, double *x)
 
 int flesh_surface_near_keep_gaps(near *self, const double *x_from, double *x)
 {
-  const int wanted = self->around.point_count;
+  const int wanted = self->static_pairs.point_count;
   if (wanted > self->guard_room) {
     struct flesh_surface_guard *grown = realloc(self->guards, 2 * (size_t)wanted * sizeof *grown);
     if (!grown) return 0; /* then it is not corrected */

@@ -32,8 +32,8 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes",
                                         contact->surface.node_count);
   if (!status) {
-    double **next[] = {&self->x_rubs,     &self->x_secant,   &self->x_predicted, &self->x_around, &self->since[0].x,
-                       &self->since[1].x, &self->x_shown,    &self->x_patches,   &self->moved};
+    double **next[] = {&self->x_friction, &self->x_secant, &self->x_predicted, &self->x_static, &self->since[0].x,
+                        &self->since[1].x, &self->x_shown, &self->x_patches, &self->moved};
     for (size_t k = 0; k < sizeof next / sizeof next[0]; k++) *next[k] = self->x_set + (k + 1) * places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
@@ -57,11 +57,11 @@ void flesh_surface_near_destroy(void *data)
   near *self = data;
   if (!self) return;
   flesh_near_finder_destroy(&self->finder);
-  flesh_near_pairs_clear(&self->around);
-  flesh_near_pairs_clear(&self->on_way);
+  flesh_near_pairs_clear(&self->static_pairs);
+  flesh_near_pairs_clear(&self->swept_pairs);
   flesh_near_drift_clear(&self->drift);
   flesh_contact_set_clear(&self->set);
-  flesh_contact_friction_clear(&self->rubs);
+  flesh_contact_friction_clear(&self->friction);
   flesh_contact_secant_clear(&self->secant);
   flesh_contact_patches_clear(&self->patches);
   free(self->runs);
@@ -100,18 +100,18 @@ int flesh_surface_near_is_at(const near *self, const double *x, const double *pl
   return !memcmp(places, x, size_of_places(self));
 }
 
-static int search_around(near *self, const double *x)
+static int search_static_pairs(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
-  self->around_known = self->room_known = 0;
+  self->static_known = self->room_known = 0;
   self->shown = 0;
   /* Two nodes that both come nearer by the slack. */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
-                                     &self->around);
-  self->around_known = !status;
+                                     &self->static_pairs);
+  self->static_known = !status;
   self->since[0].known = self->since[1].known = 0;
   if (status) return status;
-  flesh_surface_near_keep(self, x, self->x_around);
+  flesh_surface_near_keep(self, x, self->x_static);
   flesh_surface_near_group(self);
   return FLESH_OK;
 }
@@ -120,21 +120,21 @@ static int keep_gaps(void *memory, const double *internal, const double *x_from,
 {
   near *self = memory;
   flesh_surface_near_take(self, internal);
-  if (!flesh_surface_near_serves(self, x_from, self->contact->law.thickness) && search_around(self, x_from)) return 0;
+  if (!flesh_surface_near_is_valid(self, x_from, self->contact->law.thickness) && search_static_pairs(self, x_from)) return 0;
   return flesh_surface_near_keep_gaps(self, x_from, x);
 }
 
 static flesh_contact_candidates candidates_of(const near *self)
 {
-  return (flesh_contact_candidates){self->around.point_count, self->around.point_faces, self->around.edge_count,
-                                    self->around.edge_pairs};
+  return (flesh_contact_candidates){self->static_pairs.point_count, self->static_pairs.point_faces, self->static_pairs.edge_count,
+                                    self->static_pairs.edge_pairs};
 }
 
-int flesh_surface_near_meet(near *self, const double *x)
+int flesh_surface_near_update_pairs(near *self, const double *x)
 {
   if (self->set_known && flesh_surface_near_is_at(self, x, self->x_set)) return FLESH_OK;
   self->set_known = 0;
-  int status = flesh_surface_near_serves(self, x, self->contact->law.thickness) ? FLESH_OK : search_around(self, x);
+  int status = flesh_surface_near_is_valid(self, x, self->contact->law.thickness) ? FLESH_OK : search_static_pairs(self, x);
   const flesh_contact_candidates candidates = candidates_of(self);
   if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
   if (status) return status;
@@ -143,19 +143,19 @@ int flesh_surface_near_meet(near *self, const double *x)
   return FLESH_OK;
 }
 
-int flesh_surface_near_rub(near *self, const flesh_point *point)
+int flesh_surface_near_update_friction(near *self, const flesh_point *point)
 {
   if (!(self->contact->friction > 0)) return FLESH_OK;
-  if (self->rubs_known && flesh_surface_near_is_at(self, point->lagged.x, self->x_rubs)) return FLESH_OK;
-  self->rubs_known = 0;
-  int status = flesh_surface_near_meet(self, point->lagged.x);
+  if (self->friction_known && flesh_surface_near_is_at(self, point->lagged.x, self->x_friction)) return FLESH_OK;
+  self->friction_known = 0;
+  int status = flesh_surface_near_update_pairs(self, point->lagged.x);
   if (status) return status;
-  self->rubs.coefficient = self->contact->friction;
-  self->rubs.slip_speed = self->contact->slip_speed;
-  status = flesh_contact_friction_update(&self->rubs, &self->set, point->lagged.x);
+  self->friction.coefficient = self->contact->friction;
+  self->friction.slip_speed = self->contact->slip_speed;
+  status = flesh_contact_friction_update(&self->friction, &self->set, point->lagged.x);
   if (status) return status;
-  flesh_surface_near_keep(self, point->lagged.x, self->x_rubs);
-  self->rubs_known = 1;
+  flesh_surface_near_keep(self, point->lagged.x, self->x_friction);
+  self->friction_known = 1;
   return FLESH_OK;
 }
 
@@ -202,13 +202,13 @@ static int pair_nodes(const flesh_contact_pair *pair)
 /* Whether K has all pairs that the Jacobian at the point couples. */
 static int covers(near *self, const flesh_point *point, const flesh_block_matrix *K)
 {
-  if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
+  if (flesh_surface_near_update_friction(self, point) || flesh_surface_near_update_pairs(self, point->x)) return 1; /* no value */
   for (int k = 0; k < self->set.count; k++)
     if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
         !has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes))
       return 0;
-  for (int k = 0; k < self->rubs.count; k++)
-    if (!has_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes)) return 0;
+  for (int k = 0; k < self->friction.count; k++)
+    if (!has_blocks(K, self->friction.pairs[k].count, self->friction.pairs[k].nodes)) return 0;
   for (int k = 0; k < self->seat_count; k++)
     if (!has_blocks(K, 4, self->seats[k].nodes)) return 0;
   return 1;
@@ -219,7 +219,7 @@ static void predict(const flesh_effect *effect, const flesh_point *point)
   near *self = flesh_point_near(point);
   (void)effect;
   flesh_surface_near_take(self, point->internal);
-  if (flesh_surface_near_meet(self, point->x)) return;
+  if (flesh_surface_near_update_pairs(self, point->x)) return;
   if (!self->secant_known || !flesh_surface_near_is_at(self, point->lagged.x, self->x_secant)) {
     flesh_contact_secant_forget(&self->secant);
     flesh_surface_near_keep(self, point->lagged.x, self->x_secant);
@@ -279,11 +279,11 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   *cells = NULL;
   flesh_surface_near_take(self, point->internal);
   if (K && covers(self, point, K)) return FLESH_OK;
-  int status = flesh_surface_near_rub(self, point);
-  if (!status && !flesh_surface_near_serves(self, point->x, self->contact->law.thickness + self->contact->slack))
-    status = search_around(self, point->x);
+  int status = flesh_surface_near_update_friction(self, point);
+  if (!status && !flesh_surface_near_is_valid(self, point->x, self->contact->law.thickness + self->contact->slack))
+    status = search_static_pairs(self, point->x);
   if (status) return status;
-  const int most = self->around.point_count + self->around.edge_count + self->rubs.count + self->seat_count;
+  const int most = self->static_pairs.point_count + self->static_pairs.edge_count + self->friction.count + self->seat_count;
   if (most > self->cell_room) {
     int *grown = realloc(self->cell_nodes, 4 * (size_t)most * sizeof *grown);
     if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs that may touch", most);
@@ -292,15 +292,15 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   }
   self->cells = (flesh_cells){.nodes_per_cell = 4, .nodes = self->cell_nodes, .padded = 1};
   add_candidates(self, point->x);
-  for (int k = 0; k < self->rubs.count; k++) add_cell(self, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes);
+  for (int k = 0; k < self->friction.count; k++) add_cell(self, self->friction.pairs[k].count, self->friction.pairs[k].nodes);
   for (int k = 0; k < self->seat_count; k++) add_cell(self, 4, self->seats[k].nodes);
   *cells = &self->cells;
   return FLESH_OK;
 }
 
-/* The feasible step by the pairs on the way, if the pairs around do not suffice. A way that is long against the mesh is
+/* The feasible step by swept_pairs, where static_pairs do not suffice. A way that is long against the mesh is
  * searched in portions from its start on, because few pairs are on the way to the first touch. */
-static double step_on_way(near *self, const double *x_from, const double *x_to, double apart)
+static double step_by_swept_pairs(near *self, const double *x_from, const double *x_to, double apart)
 {
   const flesh_contact_surface *surface = &self->contact->surface;
   double portion = 1, least = 1;
@@ -311,26 +311,26 @@ static double step_on_way(near *self, const double *x_from, const double *x_to, 
     for (int k = 0; k < surface->node_count && portion < 1; k++)
       for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++)
         to[d + c] = x_from[d + c] + portion * (to[d + c] - x_from[d + c]);
-    if (flesh_near_pairs_find(self->finder, x_from, to, 0, self->threads, &self->on_way)) return 0;
+    if (flesh_near_pairs_find(self->finder, x_from, to, 0, self->threads, &self->swept_pairs)) return 0;
     if (portion < 1) flesh_surface_near_without_mean(self, x_from, x_to);
-    least = fmin(least, flesh_near_pairs_feasible_step(self->finder, &self->on_way, x_from, to, KEPT, apart, self->threads));
+    least = fmin(least, flesh_near_pairs_feasible_step(self->finder, &self->swept_pairs, x_from, to, KEPT, apart, self->threads));
     if (least <= portion) return least;
     portion = fmin(least, 2 * portion);
   }
 }
 
-/* From the pairs around, from a search here where that will serve at its end, too, or from those on the way; none limits a
+/* From static_pairs, from a search here where that will serve at its end, too, or from swept_pairs; none limits a
  * step that is more than `apart` from each other. */
 static double feasible_step(near *self, const double *x_from, const double *x_to)
 {
   if (flesh_surface_near_is_free(self, x_from, x_to)) return 1;
-  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
-  if (!flesh_surface_near_serves(self, x_from, apart)) {
-    if (!(apart <= 2 * self->contact->slack)) return step_on_way(self, x_from, x_to, apart);
-    if (search_around(self, x_from)) return 0;
+  const double apart = flesh_surface_near_limiting_distance(self, x_from, x_to);
+  if (!flesh_surface_near_is_valid(self, x_from, apart)) {
+    if (!(apart <= 2 * self->contact->slack)) return step_by_swept_pairs(self, x_from, x_to, apart);
+    if (search_static_pairs(self, x_from)) return 0;
   }
   const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
-  return flesh_near_pairs_feasible_step(self->finder, &self->around, x_from, to, KEPT, apart, self->threads);
+  return flesh_near_pairs_feasible_step(self->finder, &self->static_pairs, x_from, to, KEPT, apart, self->threads);
 }
 
 static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, double t_from,
@@ -361,10 +361,10 @@ static size_t memory_of(const void *memory)
   const near *self = memory;
   return sizeof *self + 10 * size_of_places(self) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
-         flesh_near_pairs_memory(&self->around) + flesh_near_pairs_memory(&self->on_way) +
+         flesh_near_pairs_memory(&self->static_pairs) + flesh_near_pairs_memory(&self->swept_pairs) +
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
-         (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
+         (size_t)self->friction.capacity * sizeof *self->friction.pairs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double) + flesh_surface_guards_memory(self) + memory_of_release(self) +
          (size_t)self->contact->surface.node_count * sizeof *self->runs;
 }

@@ -75,12 +75,12 @@ void flesh_surface_near_group(near *self)
   int *group = self->group;
   self->apart = INFINITY;
   for (int a = 0; a < self->pieces; a++) group[a] = a, boxes[a] = EMPTY;
-  for (int k = 0; k < self->run_count; k++) add_run(&boxes[self->runs[k].piece], &self->runs[k], NULL, self->x_around);
+  for (int k = 0; k < self->run_count; k++) add_run(&boxes[self->runs[k].piece], &self->runs[k], NULL, self->x_static);
   for (int a = 0; a < self->pieces; a++)
     for (int b = a + 1; b < self->pieces; b++) {
       const double gap = flesh_displacement_box_gap(&boxes[a], &boxes[b]);
       const int from = group[b], to = group[a];
-      if (gap > FAR * self->around.distance) self->apart = fmin(self->apart, gap);
+      if (gap > FAR * self->static_pairs.distance) self->apart = fmin(self->apart, gap);
       else
         for (int k = 0; k < self->pieces && from != to; k++) group[k] = group[k] == from ? to : group[k];
     }
@@ -103,7 +103,7 @@ static flesh_surface_drift largest_drift(const near *self, const double *from, c
   return (flesh_surface_drift){within + all.sound, flesh_displacement_box_diagonal(&all) + all.sound};
 }
 
-/* The drift since the pairs around were found, which is kept for the last two places asked for: both ends of a way. */
+/* The drift since static_pairs were found, which is kept for the last two places asked for: both ends of a way. */
 static flesh_surface_drift drift_since_search(near *self, const double *x)
 {
   flesh_surface_since *since = self->since;
@@ -111,7 +111,7 @@ static flesh_surface_drift drift_since_search(near *self, const double *x)
     if (since[k].known && flesh_surface_near_is_at(self, x, since[k].x)) return self->latest = k, since[k].drift;
   since += self->latest = 1 - self->latest;
   since->known = 1;
-  since->drift = largest_drift(self, self->x_around, x);
+  since->drift = largest_drift(self, self->x_static, x);
   flesh_surface_near_keep(self, x, since->x);
   return since->drift;
 }
@@ -119,19 +119,19 @@ static flesh_surface_drift drift_since_search(near *self, const double *x)
 /* Shows that what is at most `within` apart at x was found, and keeps x. */
 static int show(near *self, const double *x, double within)
 {
-  const double left = self->around.distance - within;
-  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->x_around, x, within) <= left)) return 0;
+  const double left = self->static_pairs.distance - within;
+  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->x_static, x, within) <= left)) return 0;
   flesh_surface_near_keep(self, x, self->x_shown);
   self->shown = within;
   return 1;
 }
 
-int flesh_surface_near_serves(near *self, const double *x, double within)
+int flesh_surface_near_is_valid(near *self, const double *x, double within)
 {
-  if (!self->around_known) return 0;
+  if (!self->static_known) return 0;
   const flesh_surface_drift since = drift_since_search(self, x);
   const int far = self->apart - since.all > within; /* what is of two groups */
-  if ((far ? since.within : since.all) <= self->around.distance - within) return 1;
+  if ((far ? since.within : since.all) <= self->static_pairs.distance - within) return 1;
   if (self->shown > 0 && self->shown >= within) {
     const flesh_surface_drift after = largest_drift(self, self->x_shown, x);
     if ((far ? after.within : after.all) <= self->shown - within) return 1;
@@ -141,9 +141,9 @@ int flesh_surface_near_serves(near *self, const double *x, double within)
 
 int flesh_surface_near_is_free(near *self, const double *x_from, const double *x_to)
 {
-  if (!self->around_known || self->around.point_count || self->around.edge_count) return 0;
+  if (!self->static_known || self->static_pairs.point_count || self->static_pairs.edge_count) return 0;
   const flesh_surface_drift from = drift_since_search(self, x_from), to = drift_since_search(self, x_to);
-  return self->around.distance - from.within > (from.within + to.within) / LOST &&
+  return self->static_pairs.distance - from.within > (from.within + to.within) / LOST &&
          self->apart - from.all > (from.all + to.all) / LOST;
 }
 
@@ -151,12 +151,12 @@ int flesh_surface_near_is_free(near *self, const double *x_from, const double *x
  * to where pairs were found, of which none was. */
 static flesh_surface_drift room_at(near *self, const double *x0)
 {
-  if (!self->around_known || self->around.point_count || self->around.edge_count || self->contact->bonds ||
+  if (!self->static_known || self->static_pairs.point_count || self->static_pairs.edge_count || self->contact->bonds ||
       self->contact->separates)
     return (flesh_surface_drift){-1, -1};
   const double reach = self->contact->law.thickness, part = 1 / (1 + 2 / LOST);
   const flesh_surface_drift begin = drift_since_search(self, x0);
-  return (flesh_surface_drift){fmin(part * self->around.distance, self->around.distance - reach) - begin.within,
+  return (flesh_surface_drift){fmin(part * self->static_pairs.distance, self->static_pairs.distance - reach) - begin.within,
                                fmin(part * self->apart, self->apart - reach) - begin.all};
 }
 
@@ -170,10 +170,10 @@ int flesh_surface_near_is_far(void *memory, const double *x0, double shift, cons
   return fabs(shift) * way.within < self->room.within && fabs(shift) * way.all < self->room.all;
 }
 
-double flesh_surface_near_on_way(near *self, const double *x_from, const double *x_to)
+double flesh_surface_near_limiting_distance(near *self, const double *x_from, const double *x_to)
 {
   const flesh_surface_drift way = largest_drift(self, x_from, x_to);
-  const int far = self->around_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
+  const int far = self->static_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
   double apart = (far ? way.within : way.all) / LOST;
   for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY; k++) {
     const double tighter = flesh_near_drift_bound(&self->drift, self->finder, x_from, x_to, apart) / LOST;

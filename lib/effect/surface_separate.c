@@ -17,7 +17,7 @@ static const double room = 1;
 static void take_patches(near *self)
 {
   self->finder->patches = self->patches.pair_count ? &self->patches : NULL;
-  self->around_known = self->set_known = self->rubs_known = self->secant_known = 0;
+  self->static_known = self->set_known = self->friction_known = self->secant_known = 0;
 }
 
 static int update(near *self, const double *x)
@@ -46,7 +46,7 @@ static int begin(near *self, const double *x)
 static int find_energy(near *self, const double *x, double *energy)
 {
   *energy = 0;
-  int status = flesh_surface_near_meet(self, x);
+  int status = flesh_surface_near_update_pairs(self, x);
   if (!status) status = flesh_contact_set_evaluate(&self->set, x, self->threads, energy, NULL, NULL);
   return status;
 }

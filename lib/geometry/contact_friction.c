@@ -11,7 +11,7 @@
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction)
 {
-  flesh_free(friction->rubs);
+  flesh_free(friction->pairs);
   *friction = (flesh_contact_friction){.coefficient = friction->coefficient, .slip_speed = friction->slip_speed};
 }
 
@@ -19,10 +19,10 @@ static int make_room(flesh_contact_friction *friction, int pairs)
 {
   if (pairs <= friction->capacity) return FLESH_OK;
   const int capacity = pairs + pairs / 2;
-  flesh_free(friction->rubs);
-  friction->rubs = flesh_malloc((size_t)capacity * sizeof *friction->rubs);
-  friction->capacity = friction->rubs ? capacity : 0;
-  if (friction->rubs) return FLESH_OK;
+  flesh_free(friction->pairs);
+  friction->pairs = flesh_malloc((size_t)capacity * sizeof *friction->pairs);
+  friction->capacity = friction->pairs ? capacity : 0;
+  if (friction->pairs) return FLESH_OK;
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the friction of %d pairs", pairs);
 }
 
@@ -34,17 +34,17 @@ static void find_directions(const flesh_contact_closest *at, double t[2][3])
   if (at->dimension < 2) flesh_vec3_cross(at->normal, t[0], t[1]);
 }
 
-void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub)
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found)
 {
   double t[2][3];
-  rub->count = at->count;
+  found->count = at->count;
   find_directions(at, t);
   for (int a = 0; a < at->count; a++) {
-    rub->nodes[a] = pair->nodes[at->corner[a]];
+    found->nodes[a] = pair->nodes[at->corner[a]];
     for (int i = 0; i < 2; i++)
       for (int c = 0; c < 3; c++) {
-        rub->slip[i][3 * a + c] = at->share[a] * t[i][c];
-        if (i < at->dimension) rub->slip[i][3 * a + c] += at->distance * at->turn[i][a] * at->normal[c];
+        found->slip[i][3 * a + c] = at->share[a] * t[i][c];
+        if (i < at->dimension) found->slip[i][3 * a + c] += at->distance * at->turn[i][a] * at->normal[c];
       }
   }
 }
@@ -63,34 +63,34 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
       sum += force;
       if (!(force > 0)) continue;
       positive += force;
-      flesh_contact_rub *rub = friction->rubs + friction->count++;
-      rub->force = force;
-      flesh_contact_slip_find(set->pairs + next, &at, rub);
+      flesh_friction_pair *found = friction->pairs + friction->count++;
+      found->force = force;
+      flesh_contact_slip_find(set->pairs + next, &at, found);
     }
     const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
-    for (int i = first; i < friction->count; i++) friction->rubs[i].force *= part;
+    for (int i = first; i < friction->count; i++) friction->pairs[i].force *= part;
     if (part == 0 || !flesh_contact_set_owns(set, set->pairs + k)) friction->count = first;
   }
   return FLESH_OK;
 }
 
-void flesh_contact_slip_of(const flesh_contact_rub *rub, const double *field, double u[2])
+void flesh_contact_slip_of(const flesh_friction_pair *pair, const double *field, double u[2])
 {
   u[0] = u[1] = 0;
-  for (int a = 0; a < rub->count; a++)
+  for (int a = 0; a < pair->count; a++)
     for (int c = 0; c < 3; c++)
-      for (int i = 0; i < 2; i++) u[i] += rub->slip[i][3 * a + c] * field[3 * (size_t)rub->nodes[a] + c];
+      for (int i = 0; i < 2; i++) u[i] += pair->slip[i][3 * a + c] * field[3 * (size_t)pair->nodes[a] + c];
 }
 
-static double potential_of(const flesh_contact_rub *rub, const flesh_contact_motion *at, const double u[2],
+static double potential_of(const flesh_friction_pair *pair, const flesh_contact_motion *at, const double u[2],
                            double speed, double e)
 {
-  if (at->shift_v != 0) return rub->force * flesh_slip_potential(speed, e) / at->shift_v;
+  if (at->shift_v != 0) return pair->force * flesh_slip_potential(speed, e) / at->shift_v;
   if (at->shift_x == 0) return 0;
   double from[2], to[2];
-  flesh_contact_slip_of(rub, at->x_lag, from);
-  flesh_contact_slip_of(rub, at->x, to);
-  return rub->force * flesh_slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
+  flesh_contact_slip_of(pair, at->x_lag, from);
+  flesh_contact_slip_of(pair, at->x, to);
+  return pair->force * flesh_slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
 }
 
 void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
@@ -98,19 +98,19 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
 {
   const double e = friction->slip_speed;
   for (int k = 0; k < friction->count; k++) {
-    const flesh_contact_rub *rub = friction->rubs + k;
+    const flesh_friction_pair *pair = friction->pairs + k;
     double u[2];
-    flesh_contact_slip_of(rub, at->v, u);
-    const double speed = hypot(u[0], u[1]), ratio = rub->force * flesh_slip_ratio(speed, e);
+    flesh_contact_slip_of(pair, at->v, u);
+    const double speed = hypot(u[0], u[1]), ratio = pair->force * flesh_slip_ratio(speed, e);
     if (phi || size) {
-      const double share = potential_of(rub, at, u, speed, e);
+      const double share = potential_of(pair, at, u, speed, e);
       if (phi) *phi += share;
       if (size) *size += fabs(share);
     }
-    for (int a = 0; r && a < rub->count; a++)
+    for (int a = 0; r && a < pair->count; a++)
       for (int c = 0; c < 3; c++)
-        r[3 * (size_t)rub->nodes[a] + c] +=
-            ratio * (u[0] * rub->slip[0][3 * a + c] + u[1] * rub->slip[1][3 * a + c]);
+        r[3 * (size_t)pair->nodes[a] + c] +=
+            ratio * (u[0] * pair->slip[0][3 * a + c] + u[1] * pair->slip[1][3 * a + c]);
   }
 }
 
@@ -119,18 +119,18 @@ void flesh_contact_friction_hessians(const flesh_contact_friction *friction, con
 {
   const double e = friction->slip_speed;
   for (int k = 0; k < friction->count; k++) {
-    const flesh_contact_rub *rub = friction->rubs + k;
+    const flesh_friction_pair *pair = friction->pairs + k;
     double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
-    flesh_contact_slip_of(rub, v, u);
+    flesh_contact_slip_of(pair, v, u);
     const double speed = hypot(u[0], u[1]), ratio = flesh_slip_ratio(speed, e),
                  along = to_rest ? 0 : flesh_slip_fall(speed, e), one = speed > 0 ? 1 / speed : 0;
     for (int i = 0; i < 2; i++)
       for (int j = 0; j < 2; j++)
-        B[i][j] = scale * rub->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));
+        B[i][j] = scale * pair->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));
     memset(H, 0, 144 * sizeof *H);
-    for (int p = 0; p < 3 * rub->count; p++)
-      for (int q = 0; q < 3 * rub->count; q++)
+    for (int p = 0; p < 3 * pair->count; p++)
+      for (int q = 0; q < 3 * pair->count; q++)
         for (int i = 0; i < 2; i++)
-          H[12 * p + q] += rub->slip[i][p] * (B[i][0] * rub->slip[0][q] + B[i][1] * rub->slip[1][q]);
+          H[12 * p + q] += pair->slip[i][p] * (B[i][0] * pair->slip[0][q] + B[i][1] * pair->slip[1][q]);
   }
 }

@@ -15,28 +15,28 @@
 #include "geometry/contact_set.h"
 #include "linear/block_matrix.h"
 
-typedef struct flesh_contact_rub {
+typedef struct flesh_friction_pair {
   int count, nodes[4];  /* 2 to 4 nodes */
   double force;         /* mu N, N */
   double slip[2][12];   /* [2][3*count] u_i is the sum of slip[i] * v of the nodes */
-} flesh_contact_rub;
+} flesh_friction_pair;
 
 typedef struct flesh_contact_friction {
   double coefficient, slip_speed; /* mu; m/s, > 0 */
   int count, capacity;
-  flesh_contact_rub *rubs; /* [count] */
+  flesh_friction_pair *pairs; /* [count] */
 } flesh_contact_friction;
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction);
 
 /* Finds the friction pairs among the set's own pairs, after `set` has been updated at the lagged places x [3*n]. Signed
- * sums have no negative friction: of the pairs of a point those with positive weights rub, with forces that add up to
+ * sums have no negative friction: of the pairs of a point those with positive weights have friction, by forces that add up to
  * the sum of all. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
 /* A pair's slip, where its nearest points are `at`; and how a field [3*n] slips. */
-void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub);
-void flesh_contact_slip_of(const flesh_contact_rub *rub, const double *field, double u[2]);
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found);
+void flesh_contact_slip_of(const flesh_friction_pair *pair, const double *field, double u[2]);
 
 /* Places and velocities [3*n], and by how many times a change of the unknown moves x and v. */
 typedef struct flesh_contact_motion {
@@ -55,7 +55,7 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
 int flesh_contact_friction_turn(const flesh_contact_friction *friction, const flesh_contact_set *set, const double *x_lag,
                                 const double *v, flesh_block_add add, void *to);
 
-/* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite.
+/* scale times d r / d v [144*count] of every pair, in the order of its nodes, 0 behind them; positive semi-definite.
  * `to_rest`: the secants to rest in their place (slip.h). */
 void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
                                      int to_rest, double *hessians);

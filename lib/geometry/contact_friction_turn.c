@@ -22,14 +22,14 @@ typedef struct turned {
 /* The pair's N and S at its x. */
 static double find_slip(const turned *t, flesh_contact_closest *at, double S[2][12])
 {
-  flesh_contact_rub rub;
+  flesh_friction_pair pair;
   flesh_contact_pair local = *t->pair;
   for (int a = 0; a < t->count; a++) local.nodes[a] = a;
   const double N = flesh_contact_pair_force(&local, t->x, at);
-  flesh_contact_slip_find(&local, at, &rub);
+  flesh_contact_slip_find(&local, at, &pair);
   memset(S, 0, 24 * sizeof(double));
-  for (int k = 0; k < 3 * rub.count; k++)
-    for (int i = 0; i < 2; i++) S[i][3 * rub.nodes[k / 3] + k % 3] = rub.slip[i][k];
+  for (int k = 0; k < 3 * pair.count; k++)
+    for (int i = 0; i < 2; i++) S[i][3 * pair.nodes[k / 3] + k % 3] = pair.slip[i][k];
   return N;
 }
 

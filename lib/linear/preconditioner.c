@@ -166,7 +166,7 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
                                          const uint8_t *fixed)
 {
   self->projects = 0;
-  if (!self->projection || self->stiff->left_in) return A;
+  if (!self->projection || self->stiff->projection_disabled) return A;
   const flesh_block_matrix *soft = flesh_volume_projection_matrix(self->projection, A, fixed);
   if (self->overlap.team) flesh_diagonal_invert_sums(soft, self->overlap.team, self->scale, self->blocks, self->inverse);
   else flesh_diagonal_invert(soft, self->rows, self->scale, self->inverse);

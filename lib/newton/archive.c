@@ -47,7 +47,7 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
   if (self->factored && made)
     flesh_archive_bytes(archive, self->factored, (size_t)self->equations->K->rows * sizeof *self->factored);
   if (stiff && made) {
-    FLESH_ARCHIVE(archive, self->rows.left_in);
+    FLESH_ARCHIVE(archive, self->rows.projection_disabled);
     flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);
   }
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->matrix++; /* it is rounded anew */

@@ -109,7 +109,7 @@ void flesh_direction_begin_stage(flesh_direction *self)
   const flesh_shift *shift = &self->equations->stage.shift;
   if (self->fallback_state > FLESH_FALLBACK_AT_HAND) self->fallback_state = FLESH_FALLBACK_AT_HAND;
   if (self->rows.nodes_per_row)
-    self->rows.left_in = !flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows,
+    self->rows.projection_disabled = !flesh_preconditioner_projects(self->equations->options->preconditioner, &self->rows,
                                                         self->inertia * shift->a / shift->x);
 }
 
@@ -121,7 +121,7 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
   if (status) return status;
   self->filter = filter;
   self->assembled = 1;
-  if (self->rows.count && !self->rows.left_in) {
+  if (self->rows.count && !self->rows.projection_disabled) {
     const flesh_point point = flesh_equations_point(self->equations, u);
     flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->rows);
   }

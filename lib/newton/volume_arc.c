@@ -116,7 +116,7 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
 {
   flesh_equations *equations = self->equations;
   self->bent = 0;
-  if (!self->wanted || self->direction->rows.left_in) return;
+  if (!self->wanted || self->direction->rows.projection_disabled) return;
   const double slope = -flesh_dot(equations->threads, equations->n, b, p);
   double start, value, magnitude, s = 1, *q = equations->work[0];
   if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
@@ -147,7 +147,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
   double before, after, magnitude, *q = equations->work[0];
-  if (!self->wanted || self->direction->rows.left_in || !self->direction->prepared) return;
+  if (!self->wanted || self->direction->rows.projection_disabled || !self->direction->prepared) return;
   if (equations->constrained.displacement > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   flesh_copy(equations->threads, equations->n, u, q);

@@ -42,7 +42,7 @@ typedef struct counts {
 static int step(touching *m, flesh_surface_near *near, counts *c)
 {
   int status = touching_step(m);
-  if (!status && near) status = flesh_surface_near_meet(near, m->state.x);
+  if (!status && near) status = flesh_surface_near_update_pairs(near, m->state.x);
   if (status) return status;
   const long pairs = near ? near->set.count : 0;
   const double gain = flesh_integrator_energy_balance(m->integrator)->gain;

@@ -40,7 +40,7 @@ static void what_is_far_is_not_looked_at(void)
     CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
     for (int s = 0; s < 10; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 200, NULL));
     const flesh_surface_near *near = flesh_proximity_of(integrator->evaluation->environment.proximity, 2);
-    CHECK(near->around_known && near->pieces == 2 && near->group[0] != near->group[1]);
+    CHECK(near->static_known && near->pieces == 2 && near->group[0] != near->group[1]);
     CHECK(near->drift.leaf_room == 0);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
@@ -97,7 +97,7 @@ static void of_a_long_way_only_the_beginning_is_searched(void)
   double *x_to = malloc((size_t)b.n * sizeof *x_to);
   for (int d = 0; d < b.n; d++) x_to[d] = b.state.x[d] - (d < b.n / 2 ? 0 : d % 3 == 2 ? 4 : 2 * sin(d));
   const double fraction = flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x_to);
-  const int searched = near->on_way.point_count + near->on_way.edge_count;
+  const int searched = near->swept_pairs.point_count + near->swept_pairs.edge_count;
   flesh_near_pairs all = {0};
   const double *to = flesh_surface_near_without_mean(near, b.state.x, x_to);
   CHECK_OK(flesh_near_pairs_find(near->finder, b.state.x, to, 0, NULL, &all));

@@ -49,7 +49,7 @@ static void gaps_are_kept(void)
     for (int d = 2; d < b.n; d += 3) mean[0] += x[d];
     const int changed = flesh_system_keep_gaps(b.system, proximity, NULL, b.state.x, x);
     for (int d = 2; d < b.n; d += 3) mean[1] += x[d];
-    CHECK_OK(flesh_surface_near_meet(near, x));
+    CHECK_OK(flesh_surface_near_update_pairs(near, x));
     CHECK(changed == cases[k].changed);
     CHECK_NEAR(fmin(near->set.distance / thickness, 1), cases[k].kept, 0.06);
     CHECK(flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x) == 1);

@@ -7,7 +7,7 @@
 static facing f; /* large */
 static const double e = 1e-3; /* m/s */
 
-/* Two bodies and what rubs between them at f.x. */
+/* Two bodies and the friction between them at f.x. */
 static void start(double thickness, double edge_thickness, flesh_contact_set *set, flesh_contact_friction *friction)
 {
   const flesh_contact_law law = {3e4, thickness, edge_thickness};
@@ -77,7 +77,7 @@ static void flat_faces_rub_by_coulombs_law(void)
   }
 }
 
-/* In signed sums too the forces that rub are mu times the sum of what presses on each point. */
+/* In signed sums too the normal forces of friction are mu times the sum of what presses on each point. */
 static void signed_sums_rub_by_their_sum(void)
 {
   flesh_contact_set set;
@@ -86,8 +86,8 @@ static void signed_sums_rub_by_their_sum(void)
   int negative = 0;
   crumple(10, &set, &friction);
   for (int k = 0; k < friction.count; k++) {
-    rubbing += friction.rubs[k].force;
-    CHECK(friction.rubs[k].force > 0);
+    rubbing += friction.pairs[k].force;
+    CHECK(friction.pairs[k].force > 0);
   }
   for (int k = 0, next; k < set.count; k = next) {
     flesh_contact_closest at;
@@ -128,10 +128,10 @@ static void forces_are_the_derivatives_of_the_potential(void)
       terms += fabs(r[0][k] * du[k]);
     }
     for (int k = 0; k < friction.count; k++)
-      for (int i = 0; i < 3 * friction.rubs[k].count; i++)
-        for (int j = 0; j < 3 * friction.rubs[k].count; j++)
-          image[3 * friction.rubs[k].nodes[i / 3] + i % 3] +=
-              hessians[144 * k + 12 * i + j] * du[3 * friction.rubs[k].nodes[j / 3] + j % 3];
+      for (int i = 0; i < 3 * friction.pairs[k].count; i++)
+        for (int j = 0; j < 3 * friction.pairs[k].count; j++)
+          image[3 * friction.pairs[k].nodes[i / 3] + i % 3] +=
+              hessians[144 * k + 12 * i + j] * du[3 * friction.pairs[k].nodes[j / 3] + j % 3];
     for (int side = 0; side < 2; side++) {
       for (int k = 0; k < 3 * f.nodes; k++) moved[k] = v[k] + (side ? h : -h) * shift * du[k];
       flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, moved, 1, shift}, &phi[1 + side], NULL,
@@ -225,14 +225,14 @@ static void forces_balance(void)
   crumple(6, &set, &friction);
   move(1, 1, 0, v);
   for (int k = 0; k < friction.count; k++) {
-    const flesh_contact_rub *rub = friction.rubs + k;
-    if (rub->count < 4) continue;
+    const flesh_friction_pair *pair = friction.pairs + k;
+    if (pair->count < 4) continue;
     for (int i = 0; i < 2; i++) {
       double u = 0;
-      for (int p = 0; p < 12; p++) u += rub->slip[i][p] * v[3 * rub->nodes[p / 3] + p % 3];
+      for (int p = 0; p < 12; p++) u += pair->slip[i][p] * v[3 * pair->nodes[p / 3] + p % 3];
       slip = fmax(slip, fabs(u));
     }
-    friction.rubs[full++] = *rub;
+    friction.pairs[full++] = *pair;
   }
   CHECK(full > 100 && friction.count - full > 20);
   friction.count = full;
