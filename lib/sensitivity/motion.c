@@ -178,7 +178,7 @@ static int jump_back(flesh_motion_pass *p, const flesh_recorded_part *part, int 
 /* How the method has begun, backward: the acceleration, and jumps of constrained dofs. */
 static int begin_back(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
-  const int jumps = flesh_pass_jumps(part), accelerates = flesh_pass_begins_by_acceleration(p, part);
+  const int jumps = flesh_pass_jumps(p, part), accelerates = flesh_pass_begins_by_acceleration(p, part);
   int status = FLESH_OK, some = 0;
   if (accelerates) status = start_back(p, part);
   for (int d = 0; d < p->self->n && jumps; d++) some |= p->self->prescribed.fixed[d];

@@ -76,9 +76,10 @@ int flesh_pass_begins_by_acceleration(const flesh_motion_pass *p, const flesh_re
   return part->taken.anew && part->taken.acceleration && !p->self->tangent.multipliers;
 }
 
-int flesh_pass_jumps(const flesh_recorded_part *part)
+int flesh_pass_jumps(const flesh_motion_pass *p, const flesh_recorded_part *part)
 {
-  return part->taken.second && (part->taken.starts || part->taken.anew);
+  const int has_started = part->taken.acceleration && p->self->tangent.multipliers;
+  return part->taken.second && (part->taken.starts || (part->taken.anew && !has_started));
 }
 
 void flesh_pass_prescribe(flesh_motion_pass *p, const flesh_recorded_part *part, int begins)

@@ -39,7 +39,7 @@ int flesh_pass_linearise_start(flesh_motion_pass *pass, const flesh_recorded_par
 /* Whether the method begins there with the acceleration that balances the forces, which is no part of its own. */
 int flesh_pass_begins_by_acceleration(const flesh_motion_pass *pass, const flesh_recorded_part *part);
 /* Whether dofs that a method of order 2 constrains come to where their motion has them before the part, by a jump. */
-int flesh_pass_jumps(const flesh_recorded_part *part);
+int flesh_pass_jumps(const flesh_motion_pass *pass, const flesh_recorded_part *part);
 /* Sets trajectory->prescribed over the part, or over the span by which the method begins. */
 void flesh_pass_prescribe(flesh_motion_pass *pass, const flesh_recorded_part *part, int begins);
 /* Finds what parameter k moves of the motion that is prescribed, at t, into pass->moves; *moved: whether there is anything.

@@ -166,7 +166,7 @@ static int find_reached(flesh_motion_pass *p, double t)
 static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   int status = FLESH_OK;
-  if (flesh_pass_jumps(part)) {
+  if (flesh_pass_jumps(p, part)) {
     flesh_pass_prescribe(p, part, 1);
     status = find_reached(p, part->taken.begin);
     if (!status) status = jump(p, part, p->reached[0], p->known[FLESH_KNOWN_X]);

@@ -101,7 +101,7 @@ static int taken(void *data, const flesh_taken_part *taken)
   const flesh_method_row *row = self->integrator->row;
   const size_t internals = (size_t)taken->from->internal_count * sizeof(double);
   const int begins = taken->anew && taken->acceleration && self->tangent.multipliers;
-  if (begins)
+  if (begins && !self->now.started)
     return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the stages failed that find an acceleration of incompressible tets, which "
                                           "then has no sensitivities", taken->begin);
   self->now.started = taken->starts;

@@ -28,35 +28,32 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
 }
 
-/* The part of no time with which methods begin that remember more than the state, where multipliers hold constraints. Its
- * first stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short
- * step at rest: forces by a velocity that does not follow the displacement have no potential. The others are two steps of h
- * along the constraints, x_1 = x + h v + h^2 a/2 and x_2 = 2 x_1 - x + h^2 a, whose end has the acceleration a and the
- * pressures with which they go on to hold: what balances the forces with the pressures at hand may have nothing to do with
- * them. The velocity x' = (x_1 - x)/h - h a/2 has lost what led across the constraints, and is else off by O(h^2). */
+/* The part of no time with which methods begin that remember the acceleration, where multipliers hold constraints. Its first
+ * stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short step
+ * at rest: forces by a velocity that does not follow the displacement have no potential. Its second one, a step of backward
+ * Euler by h, has the acceleration and the pressures with which they go on to hold: what balances the forces with the
+ * pressures at hand may have nothing to do with them. */
 enum { ACCELERATION = 0, MOVED = 1 };
 
 static int start_stages(const flesh_method_memory *memory)
 {
   (void)memory;
-  return 3;
+  return 2;
 }
 
-/* Between the stages memory->v0 is (x - x_1)/h. */
 static void start_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end, double h, flesh_stage *stage)
 {
   const double rate = 1 / h;
-  const int moved = memory->at > 0, last = memory->at == 2;
-  for (int d = 0; d < memory->n; d++) memory->a0[d] = last ? 2 * rate * memory->v0[d] : moved ? -2 * rate * state->v[d] : 0;
+  const int moved = memory->at == 1;
+  for (int d = 0; d < memory->n; d++) memory->a0[d] = moved ? -rate * state->v[d] : 0;
   *stage = (flesh_stage){.t = moved ? t_end : state->t, .load = 1, .prescribed_fraction = 1,
-                         .shift = {.x = 1, .v = moved ? rate : 0, .a = moved && !last ? 2 * rate * rate : rate * rate},
-                         .x0 = moved ? memory->vectors[MOVED] : state->x, .v0 = last ? memory->v0 : NULL, .a0 = memory->a0};
+                         .shift = {.x = 1, .v = moved ? rate : 0, .a = rate * rate},
+                         .x0 = moved ? memory->vectors[MOVED] : state->x, .a0 = memory->a0};
 }
 
 static void start_keep(flesh_method_memory *memory, const flesh_stage *stage, const double *u)
 {
   for (int d = 0; d < memory->n && memory->at == 0; d++) memory->vectors[MOVED][d] = stage->x0[d] + u[d];
-  for (int d = 0; d < memory->n && memory->at == 1; d++) memory->v0[d] = -stage->shift.v * u[d];
 }
 
 static void start_position(const flesh_method_memory *memory, double *x)
@@ -64,15 +61,10 @@ static void start_position(const flesh_method_memory *memory, double *x)
   memcpy(x, memory->vectors[MOVED], (size_t)memory->n * sizeof *x);
 }
 
-static double start_acceleration(const flesh_method_memory *memory, double u, double h, int d)
-{
-  return (u / h + 2 * memory->v0[d]) / h;
-}
-
 static void start_velocity(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *v)
 {
-  (void)state;
-  for (int d = 0; d < memory->n; d++) v[d] = -memory->v0[d] - h / 2 * start_acceleration(memory, u[d], h, d);
+  (void)u, (void)h;
+  memcpy(v, state->v, (size_t)memory->n * sizeof *v);
 }
 
 static const flesh_method_row start_row = {.stages = start_stages, .stage = start_stage, .keep = start_keep,
@@ -83,16 +75,13 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
 {
   flesh_method_memory *memory = &self->memory;
   flesh_stage stage;
-  double *straight = self->first.extrapolated; /* without an acceleration */
-  const double *guesses[] = {straight, NULL};
   start_stage(memory, state, piece->begin + h, h, &stage);
-  for (int d = 0; d < memory->n; d++) straight[d] = -stage.a0[d] / stage.shift.a;
   stage.t = fmax(stage.t, piece->begin);
   stage.x_lag = stage.x_from = stage.x0;
   stage.v_lag = state->v;
   stage.t_lag = stage.t_from = state->t;
   stage.internal = state->internal;
-  int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, guesses, 0, stats);
+  int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, NULL, 0, stats);
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   if (!status && self->tape) status = self->tape->solved(self->tape->data, &stage, memory->at, u);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
@@ -104,26 +93,24 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
 static int start_with_multipliers(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h,
                                   flesh_solve_stats *stats)
 {
-  static const double part = 5e-3; /* of the step, twice: an acceleration's error is of that order */
-  const double g = part * flesh_error_control_brief(&self->control, h);
+  static const double part = 1e-2; /* of the step: an acceleration's error is of that order */
+  const double g = part * flesh_error_control_brief(&self->control, h), rate = 1 / g;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   flesh_method_memory *memory = &self->memory;
   flesh_tape *tape = self->tape;
-  const flesh_taken_part taken = {.row = &start_row, .second = 1, .acceleration = self->row->acceleration, .starts = 1,
-                                  .memory = memory, .from = state, .lagged = state, .begin = piece->begin,
-                                  .end = piece->begin + g, .h = g, .seen = tape ? tape->seen : 0};
+  const flesh_taken_part taken = {.row = &start_row, .second = 1, .acceleration = 1, .starts = 1, .memory = memory, .from = state,
+                                  .lagged = state, .begin = piece->begin, .end = piece->begin + g, .h = g,
+                                  .seen = tape ? tape->seen : 0};
   int status = FLESH_OK;
-  /* The other stages close the gaps that the first one leaves: the acceleration is off by these over g^2. */
+  /* The second stage closes the gaps that the first one leaves: its acceleration is off by these over g^2. */
   self->multipliers.allowed = part * part * self->multipliers.tolerance;
   if (tape) tape->try_part(tape->data);
-  for (memory->at = 0; memory->at < 3 && !status; memory->at++) status = solve_start(self, state, piece, g, stats);
+  for (memory->at = 0; memory->at < 2 && !status; memory->at++) status = solve_start(self, state, piece, g, stats);
   memory->at = 0;
   if (!status && tape) status = tape->taken(tape->data, &taken);
-  if (!status && tape) tape->anew = 0; /* the part that comes goes on from this one */
   for (int d = 0; d < memory->n && !status; d++) {
     if (self->prescribed.fixed[d]) continue;
-    memory->vectors[ACCELERATION][d] = start_acceleration(memory, u[d], g, d);
-    state->v[d] = -memory->v0[d] - g / 2 * memory->vectors[ACCELERATION][d];
+    memory->vectors[ACCELERATION][d] = rate * (rate * u[d] - state->v[d]);
     state->x[d] = memory->vectors[MOVED][d];
   }
   return status < 0 ? status : FLESH_OK;
@@ -136,7 +123,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
   flesh_extrapolation_forget(&self->first.extrapolation);
   if (self->tape) self->tape->anew = 1;
   int status = start_piece(self, state, piece, stats);
-  if (!status && self->multipliers.count && self->row->vectors)
+  if (!status && self->multipliers.count && self->row->acceleration)
     status = start_with_multipliers(self, state, piece, h, stats);
   if (status > 0)
     flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);
