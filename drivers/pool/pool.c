@@ -52,7 +52,8 @@ static void order_all(const flesh_ranks *ranks, int kind, int number)
   for (int r = 1; ranks && r < ranks->count; r++) flesh_ranks_send(r, sizeof order, &order);
 }
 
-/* The next message's head, and what is behind it as a text; 0: there is none. */
+/* The next message's head, and what is behind it as a text; 0: there is none. Adopts the signal that it may tell of, whoever
+ * waits for what. */
 static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
 {
   size_t size;
@@ -61,6 +62,7 @@ static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
   if (!bytes) return 0; /* until there is memory for it */
   flesh_ranks_receive(*from, size, bytes);
   memcpy(head, bytes, sizeof *head);
+  if (head->kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head->number);
   flesh_text_append(behind, bytes + sizeof *head, size - sizeof *head);
   free(bytes);
   return 1;
@@ -110,14 +112,14 @@ int flesh_pool_stand_by(void)
   return flesh_pool_serve(1, &none);
 }
 
-/* Adopts a signal that came to an idle rank. */
+/* Hears of a signal that came to an idle rank. */
 static void hear_signal(const flesh_ranks *ranks)
 {
   flesh_pool_head head;
   flesh_text behind = {0};
   int from;
   if (!ranks) return;
-  if (receive(&head, &behind, &from) && head.kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head.number);
+  receive(&head, &behind, &from);
   free(behind.data);
 }
 
@@ -167,10 +169,7 @@ static int hear(flesh_pool *pool, flesh_pool_end *end, int *status)
   flesh_pool_head head;
   int from;
   if (!pool->ranks || !receive(&head, &pool->last, &from)) return 0;
-  if (head.kind == FLESH_POOL_SIGNALLED) {
-    flesh_interrupt_adopt(head.number);
-    return 0;
-  }
+  if (head.kind == FLESH_POOL_SIGNALLED) return 0;
   pool->busy[from]--;
   pool->away--;
   if (head.kind == FLESH_POOL_LACKS)
