@@ -49,8 +49,9 @@ CREATE INDEX differences_by_row ON differences (own, aspect, number, row);
 
 -- Differences may be small by chance: a component's bar is at least a share of the widest among its vector's, and one from a
 -- coarser mesh what that changes with twice the step, as waves that steps do not follow come out alike on two meshes, and a
--- share of what another element changes there, which stresses follow less. Errors of forces from a coarser mesh
--- are so many times larger beside the differences. Equilibria's bars are the sum of all three, which are seldom small at once.
+-- share of what another element changes there, which stresses follow less. Errors of forces from a coarser mesh are so many
+-- times larger beside the differences. In equilibria (`adds`) the bar is the sum of the difference and both shares, which are
+-- seldom small at once, of forces too.
 CREATE TEMP TABLE parts (pattern, factor, of_vector, of_element);
 INSERT INTO parts VALUES ('*.stress_*', 1.2, 0.5, 0), ('*.reaction_*', 1.5, 0.3, 0.3);
 CREATE TEMP TABLE judged AS
@@ -58,7 +59,8 @@ SELECT id, q.kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS o
   j.factor * coalesce(f.factor, 1) AS factor, adds
 FROM quantities q JOIN judges j ON count AND iif(aspect, no_step_bar, no_mesh_bar) IS NULL
 JOIN (SELECT id AS kind, name AS first_name FROM quantities) USING (kind)
-LEFT JOIN parts p ON coarser > adds AND q.name GLOB p.pattern LEFT JOIN parts f ON coarser > adds AND first_name GLOB f.pattern;
+LEFT JOIN parts p ON coarser AND NOT adds AND q.name GLOB p.pattern
+LEFT JOIN parts f ON coarser AND NOT adds AND first_name GLOB f.pattern;
 
 -- The last row of a companion that another is compared with, up to each of the run's.
 CREATE TEMP TABLE latest AS

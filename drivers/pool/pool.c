@@ -52,8 +52,8 @@ static void order_all(const flesh_ranks *ranks, int kind, int number)
   for (int r = 1; ranks && r < ranks->count; r++) flesh_ranks_send(r, sizeof order, &order);
 }
 
-/* The next message's head, and what is behind it as a text; 0: there is none. Adopts the signal that it may tell of, whoever
- * waits for what. */
+/* The next message's head, and what is behind it as a text; 0: there is none. A signal to another rank is adopted here: it may
+ * come while something else is waited for. */
 static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
 {
   size_t size;
@@ -112,20 +112,14 @@ int flesh_pool_stand_by(void)
   return flesh_pool_serve(1, &none);
 }
 
-/* Hears of a signal that came to an idle rank. */
-static void hear_signal(const flesh_ranks *ranks)
+void flesh_pool_listen(const flesh_ranks *ranks)
 {
   flesh_pool_head head;
   flesh_text behind = {0};
   int from;
-  if (!ranks) return;
+  if (!ranks || ranks->all <= ranks->count || !flesh_ranks_first(ranks)) return;
   receive(&head, &behind, &from);
   free(behind.data);
-}
-
-void flesh_pool_listen(const flesh_ranks *ranks)
-{
-  if (ranks && ranks->all > ranks->count && flesh_ranks_first(ranks)) hear_signal(ranks);
 }
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)

@@ -1,9 +1,9 @@
 /* energy_watch.c: the balance of a motion's energy with the external work.
  *
  * The motion obeys M a + dV/dx(x,t) + f + d = R, with the forces f of effects without an energy (a pressure on an open
- * surface), dissipative ones d with d.v >= 0 (damping, viscosity, friction) and the reactions R
- * of the constrained dofs. Its product with v is the balance of the energy E = v.Mv/2 + V (Belytschko, Liu & Moran
- * 2000, "Nonlinear Finite Elements for Continua and Structures", section 6.2.3):
+ * surface), dissipative ones d with d.v >= 0 (damping, viscosity, friction) and the reactions R of the constrained dofs.
+ * Its product with v is the balance of the energy E = v.Mv/2 + V (Belytschko, Liu & Moran 2000, "Nonlinear Finite Elements
+ * for Continua and Structures", section 6.2.3):
  *
  *   dE/dt = P - d.v <= P,   P = dV/dt|_x + R.v - f.v.
  *

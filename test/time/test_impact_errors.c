@@ -1,4 +1,4 @@
-// TEST full seconds=9
+// TEST full memory seconds=9
 /* test_impact_errors.c: errors of steps that errors choose follow the tolerance where motions of many frequencies count, against the
  * midpoint rule with steps that resolve them.
  *
