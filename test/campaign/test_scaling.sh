@@ -1,4 +1,4 @@
-# TEST quick needs=mpirun,scaling ranks=1,2,3,4,8
+# TEST full needs=mpirun,scaling ranks=1,2,3,4,8
 # test_scaling.sh RANKS: what so many ranks exchange in an iteration, against the model; and the page's tables. Speaks TAP.
 # SCALING names the program of scaling.c, MPIRUN the launcher.
 set -u

@@ -1,4 +1,4 @@
-# TEST quick program needs=flesh builds=plain
+# TEST full program needs=flesh builds=plain
 # TEST name=test_bench_long full program needs=flesh builds=plain args: long
 # TEST quick program needs=flesh builds=memory args: races
 # TEST full seconds=180 needs=flesh builds=threads args: races

@@ -1,4 +1,4 @@
-# TEST quick program seconds=120 needs=flesh
+# TEST full memory program seconds=120 needs=flesh
 # test_command_pictures.sh: `flesh snap` and `flesh film` as they are used. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

@@ -1,4 +1,4 @@
-# TEST quick program seconds=60 needs=flesh
+# TEST full memory program seconds=60 needs=flesh
 # test_command_plot.sh: `flesh plot`, as it is used. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

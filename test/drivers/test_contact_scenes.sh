@@ -1,4 +1,4 @@
-# TEST quick program seconds=120 needs=flesh
+# TEST full memory program seconds=120 needs=flesh
 # test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene.
 # FLESH names the program.
 set -u

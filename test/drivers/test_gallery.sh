@@ -1,4 +1,4 @@
-# TEST quick program seconds=180 needs=flesh
+# TEST full memory program seconds=180 needs=flesh
 # test_gallery.sh: every scene of the gallery in a short form, and its picture. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

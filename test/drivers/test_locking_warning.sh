@@ -1,4 +1,4 @@
-# TEST quick program seconds=60 needs=flesh
+# TEST full memory program seconds=60 needs=flesh
 # test_locking_warning.sh: what `flesh run` says of four-node tets near nu = 1/2, and where its figure comes from; how
 # far J of single points of ten-node tets strays.
 set -u

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_volume_split.c: how the volume term is split between the mean of J and the points: forces of tet10-mean are smooth
  * in Poisson's ratio, and the points keep a positive part that grows with it. */
 #include <math.h>

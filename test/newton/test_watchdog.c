@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_watchdog.c: what is stiff turns along arcs, which straight steps cannot follow: going beyond where the potential
  * cuts them, and back from there, takes far fewer iterations and ends in the same place. */
 #include "body.h"

@@ -1,4 +1,4 @@
-// TEST quick needs=ranks ranks=2,3
+// TEST full memory needs=ranks ranks=2,3
 // TEST full needs=ranks ranks=5 args: all
 /* test_shared_motion.c: motions of bodies that are shared out among ranks: adaptive methods and orders against another
  * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all` also what takes

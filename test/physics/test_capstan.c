@@ -1,5 +1,4 @@
-// TEST quick seconds=60 args: tension_grows_by_the_exponential_of_the_angle
-// TEST name=test_capstan_converges full seconds=300 args: the_exponent_converges
+// TEST full seconds=300
 /* test_capstan.c: a band around half of a drum, held at one end and loaded at the other. The drum turns against the
  * load, and friction raises the tension along the band by the exponential of the angle (Euler 1769). Both are bodies;
  * nothing leaves its plane. The band is so light that it rests at the end of every step.

@@ -1,6 +1,4 @@
-// TEST quick seconds=60 args: orders_are_those_of_the_shape_functions
-// TEST name=test_orders_near_incompressibility full seconds=300
-// TEST+ args: orders_stay_near_incompressibility varying_pressures_cost_an_order
+// TEST full seconds=300
 /* test_orders.c: how fast the elements converge, in the L2 norm of displacement, and their pressures, to a large smooth
  * motion with the body force and the tractions that hold a body of form S in it (manufactured.h), on irregular meshes. */
 #include "manufactured.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_scene_stop.c: scenes that the caller no longer wants are given up wherever they are asked for. */
 #include "scene_files.h"
 
