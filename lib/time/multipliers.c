@@ -85,18 +85,23 @@ int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *sta
   return FLESH_OK;
 }
 
-/* The largest gap where the solve leads to. */
-static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const flesh_stage_end *end, const double *u,
-                     double *largest)
+int flesh_multipliers_gap(flesh_multipliers *self, const double *x, double *largest)
 {
-  const flesh_point point = flesh_point_at(0, self->x, u, u);
-  for (int d = 0; d < self->n && !end; d++) self->x[d] = stage->x0[d] + stage->shift.x * u[d];
-  if (end) end->find(end->data, u, self->x);
-  int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
+  const flesh_point point = flesh_point_at(0, x, x, x);
+  const int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
   *largest = 0;
   for (int k = 0; k < self->count; k++) *largest = fmax(*largest, fabs(self->gaps[k]));
   flesh_team_largest(self->team, 1, largest);
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
+}
+
+/* The largest gap where the solve leads to. */
+static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const flesh_stage_end *end, const double *u,
+                     double *largest)
+{
+  for (int d = 0; d < self->n && !end; d++) self->x[d] = stage->x0[d] + stage->shift.x * u[d];
+  if (end) end->find(end->data, u, self->x);
+  return flesh_multipliers_gap(self, self->x, largest);
 }
 
 /* From the state's pressures, less what the penalty bears of them if the gaps at the stage stay as they were. */

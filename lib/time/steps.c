@@ -34,6 +34,7 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
  * Euler by h, has the acceleration and the pressures with which they go on to hold: what balances the forces with the
  * pressures at hand may have nothing to do with them. */
 enum { ACCELERATION = 0, MOVED = 1 };
+static const double start_part = 1e-2; /* of the step: an acceleration's error is of that order */
 
 static int start_stages(const flesh_method_memory *memory)
 {
@@ -93,8 +94,7 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
 static int start_with_multipliers(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h,
                                   flesh_solve_stats *stats)
 {
-  static const double part = 1e-2; /* of the step: an acceleration's error is of that order */
-  const double g = part * flesh_error_control_brief(&self->control, h), rate = 1 / g;
+  const double g = start_part * flesh_error_control_brief(&self->control, h), rate = 1 / g;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   flesh_method_memory *memory = &self->memory;
   flesh_tape *tape = self->tape;
@@ -103,7 +103,7 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
                                   .seen = tape ? tape->seen : 0};
   int status = FLESH_OK;
   /* The second stage closes the gaps that the first one leaves: its acceleration is off by these over g^2. */
-  self->multipliers.allowed = part * part * self->multipliers.tolerance;
+  self->multipliers.allowed = start_part * start_part * self->multipliers.tolerance;
   if (tape) tape->try_part(tape->data);
   for (memory->at = 0; memory->at < 2 && !status; memory->at++) status = solve_start(self, state, piece, g, stats);
   memory->at = 0;
@@ -305,6 +305,37 @@ static double find_piece(const flesh_integrator *self, const flesh_state *state,
   return state->t == place->begin && next->end == end ? place->h : next->end - state->t;
 }
 
+/* Takes away what of the velocity leads across the constraints of multipliers, by a step of backward Euler that is as brief as
+ * a start and has an error of the second order; *taken: it was. Stages of Runge-Kutta methods damp that velocity, others
+ * would swing by it for good. Where constraints do not hold at the state the step's velocity would close their gaps. */
+static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken, flesh_solve_stats *stats)
+{
+  const double g = start_part * flesh_error_control_brief(&self->control, h), allowed = start_part * self->multipliers.tolerance;
+  const flesh_cutbacks only = {.part = {state->t, state->t + g, g}};
+  double gap = 0;
+  *taken = 0;
+  if (!self->multipliers.count || self->row->stages) return FLESH_OK;
+  int status = flesh_multipliers_gap(&self->multipliers, state->x, &gap);
+  if (status || gap > allowed) return status;
+  self->part.gap = start_part * allowed; /* the velocity is off by gaps over g */
+  status = flesh_integrator_attempt(self, &flesh_method_backward_euler, state, piece, &only, stats);
+  self->part.gap = 0;
+  *taken = status == FLESH_OK;
+  return status < 0 ? status : FLESH_OK;
+}
+
+/* The method begins with the piece, which *h is the length of. */
+static int begin_piece(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double end, double tolerance,
+                       double *h, flesh_solve_stats *stats)
+{
+  int has_moved = 0;
+  int status = begin_anew(self, state, &place->piece, *h, stats);
+  if (!status) status = shed(self, state, &place->piece, *h, &has_moved, stats);
+  if (status || !has_moved) return status;
+  *h = find_piece(self, state, place, end, tolerance);
+  return begin_anew(self, state, &place->piece, *h, stats);
+}
+
 /* Takes the state through a piece, or the rest of it. */
 static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double end, double tolerance,
                       flesh_solve_stats *stats)
@@ -316,7 +347,7 @@ static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_pla
     length = find_piece(self, state, place, end, tolerance);
     flesh_evaluation_remember(self->evaluation, state);
     status = flesh_integrator_pass(self, state, place);
-    if (!status && !self->memory.known) status = begin_anew(self, state, &place->piece, length, stats);
+    if (!status && !self->memory.known) status = begin_piece(self, state, place, end, tolerance, &length, stats);
   }
   if (!status) status = self->control.on ? walk_by_error(self, state, place, stats) : walk(self, state, place, length, stats);
   if (status && state->t == t) flesh_evaluation_restore(self->evaluation, state); /* the start has moved nothing */
