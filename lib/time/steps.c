@@ -308,7 +308,8 @@ static double find_piece(const flesh_integrator *self, const flesh_state *state,
 /* Takes away what of the velocity leads across the constraints of multipliers, by a step of backward Euler that is as brief as
  * a start and has an error of the second order; *taken: it was. Stages of Runge-Kutta methods damp that velocity, others
  * would swing by it for good. Where constraints do not hold at the state the step's velocity would close their gaps. */
-static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken, flesh_solve_stats *stats)
+static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken,
+                flesh_solve_stats *stats)
 {
   const double g = start_part * flesh_error_control_brief(&self->control, h), allowed = start_part * self->multipliers.tolerance;
   const flesh_cutbacks only = {.part = {state->t, state->t + g, g}};
