@@ -151,7 +151,7 @@ def tests_of(source, line, of_threads, build, sets):
         alone = "alone" in line["flags"] or ranks not in ("", "1")
         seconds = max(map(int, line["seconds"]), default=0)
         yield {"name": [(line["name"] or [stem])[0] + ending], "suites": suites,
-               # Those on several ranks have the machine for themselves and come last.
+               # Tests that are themselves on several ranks have the machine for themselves and come last.
                "seconds": ["-1" if alone else str(seconds)], "limit": [str(max(LIMIT, 10 * seconds))],
                "alone": ["alone"] if alone else [], "set": [name] if name else [], "ranks": [ranks] if ranks else [],
                "args": line["args"], "needs": line["needs"], "uses": line["uses"], "sources": sources,
