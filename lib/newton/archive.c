@@ -29,7 +29,7 @@ void flesh_newton_forget(flesh_newton *self)
   flesh_clearance_forget(&evaluation->clearance);
   flesh_evaluation_forces_changed(evaluation);
   memset(&self->stats, 0, sizeof self->stats);
-  self->negative_curvature = self->tangent.wary = 0;
+  self->negative_curvature = self->tangent.wary = self->settled = 0;
   self->edge_force = NAN;
 }
 
@@ -81,5 +81,6 @@ int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->stats);
   FLESH_ARCHIVE(archive, self->negative_curvature);
   FLESH_ARCHIVE(archive, self->edge_force);
+  flesh_archive_int(archive, &self->settled, 0, 1);
   return archive_direction(&self->direction, archive);
 }

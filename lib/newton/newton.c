@@ -320,9 +320,11 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
-  const int arrived = self->arrived, at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
+  const int first = self->policy.smallest_norm == 0, arrived = self->arrived;
+  const int at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
+  const int tries = at_round_off && first && !self->settled;
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (arrived || (at_round_off && !flesh_search_gains(&self->search, self->u))) {
+  if (arrived || (at_round_off && !tries && !flesh_search_gains(&self->search, self->u))) {
     self->at_round_off |= !arrived;
     memset(p, 0, (size_t)self->equations.n * sizeof *p);
     return FLESH_OK;
@@ -334,5 +336,7 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
   const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
   self->arrived = !status && arrives(self, &it.step);
+  if (tries) self->settled = !flesh_search_gains(&self->search, self->u);
+  else if (!at_round_off && self->search.gain > 0) self->settled = 0;
   return status;
 }
