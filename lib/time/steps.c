@@ -311,7 +311,8 @@ static double find_piece(const flesh_integrator *self, const flesh_state *state,
 static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken,
                 flesh_solve_stats *stats)
 {
-  const double g = start_part * flesh_error_control_brief(&self->control, h), allowed = start_part * self->multipliers.tolerance;
+  const double g = start_part * flesh_error_control_brief(&self->control, h);
+  const double allowed = fmax(start_part * self->multipliers.tolerance, 1e-12); /* more than rounding leaves */
   const flesh_cutbacks only = {.part = {state->t, state->t + g, g}};
   double gap = 0;
   *taken = 0;
