@@ -199,11 +199,11 @@ static int measure(flesh_newton *self)
 int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY};
+  *self = (flesh_newton){
+      .options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY, .edge_force = NAN, .settled = 1};
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
   self->search.equations = equations;
-  self->edge_force = NAN;
   int status = flesh_solver_options_check(options);
   if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
