@@ -72,6 +72,9 @@ typedef struct flesh_surface_near {
   int room_known;               /* is not; forgotten by a search */
   double *x_shown; /* what is at most `shown` apart there is among static_pairs */
   double shown;    /* m; 0: not known */
+  flesh_near_pairs close_pairs; /* those of static_pairs that are near each other at x_close, see surface_reach.c */
+  double *x_close;
+  int close_known;
   flesh_near_pairs swept_pairs; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
@@ -154,9 +157,9 @@ double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double
 int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
 /* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
-/* Corrects x [3*n], where near->static_pairs has all that touches at x_from: nodes and faces that touch there keep their gaps.
- * Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
-int flesh_surface_near_keep_gaps(flesh_surface_near *near, const double *x_from, double *x);
+/* Corrects x [3*n], where near->static_pairs has all that is within so many m at x_from: nodes and faces that touch there keep
+ * their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
+int flesh_surface_near_keep_gaps(flesh_surface_near *near, double within, const double *x_from, double *x);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_update_pairs(flesh_surface_near *near, const double *x);
@@ -173,6 +176,9 @@ void flesh_surface_near_group(flesh_surface_near *near);
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* flesh_effect_private.is_far. */
 int flesh_surface_near_is_far(void *near, const double *x0, double shift, const double *u);
+/* Pairs among which are all at most so far apart at x [3*n]: nodes and faces, two edges, m; NULL: it takes a search. Those
+ * within the thicknesses are chosen from what is known, for the next places, too. */
+const flesh_near_pairs *flesh_surface_near_pairs_at(flesh_surface_near *near, const double *x, double points, double edges);
 /* Whether all pairs at most `within` [m] apart at x, are among near->static_pairs. */
 int flesh_surface_near_is_valid(flesh_surface_near *near, const double *x, double within);
 /* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */

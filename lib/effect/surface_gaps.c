@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "effect/surface_contact.h"
+#include "geometry/contact_closest.h"
 #include "math/mat3.h"
 
 typedef flesh_surface_near near;
@@ -51,15 +52,16 @@ static int find_height(const double *p, const int *face, const double *x, double
 static int is_above(const double w[3]) { return w[0] >= 0 && w[1] >= 0 && w[2] >= 0; }
 
 /* The guard of a node that touched one of its faces, pairs [2*count], at x_from: over the face that it is above at x or, if
- * it is above none of them, over the one that it touched. Returns whether there is one. */
-static int guard_of(const near *self, int count, const int *pairs, const double *x_from, const double *x,
+ * it is above none of them, over the one that it touched. Faces count that were within that distance, not what else a search
+ * has found: a resumed run goes by another one. Returns whether there is one. */
+static int guard_of(const near *self, double within, int count, const int *pairs, const double *x_from, const double *x,
                     struct flesh_surface_guard *guard)
 {
   const flesh_contact_surface *s = &self->contact->surface;
   const double thickness = self->contact->law.thickness;
   const int node = s->nodes[pairs[0]], *touched = NULL;
   const double *from = x_from + 3 * (size_t)node, *to = x + 3 * (size_t)node;
-  double n[3], w[3], height, nearest = INFINITY;
+  double n[3], w[3], w_from[3], height, nearest = INFINITY;
   *guard = (struct flesh_surface_guard){.node = node, .gap = thickness};
   for (int k = 0; k < count; k++) {
     const int *face = s->faces + 3 * (size_t)pairs[2 * k + 1];
@@ -69,7 +71,8 @@ static int guard_of(const near *self, int count, const int *pairs, const double 
   for (int k = 0; touched && k < count; k++) {
     const int *face = s->faces + 3 * (size_t)pairs[2 * k + 1];
     if (!find_height(to, face, x, n, w, &height) || height < -DEEPEST * thickness ||
-        height >= guard->gap + LEFT * thickness)
+        height >= guard->gap + LEFT * thickness ||
+        !(flesh_contact_nearest_of_triangle(from, face, x_from, w_from) <= within * within))
       continue;
     const double off = is_above(w) ? fabs(height) : face == touched ? DBL_MAX : INFINITY;
     if (off < nearest) nearest = off, guard->face = face;
@@ -78,14 +81,14 @@ static int guard_of(const near *self, int count, const int *pairs, const double 
 }
 
 /* Lists what is to be corrected at x; returns how much. */
-static int list_guards(near *self, const double *x_from, const double *x)
+static int list_guards(near *self, double within, const double *x_from, const double *x)
 {
   const flesh_near_pairs *near_pairs = &self->static_pairs;
   int count = 0;
   for (int k = 0, of; k < near_pairs->point_count; k += of) {
     const int *pairs = near_pairs->point_faces + 2 * (size_t)k;
     for (of = 1; k + of < near_pairs->point_count && pairs[2 * of] == pairs[0];) of++;
-    count += guard_of(self, of, pairs, x_from, x, &self->guards[count]);
+    count += guard_of(self, within, of, pairs, x_from, x, &self->guards[count]);
   }
   return count;
 }
@@ -105,7 +108,7 @@ static int correct(const struct flesh_surface_guard *guard, double *x)
   return 1;
 }
 
-int flesh_surface_near_keep_gaps(near *self, const double *x_from, double *x)
+int flesh_surface_near_keep_gaps(near *self, double within, const double *x_from, double *x)
 {
   const int wanted = self->static_pairs.point_count;
   if (wanted > self->guard_room) {
@@ -114,7 +117,7 @@ int flesh_surface_near_keep_gaps(near *self, const double *x_from, double *x)
     self->guards = grown;
     self->guard_room = 2 * wanted;
   }
-  const int count = list_guards(self, x_from, x);
+  const int count = list_guards(self, within, x_from, x);
   int changed = 0, again = count > 0;
   for (int sweep = 0; again && sweep < SWEEPS; sweep++) {
     again = 0;

@@ -27,13 +27,13 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   self->contact = contact;
   self->threads = threads;
   self->t_apart = NAN;
-  self->x_set = calloc(10 * places + 1, sizeof *self->x_set);
+  self->x_set = calloc(11 * places + 1, sizeof *self->x_set);
   int status = self->x_set ? flesh_surface_near_runs_create(self)
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     double **next[] = {&self->x_friction, &self->x_secant, &self->x_predicted, &self->x_static, &self->since[0].x,
-                        &self->since[1].x, &self->x_shown, &self->x_patches, &self->moved};
+                        &self->since[1].x, &self->x_shown, &self->x_close, &self->x_patches, &self->moved};
     for (size_t k = 0; k < sizeof next / sizeof next[0]; k++) *next[k] = self->x_set + (k + 1) * places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
@@ -58,6 +58,7 @@ void flesh_surface_near_destroy(void *data)
   if (!self) return;
   flesh_near_finder_destroy(&self->finder);
   flesh_near_pairs_clear(&self->static_pairs);
+  flesh_near_pairs_clear(&self->close_pairs);
   flesh_near_pairs_clear(&self->swept_pairs);
   flesh_near_drift_clear(&self->drift);
   flesh_contact_set_clear(&self->set);
@@ -103,7 +104,7 @@ int flesh_surface_near_is_at(const near *self, const double *x, const double *pl
 static int search_static_pairs(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
-  self->static_known = self->room_known = 0;
+  self->static_known = self->close_known = self->room_known = 0;
   self->shown = 0;
   /* Two nodes that both come nearer by the slack. */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
@@ -120,23 +121,29 @@ static int keep_gaps(void *memory, const double *internal, const double *x_from,
 {
   near *self = memory;
   flesh_surface_near_take(self, internal);
-  if (!flesh_surface_near_is_valid(self, x_from, self->contact->law.thickness) && search_static_pairs(self, x_from)) return 0;
-  return flesh_surface_near_keep_gaps(self, x_from, x);
+  const double touching = self->contact->law.thickness, within = touching + self->contact->slack;
+  if (!flesh_surface_near_is_valid(self, x_from, touching) && search_static_pairs(self, x_from)) return 0;
+  if (!self->static_pairs.point_count) return 0;
+  if (!flesh_surface_near_is_valid(self, x_from, within) && search_static_pairs(self, x_from)) return 0;
+  return flesh_surface_near_keep_gaps(self, within, x_from, x);
 }
 
-static flesh_contact_candidates candidates_of(const near *self)
+static flesh_contact_candidates candidates_of(const flesh_near_pairs *pairs)
 {
-  return (flesh_contact_candidates){self->static_pairs.point_count, self->static_pairs.point_faces, self->static_pairs.edge_count,
-                                    self->static_pairs.edge_pairs};
+  return (flesh_contact_candidates){pairs->point_count, pairs->point_faces, pairs->edge_count, pairs->edge_pairs};
 }
 
 int flesh_surface_near_update_pairs(near *self, const double *x)
 {
   if (self->set_known && flesh_surface_near_is_at(self, x, self->x_set)) return FLESH_OK;
   self->set_known = 0;
-  int status = flesh_surface_near_is_valid(self, x, self->contact->law.thickness) ? FLESH_OK : search_static_pairs(self, x);
-  const flesh_contact_candidates candidates = candidates_of(self);
-  if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
+  const flesh_contact_law *law = &self->contact->law;
+  const flesh_near_pairs *pairs = flesh_surface_near_pairs_at(self, x, law->thickness, law->edge_thickness);
+  int status = pairs ? FLESH_OK : search_static_pairs(self, x);
+  if (status) return status;
+  if (!pairs) pairs = flesh_surface_near_pairs_at(self, x, law->thickness, law->edge_thickness);
+  const flesh_contact_candidates candidates = candidates_of(pairs ? pairs : &self->static_pairs);
+  status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
   if (status) return status;
   flesh_surface_near_keep(self, x, self->x_set);
   self->set_known = 1;
@@ -256,7 +263,7 @@ static void add_candidates(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
   const flesh_contact_surface *surface = &contact->surface;
-  const flesh_contact_candidates all = candidates_of(self), *candidates = &all;
+  const flesh_contact_candidates all = candidates_of(&self->static_pairs), *candidates = &all;
   const double soon = contact->slack;
   for (int k = 0; k < candidates->point_count; k++) {
     const int *of = candidates->point_faces + 2 * (size_t)k, *corner = surface->faces + 3 * (size_t)of[1];
@@ -325,12 +332,14 @@ static double feasible_step(near *self, const double *x_from, const double *x_to
 {
   if (flesh_surface_near_is_free(self, x_from, x_to)) return 1;
   const double apart = flesh_surface_near_limiting_distance(self, x_from, x_to);
-  if (!flesh_surface_near_is_valid(self, x_from, apart)) {
+  const flesh_near_pairs *pairs = flesh_surface_near_pairs_at(self, x_from, apart, apart);
+  if (!pairs) {
     if (!(apart <= 2 * self->contact->slack)) return step_by_swept_pairs(self, x_from, x_to, apart);
     if (search_static_pairs(self, x_from)) return 0;
+    pairs = &self->static_pairs;
   }
   const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
-  return flesh_near_pairs_feasible_step(self->finder, &self->static_pairs, x_from, to, KEPT, apart, self->threads);
+  return flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, apart, self->threads);
 }
 
 static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, double t_from,
@@ -359,9 +368,10 @@ static size_t memory_of_release(const near *self)
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 10 * size_of_places(self) +
+  return sizeof *self + 11 * size_of_places(self) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
-         flesh_near_pairs_memory(&self->static_pairs) + flesh_near_pairs_memory(&self->swept_pairs) +
+         flesh_near_pairs_memory(&self->static_pairs) + flesh_near_pairs_memory(&self->close_pairs) +
+         flesh_near_pairs_memory(&self->swept_pairs) +
          flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->friction.capacity * sizeof *self->friction.pairs + 4 * (size_t)self->cell_room * sizeof(int) +

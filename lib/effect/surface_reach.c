@@ -30,6 +30,9 @@ const double *flesh_surface_near_without_mean(near *self, const double *x_from, 
   return self->moved;
 }
 
+/* Close pairs are those that come within the thickness where nodes come nearer by this, over the thickness. */
+static const double CLOSE = 0.5;
+
 /* Groups of pieces are so many times farther apart than what is searched for. */
 static const double FAR = 8;
 
@@ -126,7 +129,8 @@ static int show(near *self, const double *x, double within)
   return 1;
 }
 
-int flesh_surface_near_is_valid(near *self, const double *x, double within)
+/* Whether it is known without a proof cube by cube that static_pairs have all that is at most `within` apart at x. */
+static int is_known(near *self, const double *x, double within)
 {
   if (!self->static_known) return 0;
   const flesh_surface_drift since = drift_since_search(self, x);
@@ -136,7 +140,40 @@ int flesh_surface_near_is_valid(near *self, const double *x, double within)
     const flesh_surface_drift after = largest_drift(self, self->x_shown, x);
     if ((far ? after.within : after.all) <= self->shown - within) return 1;
   }
+  return 0;
+}
+
+int flesh_surface_near_is_valid(near *self, const double *x, double within)
+{
+  if (!self->static_known) return 0;
+  if (is_known(self, x, within)) return 1;
   return show(self, x, within + MARGIN * self->contact->slack) || show(self, x, within);
+}
+
+/* Whether close_pairs have what is so far apart at x. */
+static int has_close(near *self, const double *x, double points, double edges)
+{
+  const flesh_contact_law *law = &self->contact->law;
+  const double reach = CLOSE * law->thickness, room = fmin(law->thickness - points, law->edge_thickness - edges) + reach;
+  if (!self->static_known || !self->close_known || !(room >= 0)) return 0;
+  const flesh_surface_drift after = largest_drift(self, self->x_close, x);
+  const int far = self->apart - drift_since_search(self, x).all > fmax(points, edges);
+  return (far ? after.within : after.all) <= room;
+}
+
+const flesh_near_pairs *flesh_surface_near_pairs_at(near *self, const double *x, double points, double edges)
+{
+  const flesh_contact_law *law = &self->contact->law;
+  const double within = fmax(points, edges), reach = CLOSE * law->thickness;
+  if (has_close(self, x, points, edges)) return &self->close_pairs;
+  const int may_touch = self->static_pairs.point_count + self->static_pairs.edge_count > 0;
+  if (may_touch && points <= law->thickness && edges <= law->edge_thickness && is_known(self, x, law->thickness + reach)) {
+    self->close_known = !flesh_near_pairs_choose(self->finder, &self->static_pairs, x, law->thickness + reach,
+                                                 law->edge_thickness + reach, self->threads, &self->close_pairs);
+    flesh_surface_near_keep(self, x, self->x_close);
+    if (self->close_known) return &self->close_pairs;
+  }
+  return flesh_surface_near_is_valid(self, x, within) ? &self->static_pairs : NULL;
 }
 
 int flesh_surface_near_is_free(near *self, const double *x_from, const double *x_to)

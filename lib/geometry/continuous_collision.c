@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "geometry/contact_closest.h"
 #include "math/mat3.h"
 
 /* Tolerance of an advancement's end, over the distance at the start. */
@@ -40,6 +41,13 @@ static double gap_along(const motion *m, const double y[4][3], const double unit
     most = h > most ? h : most;
   }
   return least - most;
+}
+
+/* Whether the gap along a vector of any length is more than `needed`. */
+static int is_wide(const motion *m, const double y[4][3], const double along[3], double needed)
+{
+  const double gap = gap_along(m, y, along);
+  return gap > 0 && gap * gap > needed * needed * flesh_vec3_dot(along, along);
 }
 
 /* Takes the direction where it separates better. */
@@ -158,6 +166,31 @@ double flesh_hull_distance(int first, int second, const double *const x[4], doub
   return p.gap > 0 ? p.gap : 0;
 }
 
+static double within_edge(double part, double length) { return part > 0 ? part < length ? part / length : 1 : 0; }
+
+/* From the point of the second edge that is nearest to the first one to the point there (Ericson 2005, Real-Time Collision
+ * Detection, section 5.1.9). */
+static void connect_edges(const double y[4][3], double connection[3])
+{
+  double e[3], f[3], r[3];
+  for (int c = 0; c < 3; c++) e[c] = y[1][c] - y[0][c], f[c] = y[3][c] - y[2][c], r[c] = y[0][c] - y[2][c];
+  const double ee = flesh_vec3_dot(e, e), ef = flesh_vec3_dot(e, f), ff = flesh_vec3_dot(f, f);
+  const double er = flesh_vec3_dot(e, r), fr = flesh_vec3_dot(f, r);
+  double s = within_edge(ef * fr - er * ff, ee * ff - ef * ef);
+  const double t = within_edge(ef * s + fr, ff);
+  if (t == 0 || t == 1) s = within_edge(t * ef - er, ee);
+  for (int c = 0; c < 3; c++) connection[c] = r[c] + s * e[c] - t * f[c];
+}
+
+/* From the point of the triangle that is nearest to the point to that. */
+static void connect_triangle(const double y[4][3], double connection[3])
+{
+  double weights[3];
+  flesh_contact_nearest_of_triangle(y[0], (const int[]){1, 2, 3}, y[0], weights);
+  for (int c = 0; c < 3; c++)
+    connection[c] = y[0][c] - weights[0] * y[1][c] - weights[1] * y[2][c] - weights[2] * y[3][c];
+}
+
 int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
                            double distance)
 {
@@ -173,6 +206,12 @@ int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const doub
   const double needed = distance + 16 * DBL_EPSILON * size;
   const double(*y)[3] = (const double(*)[3])m.y, (*end)[3] = (const double(*)[3])m.e; /* no velocities here */
   if (!(needed <= DBL_MAX)) return 0;
+  if (!x1 && m.all == 4) {
+    double connection[3];
+    if (first == 2) connect_edges(y, connection);
+    else connect_triangle(y, connection);
+    return is_wide(&m, y, connection, needed);
+  }
   return separate(&m, y, x1 ? end : NULL, needed).gap > needed || (x1 && separate(&m, end, y, needed).gap > needed);
 }
 
@@ -294,8 +333,7 @@ static double largest_approach(const motion *m)
  * nowhere less than at both ends. */
 static int stay_apart(const motion *m, const double end[4][3], const double along[3], double distance)
 {
-  const double gap = fmin(gap_along(m, (const double(*)[3])m->y, along), gap_along(m, end, along));
-  return gap > 0 && gap * gap > distance * distance * flesh_vec3_dot(along, along);
+  return is_wide(m, (const double(*)[3])m->y, along, distance) && is_wide(m, end, along, distance);
 }
 
 int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)

@@ -135,6 +135,12 @@ static int make_room(int count, int **pairs, int *room)
   return FLESH_OK;
 }
 
+int flesh_near_pairs_reserve(flesh_near_pairs *pairs, int points, int edges)
+{
+  const int status = make_room(points, &pairs->point_faces, &pairs->point_room);
+  return status ? status : make_room(edges, &pairs->edge_pairs, &pairs->edge_room);
+}
+
 /* Whether a face keeps a node that is one of the own, or an edge with such a first one. */
 static int keeps_owned(const flesh_near_finder *self, int face)
 {
@@ -175,9 +181,7 @@ static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threa
   if (status) return status;
   flesh_near_finder_walk(self, threads, count_owned(self), visit_faces, s);
   const int points = flesh_near_finder_count(self, POINT_FACE), edges = flesh_near_finder_count(self, EDGE_EDGE);
-  if (points < 0 || edges < 0 || make_room(points, &pairs->point_faces, &pairs->point_room) ||
-      make_room(edges, &pairs->edge_pairs, &pairs->edge_room))
-    return no_memory(surface);
+  if (points < 0 || edges < 0 || flesh_near_pairs_reserve(pairs, points, edges)) return no_memory(surface);
   flesh_near_finder_gather(self, POINT_FACE, surface->node_count, pairs->point_faces);
   flesh_near_finder_gather(self, EDGE_EDGE, surface->edge_count, pairs->edge_pairs);
   pairs->point_count = points;

@@ -45,6 +45,13 @@ int flesh_near_finder_regrouped(const flesh_near_finder *finder);
  * near it has all pairs that touch on the straight ways between them, with d = 0. */
 int flesh_near_pairs_find(flesh_near_finder *finder, const double *x0, const double *x1, double distance,
                           flesh_threads *threads, flesh_near_pairs *pairs);
+/* Chooses from pairs those that are at most points [m] apart at x [3*mesh_nodes], a node and a face, or edges [m], two
+ * edges, and few others; in their order, in memory that is kept as above. The same for any number of threads.
+ * FLESH_ERR_MEMORY. */
+int flesh_near_pairs_choose(const flesh_near_finder *finder, const flesh_near_pairs *from, const double *x, double points,
+                            double edges, flesh_threads *threads, flesh_near_pairs *to);
+/* Room for so many pairs. FLESH_ERR_MEMORY. */
+int flesh_near_pairs_reserve(flesh_near_pairs *pairs, int points, int edges);
 void flesh_near_pairs_clear(flesh_near_pairs *pairs);
 size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs);
 

@@ -1,7 +1,9 @@
-/* near_step.c: how far a surface can move before one of its near pairs touches. */
+/* near_step.c: which near pairs are near at a place, and how far a surface can move before one of them touches. */
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
+#include "base/error.h"
 #include "geometry/continuous_collision.h"
 #include "geometry/near_pairs.h"
 
@@ -15,6 +17,16 @@ typedef struct stepping {
   int parts;
   double least[PARTS];
 } stepping;
+
+/* Corners of a pair's two hulls; returns how many are of the first. */
+static int corners_of(const flesh_contact_surface *surface, int is_point, const int *pair, int corner[4])
+{
+  const int *p = is_point ? surface->nodes + pair[0] : surface->edges + 2 * (size_t)pair[0];
+  const int *q = is_point ? surface->faces + 3 * (size_t)pair[1] : surface->edges + 2 * (size_t)pair[1];
+  const int first = is_point ? 1 : 2;
+  for (int j = 0; j < 4; j++) corner[j] = j < first ? p[j] : q[j - first];
+  return first;
+}
 
 /* Whether boxes around the hulls' corners are further apart than that; NaN is not. */
 static int are_far(int first, const double *const x[4], double apart)
@@ -41,15 +53,10 @@ static void step_part(void *data, int part)
   for (size_t k = begin; k < end; k++) {
     const int is_point = k < points;
     const int *pair = is_point ? s->pairs->point_faces + 2 * k : s->pairs->edge_pairs + 2 * (k - points);
-    const int *q = is_point ? surface->faces + 3 * (size_t)pair[1] : surface->edges + 2 * (size_t)pair[1];
-    const int *p = is_point ? surface->nodes + pair[0] : surface->edges + 2 * (size_t)pair[0];
-    const int first = is_point ? 1 : 2;
+    int corner[4];
+    const int first = corners_of(surface, is_point, pair, corner);
     const double *from[4], *to[4];
-    for (int j = 0; j < 4; j++) {
-      const size_t node = (size_t)(j < first ? p[j] : q[j - first]);
-      from[j] = s->x0 + 3 * node;
-      to[j] = s->x1 + 3 * node;
-    }
+    for (int j = 0; j < 4; j++) from[j] = s->x0 + 3 * (size_t)corner[j], to[j] = s->x1 + 3 * (size_t)corner[j];
     if (are_far(first, from, s->apart) || flesh_hulls_move_little(first, 4 - first, from, to, s->keep)) continue;
     const double t = flesh_feasible_fraction(first, 4 - first, from, to, s->keep);
     least = t < least ? t : least;
@@ -68,4 +75,60 @@ double flesh_near_pairs_feasible_step(const flesh_near_finder *finder, const fle
   double least = 1;
   for (int k = 0; k < s.parts; k++) least = s.least[k] < least ? s.least[k] : least;
   return least;
+}
+
+/* Pairs of one kind, and those that are chosen: of each part from where it begins, until all are brought together. */
+typedef struct choice {
+  const flesh_contact_surface *surface;
+  const double *x;
+  int is_point, count, parts;
+  const int *from;
+  int *to;
+  double distance;
+  int chosen[PARTS];
+} choice;
+
+static int begin_of(const choice *c, int part) { return (int)((long long)c->count * part / c->parts); }
+
+static void choose_part(void *data, int part)
+{
+  choice *c = data;
+  const int begin = begin_of(c, part), end = begin_of(c, part + 1);
+  int at = begin, corner[4];
+  for (int k = begin; k < end; k++) {
+    const int *pair = c->from + 2 * (size_t)k, first = corners_of(c->surface, c->is_point, pair, corner);
+    const double *x[4];
+    for (int j = 0; j < 4; j++) x[j] = c->x + 3 * (size_t)corner[j];
+    if (!are_far(first, x, c->distance)) memcpy(c->to + 2 * (size_t)at++, pair, 2 * sizeof *pair);
+  }
+  c->chosen[part] = at - begin;
+}
+
+static int choose(choice *c, flesh_threads *threads)
+{
+  const int wanted = 1 + c->count / PART;
+  int all = 0;
+  c->parts = wanted < PARTS ? wanted : PARTS;
+  flesh_threads_run(threads, c->parts, choose_part, c);
+  for (int part = 0; part < c->parts; part++) {
+    const size_t size = 2 * (size_t)c->chosen[part] * sizeof *c->to;
+    memmove(c->to + 2 * (size_t)all, c->to + 2 * (size_t)begin_of(c, part), size);
+    all += c->chosen[part];
+  }
+  return all;
+}
+
+int flesh_near_pairs_choose(const flesh_near_finder *finder, const flesh_near_pairs *from, const double *x, double points,
+                            double edges, flesh_threads *threads, flesh_near_pairs *to)
+{
+  to->point_count = to->edge_count = 0;
+  if (flesh_near_pairs_reserve(to, from->point_count, from->edge_count))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for near pairs of %d faces", finder->surface->face_count);
+  choice c = {.surface = finder->surface, .x = x, .is_point = 1, .count = from->point_count, .from = from->point_faces,
+              .to = to->point_faces, .distance = points};
+  to->point_count = choose(&c, threads);
+  c = (choice){.surface = finder->surface, .x = x, .count = from->edge_count, .from = from->edge_pairs,
+               .to = to->edge_pairs, .distance = edges};
+  to->edge_count = choose(&c, threads);
+  return FLESH_OK;
 }

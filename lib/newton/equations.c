@@ -276,15 +276,14 @@ void flesh_equations_take_free(const flesh_equations *self, const double *x, dou
     if (!self->constrained.is[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
 }
 
-int flesh_equations_can_begin(flesh_equations *self, double *u)
+void flesh_equations_keep_gaps(flesh_equations *self, double *u)
 {
   const flesh_stage *s = &self->stage;
   double *x = self->scratch;
-  if (flesh_equations_is_clear(self, u)) return 1;
+  if (flesh_equations_is_clear(self, u)) return;
   move_all((displacement){.equations = self, .u = u, .x = x});
   if (flesh_system_keep_gaps(self->system, &self->evaluation.proximity, s->internal, s->x_from, x))
     flesh_equations_take_free(self, x, u);
-  return flesh_equations_can_reach(self, u);
 }
 
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)

@@ -102,9 +102,8 @@ int flesh_equations_is_clear(flesh_equations *equations, const double *u);
 void flesh_equations_take_free(const flesh_equations *equations, const double *x, double *u);
 /* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
-/* Corrects the free dofs of u, a guess, so that bodies that touch keep their gaps, then answers as
- * flesh_equations_can_reach. */
-int flesh_equations_can_begin(flesh_equations *equations, double *u);
+/* Corrects the free dofs of u, a guess, so that bodies that touch keep their gaps. Overwrites `scratch`. */
+void flesh_equations_keep_gaps(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites
  * `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);

@@ -42,9 +42,12 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
   /* Guesses are better than the gaps before where errors choose the steps. */
-  if (!(newton->given_target > 0 ? flesh_equations_can_reach(equations, trial) : flesh_equations_can_begin(equations, trial)))
-    return;
+  if (!(newton->given_target > 0)) flesh_equations_keep_gaps(equations, trial);
+  /* Between bodies the way costs more than the potential, once the first guess has had pairs searched for. */
+  const int last = equations->evaluation.proximity.near && newton->began;
+  if (!last && !flesh_equations_can_reach(equations, trial)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
+  if (last && !flesh_equations_can_reach(equations, trial)) return;
   *value = guessed;
   flesh_copy(newton->threads, equations->n, trial, u);
   newton->began = guess;

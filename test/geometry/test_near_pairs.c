@@ -257,6 +257,47 @@ static void old_results_reach(void)
   free(x);
 }
 
+/* Chosen are all that are so near at another place, in their order, and no more than boxes tell, for any number of threads. */
+static void choices_miss_nothing(void)
+{
+  const int counts[] = {1, 2, 5};
+  const double nearest[2] = {0.004, 0.012}; /* edges, points */
+  soup s = soup_at_random(160, 0.15, &state);
+  double *x = malloc(3 * (size_t)s.nodes * sizeof *x);
+  flesh_near_finder *finder;
+  flesh_near_pairs all = {0}, first = {0};
+  for (int d = 0; d < 3 * s.nodes; d++) x[d] = s.X[d] + between(-0.02, 0.02);
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0, NULL, &finder));
+  CHECK_OK(flesh_near_pairs_find(finder, s.X, NULL, 0.1, NULL, &all));
+  for (int k = 0; k < 3; k++) {
+    flesh_threads *threads;
+    flesh_near_pairs chosen = {0};
+    CHECK_OK(flesh_threads_create(counts[k], &threads));
+    CHECK_OK(flesh_near_pairs_choose(finder, &all, x, nearest[1], nearest[0], threads, k ? &chosen : &first));
+    CHECK(!k || same_pairs(&first, &chosen));
+    flesh_near_pairs_clear(&chosen);
+    flesh_threads_destroy(&threads);
+  }
+  for (int is_point = 0, at = 0; is_point < 2; is_point++, at = 0) {
+    const int count = is_point ? all.point_count : all.edge_count, left = is_point ? first.point_count : first.edge_count;
+    const int *from = is_point ? all.point_faces : all.edge_pairs, *to = is_point ? first.point_faces : first.edge_pairs;
+    for (int k = 0; k < count; k++) {
+      const trial p = pair_of(&s, is_point, from[2 * k], from[2 * k + 1], x, x);
+      const int chosen = at < left && !memcmp(to + 2 * at, from + 2 * k, 2 * sizeof *to);
+      at += chosen;
+      CHECK(chosen == !boxes_are_apart(&p, nearest[is_point]));
+      CHECK(chosen || (double)distance_at(&p, 0) > nearest[is_point]);
+    }
+    printf("# %d of %d are chosen\n", left, count);
+    CHECK(at == left && left > 100 && left < 0.8 * count);
+  }
+  flesh_near_pairs_clear(&all);
+  flesh_near_pairs_clear(&first);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+  free(x);
+}
+
 /* Sheets that fall onto each other stop at a tenth of their distance. */
 static void sheets_stop_before_they_touch(void)
 {
@@ -418,6 +459,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(neighbours_at_rest_are_left_out),
                    TEST_OF_THREADS(same_for_any_number_of_threads), TEST(old_results_reach),
-                   TEST(sheets_stop_before_they_touch), TEST(worn_trees_are_grouped_anew),
+                   TEST_OF_THREADS(choices_miss_nothing), TEST(sheets_stop_before_they_touch), TEST(worn_trees_are_grouped_anew),
                    TEST(searching_again_allocates_nothing), TEST(ranks_share_a_search_out), TEST(bad_input_is_refused));
 }
