@@ -30,10 +30,12 @@ SELECT json_set(result, '$.error_bars', json(printf('{%s"quantities":[%s]}',
 SELECT 'error bars of the ' || name || ': ' || iif(count, 'by ', 'none, as ') ||
   coalesce(data ->> '$.compared_with', data ->> '$.no_bar') FROM judges;
 
--- Of probes, or of the whole body where there are none.
+-- Of probes, or of the whole body where there are none; values have digits down to a tenth of the bar.
 -- to stdout
-SELECT name || ' = ' || number('%.5g', value) || in_unit || iif(mesh IS NULL, '', ' +/- ' || number('%.2g', mesh) || ' (mesh)') ||
+SELECT name || ' = ' || number(shown, value) || in_unit || iif(mesh IS NULL, '', ' +/- ' || number('%.2g', mesh) || ' (mesh)') ||
   iif(step IS NULL, '', ' +/- ' || number('%.2g', step) || ' (step)') ||
-  iif(better IS NULL, '', '; tet10-mean gives ' || number('%.5g', better) || in_unit) ||
+  iif(better IS NULL, '', '; tet10-mean gives ' || number(shown, better) || in_unit) ||
   coalesce('; no bar (mesh): ' || no_mesh_bar, '') || coalesce('; no bar (step): ' || no_step_bar, '')
-FROM ends WHERE tab = (SELECT max(tab) FROM ends) ORDER BY id;
+FROM (SELECT *, printf('%%.%dg', coalesce(max(5, min(17, 1 + length(CAST(
+  abs(value) / min(coalesce(mesh, step), coalesce(step, mesh)) AS INTEGER)))), 5)) AS shown FROM ends)
+WHERE tab = (SELECT max(tab) FROM ends) ORDER BY id;

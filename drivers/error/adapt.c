@@ -291,6 +291,12 @@ static int refine(adapt *a, const double *indicators)
   return status;
 }
 
+/* So many digits of a value as reach a tenth of its bar, but six where it has none. */
+static int digits_of(const level *l)
+{
+  return l->bar > 0 ? (int)fmin(17, fmax(6, ceil(log10(fabs(l->value) / l->bar)) + 1)) : 6;
+}
+
 /* A level: its run, its indicators, its bar. */
 static int step(adapt *a, double **indicators)
 {
@@ -316,7 +322,8 @@ static int step(adapt *a, double **indicators)
   flesh_scene_destroy(&scene);
   if (!status) judge(a);
   if (!status && !a->options->quiet) {
-    printf("mesh %d: %d tets, %d dofs: %s = %.6g %s", a->levels - 1, l->tets, l->dofs, a->column, l->value, a->unit);
+    printf("mesh %d: %d tets, %d dofs: %s = %.*g %s", a->levels - 1, l->tets, l->dofs, a->column, digits_of(l), l->value,
+           a->unit);
     if (isfinite(l->bar)) printf(" +/- %.2g", l->bar);
     putchar('\n');
     fflush(stdout);
@@ -384,7 +391,7 @@ static int finish(adapt *a)
   flesh_scene_destroy(&scene);
   if (!status) status = write_result(a);
   if (status || a->options->quiet) return status;
-  printf("%s = %.6g %s +/- %.2g (mesh)\n", a->column, last->value, a->unit, last->bar);
+  printf("%s = %.*g %s +/- %.2g (mesh)\n", a->column, digits_of(last), last->value, a->unit, last->bar);
   printf("%d meshes and %d solves, %d dofs in the last, least radius ratio %.2g, %.3g s of CPU time\n", a->levels,
          a->levels + 1, last->dofs, quality, cpu_s + again.cpu_s);
   printf("mesh: %s/mesh.msh\nagain: flesh run %s/scene.yaml\n", a->options->out, a->options->out);

@@ -178,4 +178,17 @@ assert first + 2 < len(meshes) and all(b > .95 * change[first] for _, b in meshe
 END
 }
 
-run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried many_selections_are_carried bodies_keep_their_shape what_has_no_bar_is_refused
+# A bar moves by less than the six digits of its position tell apart, and its error bars by less than that.
+values_have_the_digits_of_their_bars() {
+  expect 0 "$flesh" run bar.yaml --set body.material.young=1e11 --to 1%:tip.position_z --out stiff || return 1
+  python3 - <<'END'
+import json, re
+told = [(float(v), float(b)) for v, b in re.findall(r"position_z = (\S+) m \+/- (\S+)", open("stdout.txt").read())]
+meshes = [m for m in json.load(open("stiff/result.json"))["adapted_mesh"]["meshes"] if m["error_mesh"]]
+print(told, meshes)
+assert len(told) == len(meshes) + 1 and meshes[-1]["error_mesh"] < 1e-6
+assert all(abs(v - m["value"]) <= .1 * m["error_mesh"] for (v, _), m in zip(told, meshes + meshes[-1:]))
+END
+}
+
+run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried many_selections_are_carried bodies_keep_their_shape what_has_no_bar_is_refused values_have_the_digits_of_their_bars
