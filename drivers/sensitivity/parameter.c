@@ -7,11 +7,16 @@
 #include "base/error.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
+#include "system/system.h"
 
 enum { STEPS = 4, SEGMENT = 128 };
 static const double steps[STEPS] = {-2, -1, 1, 2};  /* differences */
-/* Differences, over the value. Wider ones cross kinks of contact and of clamped eigenvalues. */
-static const double differences[] = {1e-6, 1e-8};
+/* Differences, over the value, and how many of them the middle is off it: at an end of a key's range they lie within. Wider
+ * ones cross kinks of contact and of clamped eigenvalues. */
+static const struct way {
+  double difference;
+  int middle;
+} ways[] = {{1e-6, 0}, {1e-8, 0}, {1e-8, -2}, {1e-8, 2}};
 
 static int not_there(const char *key, const char *why)
 {
@@ -89,19 +94,27 @@ static int find_value(const flesh_scene *scene, const char *key, double *value)
   return status;
 }
 
-/* Reads the scenes with the key so far from its value. */
-static int make_scenes(const char *path, const flesh_overrides *overrides, double difference, flesh_varied *varied)
+/* Reads the scenes with the key so far from its value. A load or friction that begins there asks for solves that the
+ * scene's own run has not taken. */
+static int make_scenes(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, double difference,
+                       int middle, flesh_varied *varied)
 {
+  const flesh_system *own = flesh_scene_system(scene);
   int status = FLESH_OK;
   for (int k = 0; k < STEPS && !status; k++) {
     flesh_overrides set;
     char number[64];
-    snprintf(number, sizeof number, "%.17g", varied->value + steps[k] * difference);
+    snprintf(number, sizeof number, "%.17g", varied->value + (steps[k] + middle) * difference);
     status = flesh_overrides_copy(&set, &overrides->texts);
     if (!status) status = flesh_overrides_add(&set, varied->key, number);
     if (!status) status = flesh_scene_read(path, set.texts.count, set.texts.values, &varied->scenes[k]);
     flesh_overrides_close(&set);
-    if (!status) varied->parameter.systems[k] = flesh_scene_system(varied->scenes[k]);
+    if (status) break;
+    const flesh_system *beside = varied->parameter.systems[k] = flesh_scene_system(varied->scenes[k]);
+    if (flesh_system_has_follower_loads(beside) != flesh_system_has_follower_loads(own) ||
+        flesh_system_multiplier_count(beside) != flesh_system_multiplier_count(own))
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "beside its value the scene is of another kind, as where friction begins or tets "
+                                              "are no longer incompressible");
   }
   varied->parameter.difference = difference;
   return status;
@@ -115,12 +128,12 @@ int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_ov
   int status = find_value(scene, key, &varied->value);
   if (status) return status;
   const double scale = varied->value != 0 ? fabs(varied->value) : 1;
-  for (size_t k = 0; k < sizeof differences / sizeof *differences; k++) {
-    status = make_scenes(path, overrides, differences[k] * scale, varied);
-    if (status != FLESH_ERR_ARGUMENT) break;
+  for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
+    status = make_scenes(scene, path, overrides, ways[k].difference * scale, ways[k].middle, varied);
+    if (status != FLESH_ERR_ARGUMENT) return status;
     flesh_varied_clear(varied);
   }
-  return status;
+  return flesh_fail_within(status, "--to is '%s', differences of which are refused: ", key);
 }
 
 void flesh_varied_clear(flesh_varied *varied)

@@ -137,6 +137,26 @@ narrow_keys_have_small_differences() {
   derivatives "abs(d['tip.position_z', 'body.material.poisson'] / $by_runs - 1) < 1e-3"
 }
 
+# Keys at an end of their range: the differences lie within.
+ends_of_ranges_have_differences() {
+  muscle='effects[3]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: 1e5, activation: [{time: 0, value: VALUE}]}}'
+  key='effects.muscle.activation[0].value'
+  for end in 0,1e-3,2e-3 1,0.999,0.998; do
+    for value in $(echo $end | tr , ' '); do
+      "$flesh" run bar.yaml --out "$value" --quiet --set "$(echo "$muscle" | sed "s/VALUE/$value/")" \
+        --set solver.newton_tolerance=1e-11 || return 1
+    done
+    value=${end%%,*}
+    expect 0 "$flesh" sensitivity bar.yaml --set "$(echo "$muscle" | sed "s/VALUE/$value/")" --of tip.position_x --to "$key" \
+      --out found.csv || return 1
+    by_runs=$(tail -qn 1 $(echo $end | sed 's|,|/probes.csv |g')/probes.csv |
+      awk -F, -v from="$value" '{ x[NR] = $2 } END { printf "%.9g", (4 * x[2] - 3 * x[1] - x[3]) / (from < 0.5 ? 2e-3 : -2e-3) }')
+    derivatives "abs(d['tip.position_x', '$key'] / $by_runs - 1) < 1e-4" || return 1
+  done
+  refused "'body.material.poisson', differences of which are refused" --of tip.position_z --to body.material.poisson \
+    --set body.element=tet10-mean --set body.material.poisson=0.5
+}
+
 run_tests the_wall_carries_the_weight equilibria_agree_with_differences motions_agree_with_differences \
   equilibria_with_friction_agree_with_differences bad_requests_are_refused \
-  narrow_keys_have_small_differences
+  narrow_keys_have_small_differences ends_of_ranges_have_differences
