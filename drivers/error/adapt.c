@@ -16,6 +16,7 @@
 #include "plot/curves.h"
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
+#include "output/resume.h"
 #include "run/runner.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
@@ -76,6 +77,14 @@ int flesh_adapt_is_spec(const char *spec)
   return read_spec(spec, &tolerance, &relative, &column);
 }
 
+static int has_column(const flesh_probe *probe, const char *name)
+{
+  flesh_probe_column columns[FLESH_PROBE_COLUMNS];
+  for (int k = probe ? flesh_probe_columns(probe, columns) : 0; k-- > 0;)
+    if (!strcmp(columns[k].name, name)) return 1;
+  return 0;
+}
+
 /* Says why a scene's quantity has no bar of its mesh, or nothing. */
 static int check(adapt *a, const flesh_scene *scene)
 {
@@ -88,7 +97,7 @@ static int check(adapt *a, const flesh_scene *scene)
   if (scene->keys.bodies.count || !scene->body.materials || scene->keys.body.material_map)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material and no "
                                           "material_map, whose tets would be others");
-  if (!own)
+  if (!has_column(own, dot ? dot + 1 : ""))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as %s.position_z", a->column,
                       count ? probes[0].name : "tip");
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))
@@ -143,8 +152,6 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
     flesh_csv_label(&csv, c, name, unit);
     if (!strcmp(name, a->column)) found = c, strcpy(a->unit, unit);
   }
-  if (!status && found < 0)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s, which is no column of probes.csv", a->column);
   if (!status) flesh_csv_number(&csv, csv.rows - 1, found, &l->value);
   l->moved = l->value;
   const char *dot = strrchr(a->column, '.');

@@ -124,6 +124,7 @@ what_has_no_bar_is_refused() {
   expect 2 "$flesh" run bar.yaml --to 1%:energy_total --out no || return 1
   has stderr.txt 'it must be a column of output.probes' || return 1
   expect 2 "$flesh" run bar.yaml --to 1%:tip.velocity_q --out no || return 1
+  has stderr.txt 'tip.velocity_q; it must be a column of output.probes' && [ ! -e no ] || return 1
   expect 2 "$flesh" run bar.yaml --set effects.inertia={} --method newmark --set time.step=0.1 --set time.end=1 \
     --to 1%:tip.position_z --out no || return 1
   has stderr.txt 'refines the meshes of equilibria' || return 1
