@@ -33,27 +33,27 @@ export shim FLESH_FAIL_OWN=1 FLESH_FAIL_COUNT="$work/count.txt"
 # attempt FAIL_AT SCENE: leaves the count of the second rank's allocations.
 attempt() {
   rm -rf out
-  FLESH_FAIL_AT=$1 timeout -k 1 1800 "$launcher" -n 2 sh rank.sh "$flesh" run "$2" --quiet --no-frames --out out \
-    >stdout.txt 2>stderr.txt
+  export FLESH_FAIL_AT="$1"
+  on_ranks 2 sh rank.sh "$flesh" run "$2" --quiet --no-frames --out out >stdout.txt 2>stderr.txt
 }
 
 # sample SCENE: says what went wrong.
 sample() {
   attempt 0 "$1" || { cat stderr.txt; return 1; }
-  count=$(cat count.txt) refusals=0 faults=0 k=1
-  while [ "$k" -le "$count" ]; do
+  allocations=$(cat count.txt) refusals=0 faults=0 k=1
+  while [ "$k" -le "$allocations" ]; do
     attempt "$k" "$1"
     ended=$?
     [ "$ended" -ne 1 ] || refusals=$((refusals + 1))
     sentences=$(grep -c '^flesh run: ' stderr.txt)
     if [ "$ended" -gt 1 ] || [ "$sentences" -ne "$ended" ]; then
       faults=$((faults + 1))
-      echo "$1, allocation $k of $count: ended with $ended, $sentences sentences"
+      echo "$1, allocation $k of $allocations: ended with $ended, $sentences sentences"
       head -n 5 stderr.txt
     fi
     k=$((k + each))
   done
-  echo "$1: $count allocations, every $each: $refusals refused, $faults faults"
+  echo "$1: $allocations allocations, every $each: $refusals refused, $faults faults"
   [ "$refusals" -gt 0 ] && [ "$faults" -eq 0 ]
 }
 
