@@ -34,5 +34,7 @@ def get_requires_for_build_wheel(config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Puts the wheel into the folder wheel_directory and returns its name."""
     wheel_directory = os.path.abspath(wheel_directory)
+    # As deep as a build of the tree, so that paths to sources are alike, and ccache has what that build has compiled.
+    config_settings = {"builddir": "build", **(config_settings or {})}
     with _linked_tree():
         return mesonpy.build_wheel(wheel_directory, config_settings, metadata_directory)
