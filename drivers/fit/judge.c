@@ -143,7 +143,8 @@ static void tell_residuals(judging *j)
     flesh_fit_say(j->to, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
   else if (to->scale > odd_scale || to->scale < 1 / odd_scale)
     flesh_fit_say(j->to, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
-                  to->scale > 1 ? "the deviations are too small, or the scene leaves something out"
+                  to->scale > 1 ? "the deviations are too small, the scene leaves something out, or another "
+                                  "start finds better parameters"
                                 : "the deviations are too large");
 }
 
@@ -174,7 +175,7 @@ static int judge(flesh_fit *fit, flesh_fit_found *found, judging *j)
   find_correlation(to);
   find_errors(j);
   tell_parameters(j);
-  if (!to->sentence_count && to->count)
+  if (!to->sentence_count && to->count && !(to->scale > odd_scale)) /* else the search may have ended beside the best */
     flesh_fit_say(to, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
   if (fit->map) return flesh_fit_map_tell(fit, found, to);
   tell_residuals(j);

@@ -415,7 +415,15 @@ END
   [ "$(wc -c <slide/fit.png)" -gt 5000 ]
 }
 
-run_tests constants_come_back_without_noise errors_are_those_of_the_linear_model bounds_hold not_determined_is_said \
+# Residuals beyond the deviations may be those of a worse minimum than the best.
+what_does_not_fit_is_not_called_determined() {
+  sed "s/pulled.csv, columns: .*/noisy.csv, deviation: 1e-5}, {positions: noisy_shape.csv, deviation: 1e-5}]/; /shear/,/sheared/d" two.yaml >unfit.yaml
+  expect 0 "$flesh" fit unfit.yaml --out unfit || return 1
+  result unfit 'not any("determined" in s for s in r["identifiability"])' &&
+    result unfit 'any("times the stated" in s and "another start" in s for s in r["identifiability"])'
+}
+
+run_tests constants_come_back_without_noise errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
   killed_it_goes_on interrupted_it_says_so a_run_that_fails_cuts_the_step bad_specs_are_refused \
   measurements_of_all_kinds_count points_of_another_mesh_count \
   tangents_are_derivatives many_parameters_take_few_equilibria worked_examples_find_the_truth
