@@ -319,6 +319,32 @@ static void without_a_filter_indefinite_matrices_are_refused(void)
   discard(&b);
 }
 
+static int no_preconditioner(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
+                             flesh_threads *threads, flesh_preconditioner_data **preconditioner)
+{
+  (void)kind, (void)A, (void)positions, (void)threads, (void)preconditioner;
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
+}
+
+/* A preconditioner for which there was no memory is made by the next try. */
+static void solvers_that_could_not_be_made_are_made_later(void)
+{
+  const flesh_solver_options options = defaults();
+  bench b;
+  make(&b, quadratic, &options, 1);
+  flesh_direction *direction = &b.newton.direction;
+  const flesh_linear *linear = direction->linear;
+  flesh_linear without = *linear;
+  without.preconditioner_create = no_preconditioner;
+  b.newton.equations.patterns++;
+  direction->linear = &without;
+  CHECK(flesh_direction_follow_pattern(direction) == FLESH_ERR_MEMORY && !direction->preconditioner);
+  direction->linear = linear;
+  CHECK_OK(flesh_direction_follow_pattern(direction));
+  CHECK(direction->preconditioner != NULL);
+  discard(&b);
+}
+
 /* After a solve that has lowered the potential, Newton's iteration makes one step where a stage's first residual is at
  * round-off. Where that gains no more than round-off, later stages begin with none, as those of a body at rest do. */
 static void a_step_at_round_off_is_tried_once(void)
@@ -473,6 +499,7 @@ int main(int argc, char **argv)
                    TEST(directions_tell_their_kind), TEST(a_factor_leaves_no_residual),
                    TEST(indefinite_matrices_are_filtered_where_that_is_asked_for),
                    TEST(without_a_filter_indefinite_matrices_are_refused),
-                   TEST(a_step_at_round_off_is_tried_once), TEST(matrices_are_kept_where_they_predict_residuals),
+                   TEST(solvers_that_could_not_be_made_are_made_later), TEST(a_step_at_round_off_is_tried_once),
+                   TEST(matrices_are_kept_where_they_predict_residuals),
                    TEST(filtered_matrices_are_not_kept), TEST(watchdog_steps_are_taken_where_they_end_lower));
 }
