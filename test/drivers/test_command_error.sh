@@ -220,6 +220,22 @@ wrong_words_are_refused() {
   expect 2 "$flesh" run bar.yaml --error=1 --out wrong && [ ! -e wrong ]
 }
 
-run_tests other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars \
-  twice_the_step_widens_bars_of_the_mesh no_bar_is_said failed_companions_leave_no_bar columns_come_last \
-  complete_runs_get_bars an_interrupted_companion_is_taken_up wrong_words_are_refused
+# Of positions that move by a billionth all digits are told that the bars know.
+values_have_the_digits_of_their_bars() {
+  expect 0 "$flesh" run still.yaml --set body.material.young=1e14 --error --out stiff || return 1
+  python3 - <<'END'
+import json, re
+told = re.findall(r"^tip.position_(.) = (\S+) m \+/- (\S+) \(mesh\); tet10-mean gives (\S+) m$", open("stdout.txt").read(), re.M)
+kept = {q["name"][-1]: q for q in json.load(open("stiff/result.json"))["error_bars"]["quantities"] if "position" in q["name"]}
+print(told, kept)
+assert len(told) == 3 and all(q["error_mesh"] < 1e-5 for q in kept.values())
+for axis, value, _, better in told:
+    for given, key in ((value, "value"), (better, "better")):
+        assert abs(float(given) - kept[axis][key]) <= .1 * kept[axis]["error_mesh"]
+END
+}
+
+run_tests values_have_the_digits_of_their_bars other_steps_cover newmark_covers_backward_euler \
+  a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars twice_the_step_widens_bars_of_the_mesh \
+  no_bar_is_said failed_companions_leave_no_bar columns_come_last complete_runs_get_bars \
+  an_interrupted_companion_is_taken_up wrong_words_are_refused
