@@ -1,4 +1,4 @@
-// TEST quick
+// TEST full memory
 /* test_bisect.c: local refinement by bisection: what is refined fits, fills the same body, keeps its shapes, and fields on
  * it stay what they are. */
 #include "quadratic.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=90
+// TEST full memory seconds=90
 /* test_separation.c: bodies that go through each other at the start and are let apart: nothing of these places touches
  * until they are apart, all else does; then they touch as bodies that never met; whoever is listed first, with any number
  * of threads, and where a run is taken up again. */

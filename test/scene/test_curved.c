@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_curved.c: bodies whose boundary is put on spheres, cylinders and surfaces: volumes, places of nodes, refusals. */
 #include "scene_files.h"
 
