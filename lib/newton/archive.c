@@ -30,7 +30,6 @@ void flesh_newton_forget(flesh_newton *self)
   flesh_evaluation_forces_changed(evaluation);
   memset(&self->stats, 0, sizeof self->stats);
   self->negative_curvature = self->tangent.wary = 0;
-  self->settled = 1;
   self->edge_force = NAN;
 }
 
@@ -82,6 +81,5 @@ int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->stats);
   FLESH_ARCHIVE(archive, self->negative_curvature);
   FLESH_ARCHIVE(archive, self->edge_force);
-  flesh_archive_int(archive, &self->settled, 0, 1);
   return archive_direction(&self->direction, archive);
 }

@@ -199,11 +199,11 @@ static int measure(flesh_newton *self)
 int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  *self = (flesh_newton){
-      .options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY, .edge_force = NAN, .settled = 1};
+  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY};
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
   self->search.equations = equations;
+  self->edge_force = NAN;
   int status = flesh_solver_options_check(options);
   if (!status) status = flesh_newton_check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
@@ -320,11 +320,9 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
-  const int first = self->policy.smallest_norm == 0, arrived = self->arrived;
-  const int at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
-  const int tries = at_round_off && first && !self->settled;
+  const int arrived = self->arrived, at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (arrived || (at_round_off && !tries && !flesh_search_gains(&self->search, self->u))) {
+  if (arrived || (at_round_off && !flesh_search_gains(&self->search, self->u))) {
     self->at_round_off |= !arrived;
     memset(p, 0, (size_t)self->equations.n * sizeof *p);
     return FLESH_OK;
@@ -336,7 +334,5 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
   const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
   self->arrived = !status && arrives(self, &it.step);
-  if (tries) self->settled = !flesh_search_gains(&self->search, self->u);
-  else if (!at_round_off && self->search.gain > 0) self->settled = 0;
   return status;
 }

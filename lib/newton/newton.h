@@ -64,7 +64,6 @@ typedef struct flesh_newton {
   int must_filter;                /* K turned out indefinite in its factorisation */
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
-  int settled;                    /* the last first step from there, if any, gained nothing, and no other step has since */
   int arrived;                    /* the last step was so short that no other one is needed */
   flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */

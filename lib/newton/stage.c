@@ -286,7 +286,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   stats->residual_target = newton->policy.target = self->last_target;
   if (first <= self->last_target) return 0;
   /* Skips the solve if the first residual is at round-off: a free body that just moves on. */
-  return !(load == 0 && newton->settled && flesh_equations_at_round_off(equations, u, first)) && aim(self, first);
+  return !(load == 0 && flesh_equations_at_round_off(equations, u, first)) && aim(self, first);
 }
 
 int flesh_stage_end(flesh_stage_solve *self)
