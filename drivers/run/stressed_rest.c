@@ -86,7 +86,7 @@ double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trac
   if (!(stored > least_stored * stiffness)) return 0;
   if (!is_static && !has_rested(trace, stored)) return 0;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  /* The area is that of a regular tet's edge squared, by the volume: thin bodies have flat tets. */
+  /* A tet's volume over its edge is an area; the factor makes a regular tet's its edge squared. Thin bodies have flat tets. */
   const double area = 6 * sqrt(2) * info.volume / info.tets / info.edge_mean;
   const double force = mu * sqrt(2 * stored / stiffness) * area;
   return is_alone(scene, state, force, info.edge_mean) ? stored : 0;

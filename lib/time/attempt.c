@@ -285,7 +285,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
   if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control, &stage->shift, trial->row->swings)
-                                               : self->part.gap;
+                                         : self->part.gap;
   if (controlled && !self->part.softer)
     flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
   int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)

@@ -48,7 +48,7 @@ typedef struct flesh_part_tried {
   flesh_span span;
   int softer;              /* its stages go through softer materials */
   int blocked;             /* an obstacle bars its end, though not its stage */
-  double gap;              /* the largest that a step may leave whose error is not judged; 0: that of the options */
+  double gap;              /* of constraints, that a step may leave whose error is not judged; 0: that of the options */
   double *x;               /* [n] the end that a stage leads to; where a static solve with increments began */
   double *energies;        /* [effects] at the end of a step that is not its stage, J */
   double *energies_before; /* [effects] where the step began, J */

@@ -49,7 +49,7 @@ typedef struct flesh_stage_end {
   void (*find)(void *data, const double *u, double *x);
 } flesh_stage_end;
 
-/* The largest gap at x [n], into *largest. */
+/* The largest gap of a tet, a share of its volume, where nodes are at x [n], m, on any rank, into *largest. FLESH_NONFINITE. */
 int flesh_multipliers_gap(flesh_multipliers *multipliers, const double *x, double *largest);
 /* Like flesh_nonlinear_solve, from the multipliers of the state, if something is held: until no gap at the end exceeds
  * a hundredth of newton_tolerance, or none exceeds newton_tolerance and the multipliers' change leaves the forces

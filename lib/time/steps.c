@@ -305,11 +305,11 @@ static double find_piece(const flesh_integrator *self, const flesh_state *state,
   return state->t == place->begin && next->end == end ? place->h : next->end - state->t;
 }
 
-/* Takes away what of the velocity leads across the constraints of multipliers, by a step of backward Euler that is as brief as
- * a start and has an error of the second order; *taken: it was. Stages of Runge-Kutta methods damp that velocity, others
+/* Projects the velocity onto the constraints of multipliers, by a step of backward Euler that is as brief as a start and has an
+ * error of the second order; *taken: it was. Stages of Runge-Kutta methods damp what leads across the constraints, others
  * would swing by it for good. Where constraints do not hold at the state the step's velocity would close their gaps. */
-static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken,
-                flesh_solve_stats *stats)
+static int project_velocity(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken,
+                            flesh_solve_stats *stats)
 {
   const double g = start_part * flesh_error_control_brief(&self->control, h);
   const double allowed = fmax(start_part * self->multipliers.tolerance, 1e-12); /* more than rounding leaves */
@@ -330,10 +330,10 @@ static int shed(flesh_integrator *self, flesh_state *state, const flesh_piece *p
 static int begin_piece(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double end, double tolerance,
                        double *h, flesh_solve_stats *stats)
 {
-  int has_moved = 0;
+  int is_projected = 0;
   int status = begin_anew(self, state, &place->piece, *h, stats);
-  if (!status) status = shed(self, state, &place->piece, *h, &has_moved, stats);
-  if (status || !has_moved) return status;
+  if (!status) status = project_velocity(self, state, &place->piece, *h, &is_projected, stats);
+  if (status || !is_projected) return status;
   *h = find_piece(self, state, place, end, tolerance);
   return begin_anew(self, state, &place->piece, *h, stats);
 }

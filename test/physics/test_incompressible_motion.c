@@ -98,7 +98,8 @@ static void methods_have_their_orders(void)
   }
 }
 
-/* A viscous clamped bar whose velocity changes its volume, as motions may begin; adaptive by a tolerance, where that is not 0. */
+/* A viscous clamped bar whose velocity changes its volume, as motions may begin, and an integrator of it: by steps that errors
+ * choose, where there is a tolerance. */
 static flesh_integrator *expanding(flesh_method method, double tolerance, test_body *b)
 {
   flesh_effect *viscosity = NULL;

@@ -229,8 +229,8 @@ static double error_at(flesh_method method, flesh_table table, double tolerance,
   return worst;
 }
 
-/* Over four decades (two from a tenth on for backward Euler) the error is in proportion to the tolerance; esdirk324 only comes to that where
- * it resolves the motion. */
+/* Over four decades from 1e-2 on (two from 1e-1 on for backward Euler) the error is in proportion to the tolerance; esdirk324
+ * only comes to that where it resolves the motion. */
 static void check_errors(flesh_method method, flesh_table table)
 {
   enum { MOST = 5 };
