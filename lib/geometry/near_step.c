@@ -108,6 +108,7 @@ static int choose(choice *c, flesh_threads *threads)
 {
   const int wanted = 1 + c->count / PART;
   int all = 0;
+  if (!c->count) return 0; /* The array of no pairs may be NULL. */
   c->parts = wanted < PARTS ? wanted : PARTS;
   flesh_threads_run(threads, c->parts, choose_part, c);
   for (int part = 0; part < c->parts; part++) {
