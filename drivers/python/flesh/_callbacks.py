@@ -107,8 +107,31 @@ def create(kind, function, *arguments):
     return out[0]
 
 
-def owned(kind, pointer, destroy, keep=None):
-    """`pointer` with `destroy(kind **)` called when nothing refers to it any more; `keep` lives until then."""
-    def free(address, _keep=keep):
-        destroy(ffi.new(f"{kind} **", address))
-    return ffi.gc(pointer, free)
+class _Life:
+    """An object of the library is destroyed once its handle is freed and all objects that were made from it are.
+
+    Python frees the handles of a cycle in any order."""
+
+    def __init__(self, free, keep):
+        self._free, self._keep, self._users = free, keep, 1
+        self._parent = getattr(keep, "_life", None)
+        if self._parent is not None:
+            self._parent._users += 1
+
+    def leave(self, *_address):
+        self._users -= 1
+        if self._users == 0:
+            self._free()
+            if self._parent is not None:
+                self._parent.leave()
+
+
+def owned(kind, pointer, destroy, keep=None, holder=None):
+    """`pointer` with `destroy(kind **)` called when nothing refers to it any more; `keep` lives until then.
+
+    So do objects that are made with `keep=holder`."""
+    cell = ffi.new(f"{kind} **", pointer)
+    life = _Life(lambda: destroy(cell), keep)
+    if holder is not None:
+        holder._life = life
+    return ffi.gc(pointer, life.leave)

@@ -49,7 +49,7 @@ class Integrator(Handle):
         options = SolverOptions() if options is None else options
         made = create("flesh_integrator", lib.flesh_integrator_create, system._ready(),
                       METHOD_NAMES.value(method, "method"), options._struct)
-        self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy, system)
+        self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy, system, self)
         self._asked = asked = [stop]
         # Python handles signals while it runs this function: KeyboardInterrupt is raised in it.
         self._stop = _callbacks.status_callback(

@@ -86,7 +86,10 @@ class Mesh(Const):
 
     def _take(self, made, owner=None):
         """Owns `made`, or with `owner` keeps that alive which does."""
-        self._pointer = made if owner is not None else owned("flesh_mesh", made, lib.flesh_mesh_destroy)
+        if owner is None:
+            self._pointer = owned("flesh_mesh", made, lib.flesh_mesh_destroy, holder=self)
+        else:
+            self._pointer, self._life = made, owner._life
         self._owner = owner
         return self
 

@@ -114,7 +114,7 @@ class Scene(Const):
             lib.flesh_scene_set_stop(ffi.NULL, ffi.NULL)
 
     def _take(self, made):
-        self._pointer = owned("flesh_scene", made, lib.flesh_scene_destroy)
+        self._pointer = owned("flesh_scene", made, lib.flesh_scene_destroy, holder=self)
         return self
 
     @classmethod

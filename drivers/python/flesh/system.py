@@ -132,7 +132,7 @@ class System(Handle):
     def __init__(self, mesh: Mesh, effects=()):
         self._mesh = mesh
         self._pointer = owned("flesh_system", create("flesh_system", lib.flesh_system_create, mesh._pointer),
-                              lib.flesh_system_destroy, mesh)
+                              lib.flesh_system_destroy, mesh, self)
         self._keep: List = []
         self._finished, self._finishing = False, threading.Lock()
         for effect in effects:
@@ -142,7 +142,7 @@ class System(Handle):
     def _of(cls, pointer_, owner):
         """One that is finished and belongs to `owner`."""
         made = cls.__new__(cls)
-        made._pointer, made._keep = pointer_, [owner]
+        made._pointer, made._keep, made._life = pointer_, [owner], owner._life
         made._finished, made._finishing = True, threading.Lock()
         made._mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
         return made

@@ -3,15 +3,18 @@
 import copy
 import gc
 import inspect
+import os
 import pickle
 import struct
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
 import flesh
 from flesh import _arrays, _callbacks
-from conftest import GRAVITY, effects_of
+from conftest import GRAVITY, effects_of, interpreter_environment
 
 
 class Pull(flesh.OwnEffect):
@@ -177,6 +180,33 @@ def test_points_and_states_keep_the_arrays_that_they_show(mesh, system, tmp_path
         state.x = many
         with pytest.raises(flesh.ArgumentError, match="state.x must be"):
             flesh.Integrator(system).step(state, 0.01)
+
+
+CYCLES = """
+import gc, flesh
+for order in (1, -1):
+    for _ in range(2):
+        scene = flesh.Scene({
+            "body": {"mesh": "bar.mesh", "density": 1000, "material": {"energy": "S", "young": 1e4, "poisson": 0.4}},
+            "effects": [{"inertia": {}}, {"contact": {"between": "self", "thickness": 0.01}}],
+            "time": {"step": 0.01, "end": 0.02}})
+        integrator = scene.integrator()
+        integrator.step(scene.start(), 0.01)
+        cycle = [scene, integrator, flesh.Trajectory(integrator)][::order]
+        cycle.append(cycle)
+        for step in scene.steps():
+            pass
+        del scene, integrator, cycle, step
+    gc.collect()
+"""
+
+
+def test_cycles_are_freed_in_the_order_of_the_library(mesh, tmp_path):
+    mesh.write(tmp_path / "bar.mesh")
+    path = os.path.dirname(os.path.dirname(flesh.__file__))
+    # What is freed has other bytes then, so that a read of it ends the program.
+    subprocess.run([sys.executable, "-c", CYCLES], cwd=tmp_path, check=True,
+                   env=interpreter_environment(MALLOC_PERTURB_="85", PYTHONPATH=path))
 
 
 def test_an_observer_is_not_closed_while_it_is_written(mesh, system, tmp_path):
