@@ -18,6 +18,7 @@ typedef struct flesh_environment {
   /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
   int slips_to_rest;
   int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
+  double unloaded; /* the fraction of loads that follow the shape which is not on yet, as statics raise them alone */
   int update; /* number of the matrix that is predicted for; one is left out where a solve begins */
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near;      /* its part of `proximity` */

@@ -161,6 +161,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   return flesh_evaluation_worst_node(&equations->evaluation, 1, residual->r, NULL);
 }
 
+flesh_newton *flesh_nonlinear_newton(flesh_nonlinear *self) { return &self->problem->newton; }
+
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *self)
 {
   return &self->problem->newton.equations.evaluation;

@@ -8,6 +8,7 @@
 #include "system/evaluation.h"
 
 typedef struct flesh_nonlinear flesh_nonlinear;
+typedef struct flesh_newton flesh_newton; /* newton/newton.h */
 
 /* Fails on all ranks or none. */
 int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
@@ -78,6 +79,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
 void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *progress);
 /* The run's, of which the solver is a part; borrowed. Its point is the last iterate, or the trial that had no value. */
 flesh_evaluation *flesh_nonlinear_evaluation(flesh_nonlinear *nonlinear);
+/* The Newton iteration that solves; borrowed. */
+flesh_newton *flesh_nonlinear_newton(flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);

@@ -42,7 +42,7 @@ int flesh_system_has_proximity(const flesh_system *system)
 
 flesh_effect_view flesh_effect_view_of(const flesh_system *system, const flesh_point *point)
 {
-  return (flesh_effect_view){.system = system, .internal = point->internal, .point = *point,
+  return (flesh_effect_view){.system = system, .internal = point->internal, .load = point->load, .point = *point,
                              .environment = *flesh_environment_of(point)};
 }
 
@@ -63,5 +63,7 @@ const flesh_point *flesh_effect_view_turn(flesh_effect_view *view, int k)
   view->environment.sums = first >= 0 ? view->sums + first : NULL;
   view->point.internal = flesh_internal_of(view->system, k, view->internal);
   view->point.environment = &view->environment;
+  const int follows = flesh_effect_has_trait(view->system->entries[k].effect, FLESH_IS_FOLLOWER_LOAD);
+  view->point.load = view->load * (follows ? 1 - view->environment.unloaded : 1);
   return &view->point;
 }

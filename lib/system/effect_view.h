@@ -29,6 +29,7 @@ int flesh_system_has_proximity(const flesh_system *system);
 typedef struct flesh_effect_view {
   const flesh_system *system;
   const double *internal, *sums; /* of all effects; NULL: none */
+  double load;                   /* of effects that do not follow the shape */
   flesh_point point;             /* that of the effect turned to last */
   flesh_environment environment;
 } flesh_effect_view;

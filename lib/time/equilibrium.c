@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "time/integrator.h"
 
 /* The stage has been solved, which is about to lead the state to it. */
@@ -29,37 +30,56 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   return status;
 }
 
-/* Whether nothing touches the state or the mixed shape, nor is near enough to: else that may lie behind a surface. */
-static int may_mix(flesh_integrator *self, const flesh_state *state)
+/* Whether nothing touches the state or x, nor is near enough to: else that may lie behind a surface. */
+static int is_far(flesh_integrator *self, const flesh_state *state, const double *x)
 {
   flesh_clearance *clearance = &self->evaluation->clearance;
   if (!flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT)) return 1;
-  flesh_clearance_begin(clearance, state->t, state->x, state->t, self->mixing.x, state->x);
+  flesh_clearance_begin(clearance, state->t, state->x, state->t, x, state->x);
   return !flesh_team_any(self->evaluation->team, !clearance->begins_far || !(clearance->least_left > 0));
 }
 
-/* Repeats a solve that has succeeded, with the lagged state that the last ones lead to, until none is needed: then the
- * state is its own lagged one. A tape differentiates solves of which each follows from the last alone. */
+/* Takes the state from where a solve has led it to equilibrium by the whole derivative, where nothing is near on the way; else
+ * leaves it. A tape differentiates solves of which each follows from the last alone. */
+static int improve(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
+{
+  double *x = self->first.extrapolated;
+  const size_t bytes = (size_t)self->evaluation->n * sizeof *x;
+  if (self->tape || !is_far(self, state, state->x)) return FLESH_OK;
+  memcpy(x, state->x, bytes);
+  double size = 0; /* of the body, m */
+  for (int p = 0; p < self->first.parts.count; p++) size = fmax(size, self->first.parts.extent[p]);
+  flesh_team_largest(self->evaluation->team, 1, &size);
+  self->followers.step = 1e-4 * size;
+  const int status = flesh_followers_improve(&self->followers, stats->residual_target / 2, state, stats);
+  if (status || !is_far(self, state, x)) memcpy(state->x, x, bytes);
+  return status;
+}
+
+enum {
+  PATIENCE = 10,                           /* solves in which what follows the shape must change half as much */
+  STILL_CHANGES = FLESH_NOT_POSITIVE + 1 /* a status of `follow`: it did not */
+};
+
+/* Repeats a solve that has succeeded, with the lagged state that the last one leads to, until none is needed: then the
+ * state is its own lagged one. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  enum { REPETITIONS = 100 };
   flesh_stage stage;
-  flesh_mixing_begin(&self->mixing, state->x);
-  for (int k = 0, mixed = 0; k < REPETITIONS; k++) {
+  double least = INFINITY;
+  for (int left = PATIENCE; left > 0; left--) {
+    int status = improve(self, state, stats);
     const int before = stats->newton;
+    if (status) return status > 0 ? STILL_CHANGES : status;
     self->row->stage(&self->memory, state, state->t, h, &stage);
-    if (mixed) stage.x_lag = self->mixing.x, stage.x_from = state->x, stage.t_lag = stage.t_from = state->t;
-    const int status = solve(self, state, &stage, h, 0, 0, stats);
-    if (status > 0)
-      return flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium with loads that follow the surface: ");
-    if (status || (stats->newton == before && !mixed)) return status;
-    flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
-    flesh_mixing_go_on(&self->mixing, state->x);
-    mixed = !self->tape && stats->newton > before && may_mix(self, state);
-    if (!mixed) memcpy(self->mixing.x, state->x, (size_t)self->mixing.n * sizeof *state->x);
+    status = solve(self, state, &stage, h, 0, 0, stats);
+    if (status || stats->newton == before) return status;
+    const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+    const double change = flesh_norm(self->evaluation->threads, self->evaluation->n, u);
+    flesh_method_finish(self->row, &self->memory, u, h, state);
+    if (change < least / 2) least = change, left = PATIENCE + 1;
   }
-  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: loads that follow the surface still change it in the last "
-                                     "of %d solves; more pins or a smaller load may help", state->t, REPETITIONS);
+  return STILL_CHANGES;
 }
 
 /* Solves for equilibrium at increment->to, from where increment->from has led, in a step of h that began at `begin`. A
@@ -124,38 +144,91 @@ static int raise_load(flesh_integrator *self, flesh_state *state, double h, fles
   return status;
 }
 
-/* Equilibrium at t+h: the full load first, then in increments, while what is prescribed moves along. */
-static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* Equilibrium at t+h with the full load at once. A status > 0 has changed nothing. */
+static int solve_whole(flesh_integrator *self, flesh_state *state, double h, int extensions, flesh_solve_stats *stats)
 {
   flesh_stage stage;
   self->row->stage(&self->memory, state, state->t + h, h, &stage);
   stage.x_lag = state->x;
   stage.t_lag = state->t;
+  const int status = solve(self, state, &stage, h, 0, extensions, stats);
+  if (status) return status;
+  flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  state->t = stage.t;
+  memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
+  return FLESH_OK;
+}
+
+/* Equilibrium at t+h: the full load first, then in increments, while what is prescribed moves along. */
+static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
   /* From a far start the full load may need many iterations, each of which is nearer. */
-  int status = solve(self, state, &stage, h, 0, self->options.max_cutbacks, stats);
-  if (status == FLESH_OK) {
-    flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
-    state->t = stage.t;
-  } else {
+  int status = solve_whole(self, state, h, self->options.max_cutbacks, stats);
+  if (status > 0) {
     memcpy(self->part.x, state->x, (size_t)self->evaluation->n * sizeof *self->part.x);
-    if (status > 0) status = raise_load(self, state, h, stats);
+    status = raise_load(self, state, h, stats);
     /* A part of the load is no equilibrium that was asked for. */
     if (status) memcpy(state->x, self->part.x, (size_t)self->evaluation->n * sizeof *self->part.x);
+    else memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   }
-  if (!status) memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   return status;
 }
 
-/* Equilibrium at t+h with a lagged state that is its own, where effects want that. */
+static void load_followers(flesh_integrator *self, double fraction)
+{
+  self->evaluation->environment.unloaded = 1 - fraction;
+  flesh_evaluation_forces_changed(self->evaluation);
+}
+
+/* Says that there is no equilibrium with the fraction of the loads that follow the shape. Returns what is no longer
+ * recoverable. */
+static int fail_to_follow(const flesh_integrator *self, double fraction, int status)
+{
+  if (status != STILL_CHANGES)
+    return flesh_fail_within(flesh_recovery_fail(&self->recovery),
+                             "no equilibrium with %.3g of the loads that follow the surface: ", fraction);
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: none is found with %.3g of the loads that follow the surface; "
+                                     "more pins or a smaller load may help", self->part.span.end, fraction);
+}
+
+/* Equilibrium at t+h with a lagged state that is its own: what follows the shape is loaded after all else, by increments
+ * each of which ends with such a state. */
+static int raise_followers(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const size_t bytes = (size_t)self->evaluation->n * sizeof *state->x;
+  flesh_load_increment increment = flesh_load_increment_first();
+  double fraction = 0;
+  load_followers(self, 0);
+  int status = solve_static(self, state, h, stats);
+  if (!status) do {
+    memcpy(self->part.x, state->x, bytes);
+    load_followers(self, fraction = increment.to);
+    status = follow(self, state, h, stats);
+    if (status) memcpy(state->x, self->part.x, bytes);
+  } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
+  load_followers(self, 1);
+  return status > 0 && fraction > 0 ? fail_to_follow(self, fraction, status) : status;
+}
+
+static void return_to_start(flesh_integrator *self, flesh_state *state)
+{
+  state->t = self->evaluation->returned.t;
+  flesh_evaluation_restore(self->evaluation, state);
+}
+
+/* Equilibrium at t+h with a lagged state that is its own, where effects want that. Solves that a tape has are not taken
+ * back. */
 static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   if (!flesh_system_has_follower_loads(self->evaluation->system)) return solve_static(self, state, h, stats);
   flesh_evaluation_remember(self->evaluation, state);
-  int status = solve_static(self, state, h, stats);
-  if (!status && (status = follow(self, state, h, stats)) != 0) {
-    state->t = self->evaluation->returned.t;
-    flesh_evaluation_restore(self->evaluation, state);
+  int status = self->tape ? solve_static(self, state, h, stats) : solve_whole(self, state, h, 0, stats);
+  if (!status && (status = follow(self, state, h, stats)) > 0 && self->tape) status = fail_to_follow(self, 1, status);
+  if (status > 0 && !self->tape) {
+    return_to_start(self, state);
+    status = raise_followers(self, state, h, stats);
   }
+  if (status) return_to_start(self, state);
   return status;
 }
 

@@ -94,7 +94,7 @@ static int create_memory(flesh_integrator *self)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
   const int follows = memory->method == FLESH_METHOD_STATIC && flesh_system_has_follower_loads(system);
-  if (!status) status = flesh_mixing_create(follows ? memory->n : 0, self->evaluation->threads, &self->mixing);
+  if (!status) status = flesh_followers_create(flesh_nonlinear_newton(self->nonlinear), follows, &self->followers);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
   if (!status) status = flesh_internals_create(system, &self->internals);
   if (!status) status = flesh_recovery_create(self->evaluation, &self->first.parts, &self->options, &self->recovery);
@@ -163,7 +163,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0); /* and all others of that block */
   free((*integrator)->memory.room);
-  flesh_mixing_clear(&(*integrator)->mixing);
+  flesh_followers_clear(&(*integrator)->followers);
   free((*integrator)->costs.effects);
   free((*integrator)->part.energies);
   flesh_rigid_parts_clear(&(*integrator)->first.parts);
@@ -215,7 +215,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
          n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->parts.constrained ? 1 : 0)) +
          flesh_prescribed_memory(&self->prescribed) + flesh_nonlinear_memory(self->nonlinear) +
          flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
-         flesh_continuation_memory(&self->continuation) + flesh_mixing_memory(&self->mixing) +
+         flesh_continuation_memory(&self->continuation) + flesh_followers_memory(&self->followers) +
          flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
          flesh_error_control_memory(&self->control) +
          (self->ida ? flesh_ida_steps_memory(self->ida) : 0);

@@ -13,7 +13,7 @@
 #include "time/extrapolation.h"
 #include "time/internals.h"
 #include "time/method.h"
-#include "time/mixing.h"
+#include "time/followers.h"
 #include "time/multipliers.h"
 #include "time/prescribed.h"
 #include "time/recovery/continuation.h"
@@ -66,7 +66,7 @@ struct flesh_integrator {
   flesh_prescribed prescribed; /* order > 1 */
   flesh_first_iterates first;
   flesh_lag lag;
-  flesh_mixing mixing; /* of the states that loads of equilibria follow */
+  flesh_followers followers; /* of equilibria */
   flesh_last_stage last_stage;
   flesh_part_tried part;
   flesh_error_control control; /* of methods that estimate their error; off unless asked for */

@@ -86,7 +86,7 @@ static void errors_end_a_step_at_once(void)
 typedef struct load {
   double longest, easy, end, reached, place;
   int tries, steps, fatal, apart;
-  double smallest;
+  double smallest, failed; /* where the increment before ended that failed; 0: none has */
 } load;
 
 static int take_load(load *l, const flesh_load_increment *increment)
@@ -96,9 +96,14 @@ static int take_load(load *l, const flesh_load_increment *increment)
   l->apart |= increment->from != l->reached || !(length > 0) || increment->to > 1;
   /* The depth is that of the increment asked for, which the full load may cut. */
   l->apart |= length > ldexp(1, -increment->depth) * (1 + 1e-12);
+  l->apart |= l->failed > 0 && increment->to >= l->failed; /* none is tried again */
   l->smallest = fmin(l->smallest, length);
   if (l->fatal == l->tries) return FLESH_ERR_MEMORY;
-  if ((length > l->longest && increment->from < l->easy) || increment->to > l->end) return FLESH_NOT_CONVERGED;
+  if ((length > l->longest && increment->from < l->easy) || increment->to > l->end) {
+    l->failed = increment->to;
+    return FLESH_NOT_CONVERGED;
+  }
+  l->failed = 0;
   l->reached = increment->to;
   l->place += increment->fraction * (1 - l->place); /* what is prescribed goes this part of its rest */
   l->steps++;

@@ -88,7 +88,8 @@ flesh_load_increment flesh_load_increment_first(void) { return increment_from(0,
 
 int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int status)
 {
-  const int depth = self->depth + (status > 0 ? 1 : -1);
+  int depth = self->depth + (status > 0 ? 1 : -1);
+  while (status > 0 && ldexp(1, -depth) >= self->to - self->from) depth++; /* what was left is not tried again */
   const double reached = status > 0 ? self->from : self->to;
   if (status < 0 || depth > max_cutbacks || reached >= 1) return 0;
   *self = increment_from(reached, depth);

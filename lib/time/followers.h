@@ -1,0 +1,26 @@
+/* followers.h: Newton's method for equilibria with loads that follow the shape, r(x; x) = 0, where a solve by its potential
+ * has r(x; y) = 0 for the y that it lags. It has the whole derivative, which is not symmetric. */
+#ifndef FLESH_TIME_FOLLOWERS_H
+#define FLESH_TIME_FOLLOWERS_H
+
+#include "newton/newton.h"
+#include "time/mixing.h"
+
+typedef struct flesh_followers {
+  flesh_newton *newton; /* borrowed */
+  flesh_point point;
+  double step;          /* m, of differences */
+  flesh_mixing mixing;  /* of directions */
+  double *r, *change, *moved, *back; /* [n], of one array */
+} flesh_followers;
+
+/* `wanted` 0: makes nothing. FLESH_ERR_MEMORY. */
+int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self);
+void flesh_followers_clear(flesh_followers *self);
+size_t flesh_followers_memory(const flesh_followers *self);
+
+/* Takes the state, where the stage of the last solve is, to where its free forces are of the norm `target`, N, or less, or at round-off. Adds to
+ * *stats. A status > 0, with the state where they are least, and errors. */
+int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats);
+
+#endif
