@@ -24,7 +24,8 @@
  * of it. Their impulse counts like that of contact.
  *
  * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996,
- * IV.2), within [0.2, 2] times the last. */
+ * IV.2), within [0.2, 2] times the last. After refusals in a row k is what these show (Gustafsson 1994, ACM Transactions on
+ * Mathematical Software 20): the error of a collision hardly falls with h until steps resolve it. */
 #include "time/error_control.h"
 
 #include <math.h>
@@ -54,6 +55,7 @@ static const double negligible = 1e-3;       /* an unfiltered error below this n
  * work of that; it counts so many times. */
 static const double of_prescribed = 10;
 static const double least_error = 1e-6;      /* that lengthens a step */
+static const double least_power = 0.1;
 enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
@@ -123,6 +125,8 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
   FLESH_ARCHIVE(archive, self->gains);
+  FLESH_ARCHIVE(archive, self->refused_h);
+  FLESH_ARCHIVE(archive, self->refused_error);
 }
 
 double flesh_error_control_least_energy(const flesh_error_control *self)
@@ -296,6 +300,13 @@ static double change(const flesh_error_control *self)
   return fmax(shortest, fmin(most, factor));
 }
 
+/* The power of h by which errors fall, as the last two attempts show it where both were refused for theirs. */
+static double shown_power(const flesh_error_control *self, double h)
+{
+  if (!(self->refused_h > h && self->error > 0)) return self->falls;
+  return fmax(least_power, fmin(self->falls, log(self->error / self->refused_error) / log(h / self->refused_h)));
+}
+
 void flesh_error_control_learn(flesh_error_control *self, double h)
 {
   if (self->refusal != FLESH_REFUSED_BY_NOTHING) {
@@ -303,9 +314,11 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
     if (self->refusal == FLESH_REFUSED_BY_ENERGY && self->gains < MOST_GAINS) self->gains += 2;
     self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
-    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / self->falls))
+    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / shown_power(self, h)))
                                                       : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
     if (self->refusal != FLESH_REFUSED_BY_ENERGY) self->before = 1;
+    self->refused_h = by_error ? h : 0;
+    self->refused_error = self->error;
     return;
   }
   const double next = h * change(self);
@@ -314,4 +327,5 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
   if (!isnan(self->error)) self->before = fmax(self->error, least_error);
   if (!self->rejected && !isnan(self->error) && self->gains > 0) self->gains--;
   self->first = self->rejected = self->failed = 0;
+  self->refused_h = 0;
 }

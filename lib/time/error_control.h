@@ -37,6 +37,7 @@ typedef struct flesh_error_control {
   double before;                  /* the error of the last step accepted, or 1 */
   double times;                   /* that an error of the last step that was judged counts, as it adds up: at least 1 */
   int first;                      /* no step has been accepted since a start */
+  double refused_h, refused_error; /* of the attempt before, where its error was too large; else refused_h is 0 */
   int rejected, failed;           /* attempts since the last step that was accepted */
   int gains;                      /* 2 for each step that was refused for its energy, less 1 for each that was not */
 } flesh_error_control;

@@ -109,7 +109,7 @@ static void statics_settle(void)
  * counts. */
 static void balls_collide(const char *method, const char *step, int steps)
 {
-  const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=1e-3", step, NULL};
+  const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=3e-4", step, NULL};
   touching m;
   double internal, p[2][3], L[3], change = 0;
   begin(TOUCHING_BALLS("0.03, 0"), set, &internal, &m);

@@ -74,7 +74,7 @@ static const char *const turned =
     "      motion: [{time: 0}, {time: 0.05, rotation: [2, 0, 0]}]\n"
     "  - contact: {between: self, thickness: 0.02}\n";
 
-static int failures; /* of the last run's solves */
+static int failures, refused; /* solves, and steps, of the last run */
 
 /* The positions after 0.05 s by a method with its keys, [n]; *newton: its iterations. */
 static double *run(const char *scene, const char *how, double step, int *n, int *newton)
@@ -86,7 +86,7 @@ static double *run(const char *scene, const char *how, double step, int *n, int 
   const int status = touching_begin(text, NULL, 1000, &m);
   CHECK_OK(status);
   if (status) exit(1);
-  *newton = failures = 0;
+  *newton = failures = refused = 0;
   while (m.state.t < 0.05 * (1 - 1e-9)) {
     flesh_solve_stats stats = {0};
     const int failed = flesh_integrator_step(m.integrator, &m.state, step, &stats);
@@ -94,6 +94,7 @@ static double *run(const char *scene, const char *how, double step, int *n, int 
     if (failed) exit(1);
     *newton += stats.newton;
     failures += stats.convergence_failures;
+    refused += stats.rejected;
   }
   double *x = malloc((size_t)m.n * sizeof *x);
   memcpy(x, m.state.x, (size_t)m.n * sizeof *x);
@@ -194,6 +195,15 @@ static void constraints_leave_no_oscillations(void)
                               {"generalized-alpha, spectral_radius: 1, tolerance: 1e-2", 2500}}, 3);
 }
 
+/* The error of a step that does not resolve a collision hardly falls with its length until it does. */
+static void refusals_lead_to_steps_that_resolve_collisions(void)
+{
+  int n, newton;
+  free(run(flat, "adaptive, tolerance: 1e-2", 0.05, &n, &newton));
+  printf("# %d refusals, %d Newton iterations\n", refused, newton);
+  CHECK(refused > 0 && refused < 5);
+}
+
 static void solves_end_where_steps_move_nothing(void)
 {
   int n, newton;
@@ -218,5 +228,6 @@ int main(int argc, char **argv)
                    TEST(rebounds_are_resolved_by_every_method),
                    TEST(rebounds_gain_no_more_energy_than_the_tolerance), TEST(gaps_are_no_errors_of_what_touches),
                    TEST(gaps_cost_what_errors_ask_for), TEST(constraints_leave_no_oscillations),
+                   TEST(refusals_lead_to_steps_that_resolve_collisions),
                    TEST(solves_end_where_steps_move_nothing), TEST(solves_begin_as_they_go_on));
 }
