@@ -87,8 +87,6 @@ typedef struct flesh_solver_options {
    * them where it couples nodes, so that reactions count). Where no load acts and that is less
    * than ten times ||r||_2, so that nothing balances, `first` is at most the larger of it and
    * the force that strains an edge by its own length.
-   * With fixed steps, where bodies touch each other, also when a whole Newton step leaves ||r||_2 of at
-   * most a hundred times that, and inertia of what is still to come no more than it.
    * The mean of J of an incompressible tet is then within a hundredth of newton_tolerance of 1 at the end of a step, or
    * within newton_tolerance where a further correction changes no force by more than that. */
   double newton_tolerance;

@@ -24,12 +24,14 @@ static const double MOST_DRIFT = 0.1;
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
   *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
+  if (equations->options->linear_solver != FLESH_LINEAR_PCG) return FLESH_OK;
   self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
   return self->inertia ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
 }
 
 void flesh_matrix_policy_measure(flesh_matrix_policy *self)
 {
+  if (!self->inertia) return;
   flesh_equations *equations = self->equations;
   const flesh_block_matrix *K = equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
@@ -38,14 +40,6 @@ void flesh_matrix_policy_measure(flesh_matrix_policy *self)
       flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;
   for (int d = 0; d < equations->n; d++)
     self->inertia[d] = failed ? 0 : (float)K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)];
-}
-
-double flesh_matrix_policy_inertia(const flesh_matrix_policy *self, const double *p)
-{
-  const flesh_equations *equations = self->equations;
-  double *force = equations->scratch;
-  for (int d = 0; d < equations->n; d++) force[d] = equations->stage.shift.a * (double)self->inertia[d] * p[d];
-  return flesh_norm(equations->threads, equations->n, force);
 }
 
 void flesh_matrix_policy_clear(flesh_matrix_policy *self)
@@ -173,7 +167,7 @@ static int may_be_rounded(const flesh_matrix_policy *self)
 int flesh_matrix_policy_refresh(flesh_matrix_policy *self)
 {
   self->prepared_for = self->equations->stage.shift;
-  const int single = uses(self, FLESH_TECHNIQUE_SINGLE_PRECISION) && may_be_rounded(self);
+  const int single = uses(self, FLESH_TECHNIQUE_SINGLE_PRECISION) && self->inertia && may_be_rounded(self);
   return flesh_direction_factor(self->direction, single);
 }
 

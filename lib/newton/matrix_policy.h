@@ -8,7 +8,7 @@
 typedef struct flesh_matrix_policy {
   flesh_equations *equations;          /* borrowed */
   flesh_direction *direction;          /* borrowed */
-  float *inertia;           /* [n] diagonal of the mass matrix */
+  float *inertia;           /* [n] diagonal of the mass matrix; NULL: with a direct solver */
   int stage_continues;      /* the next stage continues smoothly from this one: what was prepared may be kept for it */
   flesh_shift prepared_for; /* the shift that the preconditioner was made for */
   int kept;                 /* K is that of an earlier iterate of the stage, and its factor is kept, too */
@@ -28,8 +28,6 @@ typedef struct flesh_matrix_policy {
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *policy);
 /* Finds the inertia at rest, dof by dof, once all ranks have room; 0 where it has no value, so that nothing is rounded. */
 void flesh_matrix_policy_measure(flesh_matrix_policy *policy);
-/* N: the norm of the inertia of a step p [n], by the diagonal of the mass. */
-double flesh_matrix_policy_inertia(const flesh_matrix_policy *policy, const double *p);
 void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
 
 /* A new stage has been set. `constraints_changed`: other dofs are constrained than before; `last`: what the stage

@@ -246,7 +246,7 @@ void flesh_newton_clear(flesh_newton *self)
 
 size_t flesh_newton_memory(const flesh_newton *self)
 {
-  const size_t n = (size_t)self->equations.n, inertia = n * sizeof(float);
+  const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
          flesh_volume_arc_memory(&self->arc) + n * sizeof(double) +
          (self->tangent.pivots ? flesh_direct_memory(self->tangent.pivots) : 0) +
@@ -301,37 +301,13 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
   return self->must_filter ? FLESH_OK : status;
 }
 
-/* A solve of bodies that touch may leave a residual of so many targets, with newton_tolerance 1e-4 a hundredth of the forces:
- * with 30, press and swing (contact_cost.sh) take 2 and 11 % more iterations. */
-static const double MOST_LEFT = 100;
-
-/* N: the inertia of a whole step of Newton's where errors choose steps, by the mean mass of a node. With fixed steps, where
- * bodies touch, that of what is left after it, as long as the iteration contracts as it did (Hairer & Wanner 1996, IV.8), or
- * what counts of the residual, the larger one. */
-static double inertia_left(flesh_newton *self, const flesh_step *step)
+/* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
+ * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
+static int arrives(const flesh_newton *self, const flesh_step *step)
 {
-  flesh_equations *equations = &self->equations;
-  const int n = equations->n;
-  const double a = equations->stage.shift.a;
-  double *r = equations->evaluation.residual.r;
-  if (self->given_target > 0)
-    return self->given_mass > 0 ? self->given_mass * a * flesh_norm(self->threads, n, step->p) : INFINITY;
-  if (!equations->evaluation.proximity.near || a == 0) return INFINITY;
-  flesh_step_to(equations, step->u, 1, step->p, equations->trial);
-  if (flesh_equations_residual(equations, equations->trial, r)) return INFINITY;
-  const double left = flesh_norm(self->threads, n, r), rate = left / flesh_norm(self->threads, n, step->b);
-  const double inertia = flesh_matrix_policy_inertia(&self->policy, step->p);
-  return rate < 1 && inertia > 0 ? fmax(rate / (1 - rate) * inertia, left / MOST_LEFT) : INFINITY;
-}
-
-/* Whether the step has been a whole one of Newton's and so short that inertia leaves no residual above the target. What is
- * stiffer than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
-static int arrives(flesh_newton *self, const flesh_step *step)
-{
-  const double target = self->policy.target, linear = self->direction.residual;
-  if (step->kind != FLESH_DIRECTION_NEWTON || step->length != 1 || !(linear <= target)) return 0;
-  self->arrival = fmax(inertia_left(self, step), linear);
-  return self->arrival <= target;
+  if (!(self->given_target > 0 && self->given_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
+  const double inertia = self->given_mass * self->equations.stage.shift.a;
+  return fmax(inertia * flesh_norm(self->threads, self->equations.n, step->p), self->direction.residual) <= self->policy.target;
 }
 
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees

@@ -66,7 +66,6 @@ struct flesh_newton {
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
   int arrived;                    /* the last step was so short that no other one is needed */
-  double arrival;                 /* N, what then counted of what the solve had left */
   flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */
   double given_depth;             /* the residual falls at least to this share of the first one, where a target is given, */

@@ -214,15 +214,15 @@ static int lower_target(flesh_stage_solve *solve, double norm)
 static int sharpen(flesh_stage_solve *self)
 {
   flesh_newton *newton = self->newton;
-  const double norm = newton->arrived ? fmin(newton->arrival, self->stats->residual_last) : self->stats->residual_last;
-  if (self->status || norm > self->last_target) return 0; /* failed, or counts as solved all the same */
+  const double norm = self->stats->residual_last;
+  if (self->status || norm > self->last_target || newton->arrived) return 0; /* failed, or counts as solved all the same */
   if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
   /* An equilibrium of softened materials is on the way to another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
   self->status = lower_target(self, norm);
   if (self->status || norm <= self->last_target) return 0;
   self->stats->residual_target = newton->policy.target = self->last_target;
-  self->frozen = newton->arrived = 0;
+  self->frozen = 0;
   return aim(self, norm);
 }
 

@@ -34,9 +34,8 @@ const flesh_key flesh_solver_table[] = {
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
             "the applied load's and the first iterate's; where obstacles, prescribed positions or springs may have "
             "jumped, and in statics, the first iterate's counts at most as the largest force at the current one: "
-            "of loads, contact, inertia, elements and reactions; where bodies touch, in a fixed step, contact may leave up to "
-            "100 times as much once inertia of what is still to move is no more than that; for incompressible tets "
-            "(poisson 0.5) the mean of J is within 0.01 times this of 1"},
+            "of loads, contact, inertia, elements and reactions; for incompressible tets (poisson 0.5) the mean of J is "
+            "within 0.01 times this of 1"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
