@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/environment.h"
 #include "element/element.h"
 #include "element/tet_batches.h"
 
@@ -26,7 +27,7 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {.x = point->x, .multipliers = point->multipliers, .penalty = point->penalty};
+  const flesh_tet_point at = {.x = flesh_relative_positions(point), .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_residual(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, r, sums);
 }
 
@@ -40,7 +41,7 @@ static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, 
 {
   const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {
-      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .assign = assign,
+      .x = flesh_relative_positions(point), .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .assign = assign,
       .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_hessian(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, slots, values);
 }
@@ -141,7 +142,7 @@ static void elasticity_stiff_values(const flesh_effect *effect, const flesh_poin
                                     float *values)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {.x = point->x, .scale = shift->x, .penalty = point->penalty};
+  const flesh_tet_point at = {.x = flesh_relative_positions(point), .scale = shift->x, .penalty = point->penalty};
   flesh_tets_rows(tets, &at, point->threads, values);
 }
 
@@ -176,7 +177,7 @@ static void elasticity_destroy(void *data)
 static int elasticity_gaps(const flesh_effect *effect, const flesh_point *point, double *gaps)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {.x = point->x};
+  const flesh_tet_point at = {.x = flesh_relative_positions(point)};
   return flesh_tets_residual(tets, FLESH_KERNEL_GAPS, &at, point->threads, gaps, NULL);
 }
 

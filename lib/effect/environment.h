@@ -17,6 +17,9 @@ typedef struct flesh_environment {
   const struct flesh_proximity *proximity;
   /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
   int slips_to_rest;
+  /* [3*n] positions less those of a node, of a body so far from the origin that x lacks digits of its shape; NULL: x has them
+   * all. What depends on differences of positions alone may take these. */
+  const double *relative;
   int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
   double unloaded; /* the fraction of loads that follow the shape which is not on yet, as statics raise them alone */
   int update; /* number of the matrix that is predicted for; one is left out where a solve begins */
@@ -37,6 +40,13 @@ static inline const flesh_environment *flesh_environment_of(const flesh_point *p
 {
   static const flesh_environment none = {0};
   return point->environment ? point->environment : &none;
+}
+
+/* Positions of which differences alone count. */
+static inline const double *flesh_relative_positions(const flesh_point *point)
+{
+  const double *relative = flesh_environment_of(point)->relative;
+  return relative ? relative : point->x;
 }
 
 #endif

@@ -11,7 +11,7 @@
 #include "system/feasible_step.h"
 #include "system/ranks.h"
 
-enum { SCRATCH = 4, VECTORS = SCRATCH + 5 };
+enum { SCRATCH = 4, VECTORS = SCRATCH + 6 };
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
 static double typical_stiffness(flesh_equations *self)
@@ -46,7 +46,8 @@ int flesh_equations_init(const flesh_system *system, const flesh_solver_options 
   constrained->dofs = flesh_calloc(n + 1, sizeof *constrained->dofs);
   constrained->rows = flesh_calloc(n / 3 + 1, sizeof *constrained->rows);
   self->scratch = flesh_huge_pages_vectors(VECTORS, n, &apart);
-  double **vectors[] = {&constrained->u, &self->trial, &self->work[0], &self->work[1], &self->proposal};
+  double **vectors[] = {&constrained->u, &self->trial, &self->work[0], &self->work[1], &self->proposal,
+                      &self->relative};
   for (size_t k = SCRATCH; self->scratch && k < VECTORS; k++) *vectors[k - SCRATCH] = self->scratch + k * apart;
   const int failed = !constrained->is || !constrained->dofs || !constrained->rows || !self->scratch;
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
@@ -223,6 +224,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   }
   e->at_stage = e->environment;
   e->at_stage.clearance = looks ? &e->clearance : NULL;
+  if (self->far_away) e->at_stage.relative = flesh_equations_relative(self, u);
   flesh_point point = flesh_evaluation_point(e, s->t, e->x, e->v, e->a);
   point.environment = &e->at_stage;
   point.load = s->load;
@@ -390,8 +392,8 @@ void flesh_equations_reach(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
   e->reached.there.known = 0;
-  if (self->stage.shift.x != 1 || flesh_equations_is_softened(self) || !flesh_evaluation_knows_potential(e, u))
-    return; /* no step ends where the stage does */
+  if (self->stage.shift.x != 1 || flesh_equations_is_softened(self) || self->far_away || !flesh_evaluation_knows_potential(e, u))
+    return; /* no step ends where the stage does, or x is rounded there */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, e->x, e->reached.x);
   e->reached.there = e->potential.by_position;

@@ -32,10 +32,12 @@ typedef struct flesh_equations {
   flesh_constrained constrained;
   flesh_block_matrix *K;
   int patterns; /* how often K has got another pattern */
+  int far_away; /* from the origin, so that the elements take positions less those of a node */
   int refused;     /* status of the stage's last residual that had no value; 0: none */
   double *scratch; /* [4*n] of the functions that say so */
   /* [n] of what tries a step, one after the other: where it leads, and what else is needed there. */
   double *trial, *work[2], *proposal;
+  double *relative; /* [n] of a body that is far away, at the point evaluated last */
 } flesh_equations;
 
 /* Whether the stage's materials are softened, so that its end is only on the way to that of another stage. */
@@ -118,5 +120,9 @@ double flesh_equations_residual_round_off(flesh_equations *equations, const doub
 int flesh_equations_at_round_off(flesh_equations *equations, const double *u, double norm);
 /* How far it moves the potential. */
 double flesh_equations_potential_round_off(flesh_equations *equations, const double *u);
+/* Finds whether the body at rest is so far from the origin that x lacks digits of its shape, on all ranks alike. Collective. */
+void flesh_equations_find_far_away(flesh_equations *equations);
+/* Fills `relative` at u, to full precision, as u is added to what is exact: differences of nearby places. */
+const double *flesh_equations_relative(flesh_equations *equations, const double *u);
 
 #endif

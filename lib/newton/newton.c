@@ -189,6 +189,7 @@ static int measure(flesh_newton *self)
 {
   flesh_threads_set_team(self->threads, self->equations.team);
   flesh_equations_measure(&self->equations);
+  flesh_equations_find_far_away(&self->equations);
   flesh_direction_unite_rows(&self->direction);
   int status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
   status = flesh_direction_make_solvers(&self->direction, status);

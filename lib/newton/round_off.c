@@ -5,6 +5,7 @@
 
 #include "math/xorshift.h"
 #include "newton/equations.h"
+#include "system/ranks.h"
 
 /* Moves the point of u by round-off: x by the last digit of the largest, as differences of places are what counts, and
  * rates by those of the terms they are sums of, which may be far larger than the sums. */
@@ -13,9 +14,11 @@ static void disturb(flesh_equations *self, const double *u, uint32_t *random)
   flesh_evaluation *e = &self->evaluation;
   const flesh_stage *stage = &self->stage;
   const double largest = flesh_largest(self->threads, self->n, e->x);
+  const double size = self->far_away ? flesh_largest(self->threads, self->n, self->relative) : 0;
   for (int d = 0; d < self->n; d++) {
     const double relative = DBL_EPSILON * (flesh_xorshift(random) * 0x1p-31 - 1); /* any signs and sizes will do */
     e->x[d] += relative * largest;
+    self->relative[d] += relative * size;
     e->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
     e->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }
@@ -52,7 +55,31 @@ double flesh_equations_potential_round_off(flesh_equations *self, const double *
 
 int flesh_equations_at_round_off(flesh_equations *self, const double *u, double norm)
 {
-  const double largest = flesh_largest(self->threads, self->n, self->evaluation.x);
+  const double largest = flesh_largest(self->threads, self->n, self->far_away ? self->relative : self->evaluation.x);
   const double guess = 1e-16 * self->constrained.stiffness * largest * sqrt(self->evaluation.all);
   return norm <= 1e3 * guess && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(self, u);
+}
+
+/* Distances from the origin over a body's size from which on it is far away: x lacks three digits of its shape. */
+static const double FAR = 1e3;
+
+void flesh_equations_find_far_away(flesh_equations *self)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  double largest[2] = {0}; /* distance from the origin along an axis, and from the first node */
+  for (int d = 0; d < self->n; d++) {
+    largest[0] = fmax(largest[0], fabs(X[d]));
+    largest[1] = fmax(largest[1], fabs(X[d] - X[d % 3]));
+  }
+  flesh_team_largest(self->team, 2, largest);
+  self->far_away = largest[0] > FAR * largest[1];
+}
+
+const double *flesh_equations_relative(flesh_equations *self, const double *u)
+{
+  const flesh_stage *s = &self->stage;
+  const flesh_constrained *constrained = &self->constrained;
+  for (int d = 0; d < self->n; d++)
+    self->relative[d] = s->x0[d] - s->x0[d % 3] + s->shift.x * (constrained->is[d] ? constrained->u[d] : u[d]);
+  return self->relative;
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "matrices.h"
+#include "mesh/rigid_fit.h"
 #include "newton/newton.h"
 #include "test.h"
 
@@ -163,8 +164,58 @@ static void falling_potentials_are_no_round_off(void)
   CHECK(at_rounding >= 4);
 }
 
+/* A free plate of ten-node tets, nearly incompressible, 1000 km from the origin. */
+static void make_far_plate(test_body *b)
+{
+  flesh_mesh *box = NULL, *mesh = NULL;
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){5, 4, 1}, (double[]){0.2, 0.14, 0.01}, (double[]){1e6, 1e6, 1e6}, &box));
+  CHECK_OK(flesh_mesh_raise_order(box, &mesh));
+  flesh_mesh_destroy(&box);
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.4999), 1000, FLESH_MASS_LUMPED, 1, b));
+  flesh_system_destroy(&b->system);
+  CHECK_OK(flesh_system_create(mesh, &b->system));
+  b->body.element = FLESH_ELEMENT_TET10_MEAN;
+  CHECK_OK(flesh_effect_inertia(&b->body, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_effect_elasticity(&b->body, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
+/* Places are rounded to 1e-10 m there. In the forces of the volumes that would hide how far the plate still is from rest. */
+static void far_bodies_come_back_to_rest(void)
+{
+  for (unsigned long long seed = 1; seed <= 3; seed++) {
+    test_body b;
+    const flesh_solver_options options = test_options(1e-4);
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    flesh_rigid_fit fit;
+    double worst = 0, y[3];
+    make_far_plate(&b);
+    const double *X = flesh_mesh_positions(b.mesh);
+    test_jitter(b.n, 0.003, seed, b.state.x);
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    for (int step = 0; step < 90; step++)
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, step < 60 ? 1. / 60 : 0.5, &stats));
+    uint8_t *all = malloc((size_t)b.n);
+    memset(all, 1, (size_t)b.n);
+    flesh_rigid_fit_find(b.n / 3, X, b.state.x, all, &fit);
+    free(all);
+    for (int i = 0; i < b.n; i += 3) {
+      flesh_rigid_fit_apply(&fit, X + i, y);
+      worst = fmax(worst, test_distance(3, y, b.state.x + i));
+    }
+    printf("# %d Newton iterations, %d solves at rounding, %.2g m from rest\n", stats.newton, stats.at_rounding, worst);
+    CHECK_BELOW(worst, 1e-6 * 0.2);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(inertia_covers_what_rounding_changes), TEST(steps_solve_in_single_precision),
-                   TEST(falling_potentials_are_no_round_off));
+                   TEST(falling_potentials_are_no_round_off), TEST(far_bodies_come_back_to_rest));
 }
