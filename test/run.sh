@@ -23,6 +23,7 @@ install_missing test_packages
 cd "$root"
 
 launcher=
+instrumented='-Dbuildtype=debugoptimized -Doptimization=1 -Dc_args=-g1 -Db_lundef=false'
 notes=$(mktemp -d)
 trap 'rm -rf "$notes"' EXIT
 : >"$notes/results"
@@ -44,11 +45,19 @@ step() {
 # Of the files that the build compiled anew, which in a fresh clone are all.
 no_warnings() { ! grep -A 5 'warning:' "$notes/build.log"; }
 
-# Clang's warnings are errors here.
+# Clang's warnings are errors here. What is optimised less is compiled sooner, and sanitizers see more of it.
 sanitized_build() {
   CC=clang
   export CC
-  build build-sanitize -Dwerror=true -Dfuzz=true -Dbuildtype=debugoptimized -Db_sanitize=address,undefined -Db_lundef=false
+  # shellcheck disable=SC2086
+  build build-sanitize -Dwerror=true -Dfuzz=true $instrumented -Db_sanitize=address,undefined
+}
+
+# With what the tests of threads need and no more.
+threads_build() {
+  targets=meson-test-prereq
+  # shellcheck disable=SC2086
+  build build-threads $instrumented -Db_sanitize=thread
 }
 
 # Where the system spreads addresses widely, thread sanitizer's older runtimes find no room for what they note.
@@ -95,8 +104,7 @@ if [ -n "$everything" ]; then
     suite 'the quick tests with sanitizers' build-sanitize \
       --suite quick --suite memory --no-suite source
   fi
-  if step 'the build with thread sanitizer' build build-threads -Dbuildtype=debugoptimized \
-    -Db_sanitize=thread -Db_lundef=false; then
+  if step 'the build with thread sanitizer' threads_build; then
     TSAN_OPTIONS=log_path=$notes/race
     export TSAN_OPTIONS
     find_launcher

@@ -16,8 +16,8 @@ exit status is then 1. The words of a line:
     ranks=2,3           on so many ranks, each a test
     args: WORD...       with these arguments; @flesh@ and @mpirun@ are programs, @folder@ is a folder for results
     needs=flesh,cc      left out of builds that lack one; their paths are in its environment
-    uses=stop_at        the same, but not left out
-    sources=cli/interrupt.c   compiled with these sources of the program
+    needs=drivers       linked with what the program is made of
+    uses=stop_at        as needs, but not left out
     builds=plain,memory,threads   for builds without sanitizer, with one, with the thread sanitizer (default: the first two,
                         and the third with TEST_OF_THREADS)
     name=NAME           not called as its file
@@ -36,13 +36,13 @@ LIMIT = 3600
 BUILDS = ("plain", "memory", "threads")
 SUITES = ("quick", "full", "memory", "program", "source", "excerpt")
 FLAGS = ("alone", "each_set")
-KEYS = ("name", "seconds", "needs", "uses", "ranks", "sources", "builds", "by", "protocol", "part_of")
+KEYS = ("name", "seconds", "needs", "uses", "ranks", "builds", "by", "protocol", "part_of")
 # What meson.build knows by these names, each with environment and targets; a build may lack some.
-NEEDS = ("arkode", "build", "cc", "cvode", "fail_allocation", "far_bodies_cost", "flesh", "includes", "libraries",
-         "library", "mpirun", "nvecparallel", "plain", "python", "ranks", "scaling", "slow_clock", "stop_at", "sundials",
-         "sunlinsolspgmr")
-FIELDS = ("name", "suites", "seconds", "limit", "alone", "set", "ranks", "args", "needs", "uses", "sources", "by",
-          "protocol", "source")
+NEEDS = ("arkode", "build", "cc", "cvode", "drivers", "fail_allocation", "far_bodies_cost", "flesh", "includes",
+         "libraries", "library", "mpirun", "nvecparallel", "plain", "python", "ranks", "scaling", "slow_clock", "stop_at",
+         "sundials", "sunlinsolspgmr")
+FIELDS = ("name", "suites", "seconds", "limit", "alone", "set", "ranks", "args", "needs", "uses", "by", "protocol",
+          "source")
 LINE = re.compile(r"^(?://|#) TEST(\+?)(?: (.*))?$")
 OF_THREADS = "TEST_OF_THREADS("
 
@@ -88,9 +88,6 @@ def parse(words, source):
         number("seconds", text, 1)
     for text in line["ranks"]:
         number("ranks", text, 1)
-    for pattern in line["sources"]:
-        if not glob.glob(os.path.join(HERE, "..", "drivers", pattern)):
-            raise Refused(f"sources has '{pattern}', and there is no such file in drivers/")
     if line["flags"].count("each_set") and not source.endswith(".c"):
         raise Refused("each_set is for tests in C")
     return line
@@ -145,8 +142,6 @@ def tests_of(source, line, of_threads, build, sets):
     if build not in (line["builds"] or ("plain", "memory") + (("threads",) if in_c and of_threads else ())):
         return
     stem = os.path.splitext(os.path.basename(source))[0]
-    sources = [os.path.relpath(path, HERE)
-               for pattern in line["sources"] for path in sorted(glob.glob(os.path.join(HERE, "..", "drivers", pattern)))]
     for ending, suites, name, ranks in variants(line, build, sets):
         alone = "alone" in line["flags"] or ranks not in ("", "1")
         seconds = max(map(int, line["seconds"]), default=0)
@@ -154,7 +149,7 @@ def tests_of(source, line, of_threads, build, sets):
                # Tests that are themselves on several ranks have the machine for themselves and come last.
                "seconds": ["-1" if alone else str(seconds)], "limit": [str(max(LIMIT, 10 * seconds))],
                "alone": ["alone"] if alone else [], "set": [name] if name else [], "ranks": [ranks] if ranks else [],
-               "args": line["args"], "needs": line["needs"], "uses": line["uses"], "sources": sources,
+               "args": line["args"], "needs": line["needs"], "uses": line["uses"],
                "by": line["by"], "protocol": line["protocol"] or ["tap"], "source": [source]}
 
 

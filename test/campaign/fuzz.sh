@@ -47,7 +47,7 @@ make_build() {
   command -v clang >/dev/null 2>&1 || die 'clang is missing: install the Debian package clang'
   if [ ! -f "$build/build.ninja" ]; then
     CC=clang meson setup "$build" "$root" -Dfuzz=true -Dtests=false -Dbuildtype=debugoptimized -Doptimization=1 \
-      -Db_sanitize=address,undefined -Db_lundef=false >/dev/null
+      -Dc_args=-fsanitize=fuzzer-no-link -Db_sanitize=address,undefined -Db_lundef=false >/dev/null
   fi
   targets=
   for entry in $readers; do targets="$targets test/campaign/fuzz/fuzz_${entry%:*}"; done

@@ -1,4 +1,4 @@
-// TEST quick sources=accuracy/dense.c,accuracy/track.c,study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c,cli/json_memory.c
+// TEST quick needs=drivers
 /* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, and what its SQL makes of runs: fits and fronts
  * (data/studies/accuracy.sql), against closed forms. */
 #include "results.h"

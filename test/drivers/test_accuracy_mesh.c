@@ -1,4 +1,4 @@
-// TEST quick sources=study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c,cli/json_memory.c
+// TEST quick needs=drivers
 /* test_accuracy_mesh.c: what is said of the errors of mesh and step (data/studies/mesh.sql, mesh_words.sql): choices and words,
  * on made-up figures. */
 #include "results.h"

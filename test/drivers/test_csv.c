@@ -1,4 +1,4 @@
-// TEST quick sources=study/csv.c
+// TEST quick needs=drivers
 /* test_csv.c: CSV is read whole or refused, torn tables are read as far as they go, and what is written is read back. */
 #include "temporary.h"
 

@@ -1,4 +1,4 @@
-// TEST quick sources=study/results.c,study/format_csv.c,study/formats.c,study/csv.c,study/database.c,study/table.c,cli/interrupt.c,picture/plot_text.c,cli/safe_text.c,cli/json_memory.c
+// TEST quick needs=drivers
 /* test_drift_words.c: what the drift verdict claims (data/studies/drift.sql): no more than the two finest meshes bear out. */
 #include "results.h"
 

@@ -1,4 +1,4 @@
-// TEST quick sources=hardcases/cases.c,hardcases/mesh.c,hardcases/start.c,study/keyed_text.c
+// TEST quick needs=drivers
 /* test_hardcases_cases.c: files of hard cases are read or refused; the battery's meshes and start states are as hard as
  * they say. */
 #include "temporary.h"

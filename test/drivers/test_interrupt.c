@@ -1,4 +1,4 @@
-// TEST quick sources=cli/interrupt.c
+// TEST quick needs=drivers
 /* test_interrupt.c: signals are remembered, and nothing else of the program changes. */
 #include "cli/interrupt.h"
 

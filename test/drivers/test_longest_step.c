@@ -1,4 +1,4 @@
-// TEST quick sources=run/run_trace.c
+// TEST quick needs=drivers
 /* test_longest_step.c: which step of a run is told to be long. */
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-// TEST quick sources=picture/picture*.c,picture/render*.c,picture/view.c,cli/safe_text.c
+// TEST quick needs=drivers
 /* test_picture.c: what is rendered where, what is fitted, and which values become colours. */
 #include "mesh_files.h"
 

@@ -1,4 +1,4 @@
-// TEST quick sources=picture/picture*.c,picture/render*.c,picture/view.c,cli/safe_text.c
+// TEST quick needs=drivers
 /* test_picture_quadratic.c: pictures of ten-node tets: their curved faces, and which J becomes colours. */
 #include "mesh_files.h"
 

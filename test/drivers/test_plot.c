@@ -1,4 +1,4 @@
-// TEST quick sources=picture/plot*.c,picture/program.c,cli/safe_text.c,study/table.c
+// TEST quick needs=drivers
 /* test_plot.c: plots are drawn, or refused in a sentence. */
 #include "temporary.h"
 

@@ -1,4 +1,4 @@
-// TEST quick sources=sweep/sample.c
+// TEST quick needs=drivers
 /* test_sweep.c: the samples of sweeps fill their space as the sequences promise. */
 #include <math.h>
 #include <stdlib.h>

@@ -46,7 +46,6 @@ def wrong_lines_are_refused():
              (good | {"test_b.sh": "# TEST quick needs=flash\n"}, "needs has 'flash'; valid are "),
              (good | {"test_b.sh": "# TEST quick uses=flash\n"}, "uses has 'flash'; valid are "),
              (good | {"test_b.sh": "# TEST quick each_set\n"}, "each_set is for tests in C"),
-             (good | {"test_b.c": "// TEST quick sources=none.c\n"}, "sources has 'none.c', and there is no such file"),
              (good | {"test_b.c": "// TEST quick builds=fast\n"}, "builds has 'fast'; valid are plain, memory, threads"),
              (good | {"test_b.c": "// TEST quick\n// TEST+ name=test_a\n"}, "mesh/test_a.c:1 has a test test_a already"),
              (good | {"test_b.py": "# TEST part_of=test_c\n"}, "part_of is 'test_c'; there is no such test")]
@@ -69,8 +68,8 @@ def this_build_has_the_tests_of_the_lines():
     with contextlib.redirect_stdout(output):
         tests.main("plain", sets)
     rows = [dict(zip(tests.FIELDS, row.split("\t"))) for row in output.getvalue().splitlines()[1:]]
-    # A build may lack what tests need, the program's sources among it; what one of its tests has is there.
-    needs = {row["name"]: set(row["needs"].split()) | ({"flesh"} if row["sources"] else set()) for row in rows}
+    # A build may lack what tests need; what one of its tests has is there.
+    needs = {row["name"]: set(row["needs"].split()) for row in rows}
     there = set().union(*(needs[name] for name in build if name in needs))
     for row in rows:
         if row["name"] not in build and there >= needs[row["name"]]:
