@@ -327,7 +327,7 @@ static void iterations_do_not_feel_nu(void)
 {
   static const char *const names[] = {"bar", "Cook", "irregular"};
   static const double poisson[] = {0.49, 0.499, 0.4999};
-  for (int shape = 0; shape < 3; shape++)
+  for (int shape = 0; shape < TEST_FEWER(3, 1); shape++)
     for (int moves = 0; moves < 2; moves++) {
       int iterations[3], nearly[3];
       for (int k = 0; k < 3; k++) {
@@ -351,7 +351,7 @@ static void iterations_in_hard_states(void)
 {
   ten t;
   make_ten(test_box(12, 3, 3, 4, 1, 1), FLESH_ENERGY_S, 0.4999, &t);
-  for (int state = 0; state < STATES; state++)
+  for (int state = 0; state < TEST_FEWER(STATES, 2); state++)
     for (int moves = 0; moves < 2; moves++) {
       int iterations[3];
       for (int k = 0; k < 3; k++) iterations[k] = solve_once(&t, k, moves ? 3600 : 0, state, 1);

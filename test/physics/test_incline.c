@@ -138,16 +138,17 @@ static void blocks_slide(ground on)
   const double steps[] = {1. / 200, 1. / 400, 1. / 800};
   for (int k = 0; flesh_method_name((flesh_method)k); k++) {
     const flesh_method method = (flesh_method)k;
+    const int levels = TEST_FEWER(3, 1);
     double errors[3];
     const int fixed = flesh_method_order(method) > 0;
     if (method == FLESH_METHOD_STATIC || (on != PLANE && !fixed)) continue;
-    for (int level = 0; level < 3; level++) {
+    for (int level = 0; level < levels; level++) {
       errors[level] = slide(on, method, flesh_method_name(method), steps[level]);
       const double h = steps[level], of_order_2 = on == BETWEEN ? 5e-4 : fmax(260 * h * h, 1.5e-3);
       const int order = flesh_method_order(method);
       CHECK_BELOW(errors[level], order == 1 ? 6 * 0.5 * g * cos(angle) * h : order > 1 ? of_order_2 : 1e-3);
     }
-    if (flesh_method_order(method) != 1) continue;
+    if (flesh_method_order(method) != 1 || levels < 3) continue;
     const double order = log(errors[0] / errors[2]) / log(steps[0] / steps[2]);
     printf("# order %.2f\n", order);
     CHECK(order > 0.8);
@@ -278,7 +279,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
-                               TEST(a_block_slides_between_bodies), TEST(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
+                               TEST(a_block_slides_between_bodies), TEST_LONG(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;

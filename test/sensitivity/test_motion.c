@@ -238,7 +238,7 @@ static void try_case(const motion_case *c, flesh_method method)
   CHECK_OK(flesh_trajectory_tangents(m.trajectory, count, all, NULL, add_up, together));
   for (int i = 0; i < count; i++) {
     CHECK_NEAR(together[i].integral, integral[i], 1e-7 * fabs(integral[i]) + 1e-13 * fabs(m.state.t / c->keys[i].step));
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 4 && i < TEST_FEWER(count, 1); k++) {
       moved other = begin(c->text, c->keys[i].key, c->keys[i].value + gradient_at[k] * c->keys[i].step, method);
       run(&other);
       CHECK(other.steps == m.steps);
@@ -246,8 +246,10 @@ static void try_case(const motion_case *c, flesh_method method)
       integrals[k] = other.integral;
       end(&other);
     }
-    compare(name, c->keys[i].key, gradient[i], values, c->keys[i].step, Q);
-    compare("its integral", c->keys[i].key, integral[i], integrals, c->keys[i].step, 0.5 * m.state.t); /* of terms of 0.5 */
+    if (i < TEST_FEWER(count, 1)) {
+      compare(name, c->keys[i].key, gradient[i], values, c->keys[i].step, Q);
+      compare("its integral", c->keys[i].key, integral[i], integrals, c->keys[i].step, 0.5 * m.state.t); /* of terms of 0.5 */
+    }
     gradient_parameter_clear(&parameters[i]);
   }
   double along = 0; /* the start's velocities and positions */

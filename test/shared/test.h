@@ -5,7 +5,10 @@
  *
  * Arguments select tests by name. A failed check prints where and what, and fails its test only. Tests that make threads
  * are TEST_OF_THREADS: with thread sanitizer these alone are run, as where there is one thread there is no race. Which do
- * is counted (count_threads.c). */
+ * is counted (count_threads.c).
+ *
+ * A sanitizer sees an error at the first time that its line runs, and takes ten times as long: with one, a TEST_LONG, which
+ * runs in many steps the lines that others run in few, is left out, and loops over TEST_FEWER(all, few) end sooner. */
 #ifndef FLESH_TEST_H
 #define FLESH_TEST_H
 
@@ -19,13 +22,19 @@
 typedef struct test_case {
   const char *name;
   void (*run)(void);
-  int threads; /* it makes some */
+  int threads, is_long; /* it makes some; sanitizers leave it out */
 } test_case;
 
 static int test_failures; /* of the running test */
 
-#define TEST(function)            {#function, function, 0}
-#define TEST_OF_THREADS(function) {#function, function, 1}
+#define TEST(function)            {#function, function, 0, 0}
+#define TEST_OF_THREADS(function) {#function, function, 1, 0}
+#define TEST_LONG(function)       {#function, function, 0, 1}
+#ifdef TEST_SANITIZED
+#define TEST_FEWER(all, few) (few)
+#else
+#define TEST_FEWER(all, few) (all)
+#endif
 
 #ifdef TEST_COUNTS_THREADS
 extern _Atomic int test_threads; /* that were made so far */
@@ -99,6 +108,9 @@ static inline int test_is_wanted(int argc, char **argv, const test_case *c)
 {
   int wanted = argc < 2;
   for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], c->name);
+#ifdef TEST_SANITIZED
+  wanted &= !c->is_long;
+#endif
 #ifdef TEST_ONLY_OF_THREADS
   wanted &= c->threads;
 #endif

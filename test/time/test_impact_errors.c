@@ -222,9 +222,9 @@ static void solves_begin_as_they_go_on(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(errors_of_a_cube_on_a_plane_follow_the_tolerance),
-                   TEST(errors_of_two_cubes_follow_the_tolerance),
-                   TEST(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
+  return RUN_TESTS(argc, argv, TEST_LONG(errors_of_a_cube_on_a_plane_follow_the_tolerance),
+                   TEST_LONG(errors_of_two_cubes_follow_the_tolerance),
+                   TEST_LONG(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
                    TEST(rebounds_are_resolved_by_every_method),
                    TEST(rebounds_gain_no_more_energy_than_the_tolerance), TEST(gaps_are_no_errors_of_what_touches),
                    TEST(gaps_cost_what_errors_ask_for), TEST(constraints_leave_no_oscillations),
