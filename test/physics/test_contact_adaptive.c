@@ -109,7 +109,7 @@ static void statics_settle(void)
  * counts. */
 static void balls_collide(const char *method, const char *step, int steps)
 {
-  const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=3e-4", step, NULL};
+  const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=1e-3", step, NULL};
   touching m;
   double internal, p[2][3], L[3], change = 0;
   begin(TOUCHING_BALLS("0.03, 0"), set, &internal, &m);
@@ -130,7 +130,7 @@ static void balls_collide(const char *method, const char *step, int steps)
 static void balls_collide_in_fixed_steps(void) { balls_collide("time.method=backward-euler", "time.step=1/1000", 40); }
 
 /* Steps that errors choose are much shorter than those between which the stiffness changes, by a factor of four at most. */
-static void balls_collide_in_steps_of_their_error(void) { balls_collide("time.method=adaptive", "time.step=1/50", 2); }
+static void balls_collide_in_steps_of_their_error(void) { balls_collide("time.method=adaptive", "time.step=1/200", 8); }
 
 /* A run that is cut and taken up again from its history and its state has the same bits. */
 static void cut(const char *text, const char *method, int changes)
