@@ -11,7 +11,7 @@
 #include "mesh/mesh.h"
 #include "hardcases/hardcases.h"
 
-/* Dense eigenvalues take seven seconds there, and eight times as long for twice as many. */
+/* Dense eigenvalues take 2.8 s for 1800 unknowns, and eight times as long for twice as many. */
 enum { DENSE_LIMIT = 2400 };
 
 static int is_stressed_at_rest(const flesh_material *material)

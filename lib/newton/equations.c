@@ -47,7 +47,7 @@ int flesh_equations_init(const flesh_system *system, const flesh_solver_options 
   constrained->rows = flesh_calloc(n / 3 + 1, sizeof *constrained->rows);
   self->scratch = flesh_huge_pages_vectors(VECTORS, n, &apart);
   double **vectors[] = {&constrained->u, &self->trial, &self->work[0], &self->work[1], &self->proposal,
-                      &self->relative};
+                       &self->relative};
   for (size_t k = SCRATCH; self->scratch && k < VECTORS; k++) *vectors[k - SCRATCH] = self->scratch + k * apart;
   const int failed = !constrained->is || !constrained->dofs || !constrained->rows || !self->scratch;
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)

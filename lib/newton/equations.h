@@ -33,7 +33,7 @@ typedef struct flesh_equations {
   flesh_block_matrix *K;
   int patterns; /* how often K has got another pattern */
   int far_away; /* from the origin, so that the elements take positions less those of a node */
-  int refused;     /* status of the stage's last residual that had no value; 0: none */
+  int refused;  /* status of the stage's last residual that had no value; 0: none */
   double *scratch; /* [4*n] of the functions that say so */
   /* [n] of what tries a step, one after the other: where it leads, and what else is needed there. */
   double *trial, *work[2], *proposal;

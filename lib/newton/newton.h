@@ -42,8 +42,7 @@ typedef struct flesh_tangent {
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
 } flesh_tangent;
 
-typedef struct flesh_newton flesh_newton;
-struct flesh_newton {
+typedef struct flesh_newton {
   flesh_solver_options options;
   flesh_solve_stats stats; /* where all parts count */
   flesh_threads *threads;
@@ -73,7 +72,7 @@ struct flesh_newton {
   double given_mass;              /* kg of a node: a step whose inertia is a residual at the target ends a solve; 0: none does */
   const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
-};
+} flesh_newton;
 
 /* FLESH_ERR_ARGUMENT where the system is shared out among ranks, and they cannot solve it so yet. */
 int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options);

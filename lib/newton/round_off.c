@@ -18,7 +18,7 @@ static void disturb(flesh_equations *self, const double *u, uint32_t *random)
   for (int d = 0; d < self->n; d++) {
     const double relative = DBL_EPSILON * (flesh_xorshift(random) * 0x1p-31 - 1); /* any signs and sizes will do */
     e->x[d] += relative * largest;
-    self->relative[d] += relative * size;
+    if (self->far_away) self->relative[d] += relative * size;
     e->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
     e->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }

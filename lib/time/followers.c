@@ -77,8 +77,8 @@ static int find_left(flesh_followers *self, const double *x, const double *p, do
   return status;
 }
 
-/* back = the move that the residual `change` asks of the tangent, which is where the state is. *length: of it, m. Where volumes are
- * stiff, these lengths say more than residuals (natural monotonicity test, Deuflhard 2004, section 3.3). */
+/* back = the move that the residual `change` asks of the tangent, which is where the state is. *length: of it, m. Where
+ * volumes are stiff, these lengths say more than residuals (natural monotonicity test, Deuflhard 2004, section 3.3). */
 static int find_move(flesh_followers *self, double *length)
 {
   const int status = flesh_newton_solve_tangent(self->newton, self->change, exactness, self->back);

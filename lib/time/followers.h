@@ -19,8 +19,8 @@ int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *se
 void flesh_followers_clear(flesh_followers *self);
 size_t flesh_followers_memory(const flesh_followers *self);
 
-/* Takes the state, where the stage of the last solve is, to where its free forces are of the norm `target`, N, or less, or at round-off. Adds to
- * *stats. A status > 0, with the state where they are least, and errors. */
+/* Takes the state, to which the last solve has led, to where the 2-norm of the forces on free dofs is at most `target`, N, or
+ * at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an error. */
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats);
 
 #endif
