@@ -190,7 +190,12 @@ loads_that_follow_for_ever_are_told() {
     return 1
   expect 4 "$flesh" "$@" near --set effects.pressure.pressure=20000 --set solver.max_cutbacks=1 || return 1
   has stderr.txt 'no equilibrium with 0.5 of the loads that follow the surface: at t = 0 s with load factor 1: ' &&
-    has stderr.txt 'last try: t = 0 s, load factor 1 after 0 halvings' && has near/result.json '"load_factor": 1\.0'
+    has stderr.txt 'last try: t = 0 s, load factor 1 after 0 halvings' && has near/result.json '"load_factor": 1\.0' || return 1
+  scene part '  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}' 'method: static, step: 1, end: 1'
+  expect 4 "$flesh" run part.yaml --out part --no-frames --set body.mesh=rod.msh --set solver.max_newton=3 \
+    --set solver.max_cutbacks=1 || return 1
+  has stderr.txt 'at t = 1 s with load factor 0\.5: ' && has part/result.json '"load_factor": 0\.5'
 }
 
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told a_long_step_is_told \
