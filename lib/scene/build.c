@@ -30,17 +30,6 @@ const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *ke
   return node && !node->removed ? node : above;
 }
 
-/* A region tag and the entry of body.regions that is for it. */
-typedef struct tagged {
-  int tag, entry, item, used;
-} tagged;
-
-static int compare_tags(const void *a, const void *b)
-{
-  int left = ((const tagged *)a)->tag, right = ((const tagged *)b)->tag;
-  return (left > right) - (left < right);
-}
-
 /* "1, 2, 7": the tags that the mesh has, cut when many. */
 static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
 {
@@ -59,36 +48,30 @@ static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
   }
 }
 
-/* Fails at item `item` of the tags of entry `entry`. */
-static int bad_tag(const flesh_node *regions, const tagged *tag, const char *sentence)
+/* The key body.regions[].tags. */
+static const flesh_key *tags_key(const flesh_key **body, const flesh_key **list)
 {
-  const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
-  const flesh_key *list =
-      flesh_key_at(body->children, offsetof(flesh_scene_keys, body.regions) - body->offset);
-  const flesh_key *tags = flesh_key_at(list->children, offsetof(flesh_scene_region, tags));
-  const flesh_node *node = flesh_node_item(regions, tag->entry);
-  node = flesh_node_item(flesh_scene_place(node, list->children, tags->offset), tag->item);
-  return flesh_node_fail(node, "%s.%s[%d].%s[%d] is %d; %s", body->name, list->name, tag->entry,
-                         tags->name, tag->item, tag->tag, sentence);
+  *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
+  *list = flesh_key_at((*body)->children, offsetof(flesh_scene_keys, body.regions) - (*body)->offset);
+  return flesh_key_at((*list)->children, offsetof(flesh_scene_region, tets.regions));
 }
 
-/* All tags of all entries, ascending; refuses a tag that stands twice. */
-static int collect_tags(flesh_scene *scene, const flesh_node *regions, int *count, tagged **tags)
+/* FLESH_ERR_ARGUMENT at the first tag of entry `e` that no tet of the mesh has. */
+static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
 {
-  const flesh_objects *list = &scene->keys.body.regions;
-  const flesh_scene_region *entries = list->values;
-  size_t total = 0;
-  for (int e = 0; e < list->count; e++) total += (size_t)entries[e].tags.count;
-  *tags = flesh_arena_take(&scene->arena, total * sizeof **tags);
-  if (!*tags) return no_memory(scene);
-  *count = 0;
-  for (int e = 0; e < list->count; e++)
-    for (int i = 0; i < entries[e].tags.count; i++)
-      (*tags)[(*count)++] = (tagged){.tag = entries[e].tags.values[i], .entry = e, .item = i};
-  qsort(*tags, (size_t)*count, sizeof **tags, compare_tags);
-  for (int i = 1; i < *count; i++)
-    if ((*tags)[i].tag == (*tags)[i - 1].tag)
-      return bad_tag(regions, &(*tags)[i], "a tag must stand only once in all regions");
+  const flesh_key *body, *list, *key = tags_key(&body, &list);
+  const flesh_integers *tags = &((const flesh_scene_region *)scene->keys.body.regions.values)[e].tets.regions;
+  const int *of_mesh = flesh_mesh_regions(scene->mesh), own = scene->parts[0].tets;
+  for (int i = 0; i < tags->count; i++) {
+    int tet = 0;
+    while (tet < own && of_mesh[tet] != tags->values[i]) tet++;
+    if (tet < own || flesh_split_has_region(scene->mesh->split, tags->values[i])) continue;
+    char existing[200];
+    list_mesh_tags(scene->mesh, existing, sizeof existing);
+    return flesh_node_fail(flesh_node_item(flesh_scene_place(entry, list->children, key->offset), i),
+                           "%s.%s[%d].%s[%d] is %d; it must be a region tag of the mesh: %s", body->name, list->name, e,
+                           key->name, i, tags->values[i], existing);
+  }
   return FLESH_OK;
 }
 
@@ -163,46 +146,64 @@ static int map_materials(flesh_scene *scene, const flesh_node *body_node, int ba
   return status ? flesh_node_fail_within(status, place, "body.material_map: ") : FLESH_OK;
 }
 
+/* Chooses the tets of entry `e`; entry_of[] says of each tet which entry has it, -1 none. */
+static int choose_region(const flesh_scene *scene, const flesh_node *regions, int e, int *entry_of)
+{
+  const flesh_node *node = flesh_node_item(regions, e);
+  flesh_tet_selection tets = ((const flesh_scene_region *)scene->keys.body.regions.values)[e].tets;
+  if (!tets.regions.count && !tets.set && isnan(tets.box[0]))
+    return flesh_node_fail(node, "body.regions[%d] chooses no tets; it must give tags, set or box", e);
+  int status = check_tags(scene, node, e);
+  if (status) return status;
+  const flesh_body body = {.mesh = scene->mesh, .part_count = scene->part_count, .parts = scene->parts};
+  flesh_chosen_fibres chosen;
+  tets.body = scene->keys.body.name; /* the regions are those of the body's own mesh */
+  status = flesh_tets_choose(&tets, &body, &chosen);
+  if (status) status = flesh_node_fail_within(status, node, "body.regions[%d]: ", e);
+  for (int k = 0; !status && k < chosen.count; k++) {
+    int *entry = &entry_of[chosen.tets[k]];
+    if (*entry >= 0)
+      status = flesh_node_fail(node, "body.regions[%d] chooses tet %d, which body.regions[%d] has; regions must not overlap",
+                               e, chosen.tets[k], *entry);
+    *entry = e;
+  }
+  flesh_fibres_free(&chosen);
+  return status;
+}
+
+/* Gives the tets of the first body its density and material, or those of their regions. */
+static int assign_own(const flesh_scene *scene, const flesh_node *regions, int base, const int *of_region, double *density,
+                      int *tet_material)
+{
+  const flesh_objects *list = &scene->keys.body.regions;
+  const flesh_scene_region *entries = list->values;
+  const int own = scene->parts[0].tets;
+  int status = FLESH_OK;
+  for (int t = 0; t < own; t++) tet_material[t] = -1;
+  for (int e = 0; !status && e < list->count; e++) status = choose_region(scene, regions, e, tet_material);
+  for (int t = 0; !status && t < own; t++) {
+    const int e = tet_material[t];
+    density[t] = e >= 0 && !isnan(entries[e].density) ? entries[e].density : scene->keys.body.density;
+    tet_material[t] = e >= 0 ? of_region[e] : base;
+    if (tet_material[t] < 0 && needs_material(scene))
+      return flesh_node_fail(flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, body)),
+                             "the tets with region tag %d have no material; it must be given for the "
+                             "whole body or for every region",
+                             flesh_mesh_regions(scene->mesh)[t]);
+  }
+  return status;
+}
+
 /* Gives every tet its density and material. */
 static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const flesh_node *regions,
                        int base, const int *of_region)
 {
-  int tets = flesh_mesh_tet_count(scene->mesh), count = 0;
-  const int *mesh_tags = flesh_mesh_regions(scene->mesh);
-  const flesh_scene_region *entries = scene->keys.body.regions.values;
-  tagged *tags = NULL;
-  int status = collect_tags(scene, regions, &count, &tags);
-  if (status) return status;
-  double *density = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *density);
-  int *tet_material = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *tet_material);
+  const size_t tets = (size_t)flesh_mesh_tet_count(scene->mesh);
+  double *density = flesh_arena_take(&scene->arena, tets * sizeof *density);
+  int *tet_material = flesh_arena_take(&scene->arena, tets * sizeof *tet_material);
   if (!density || !tet_material) return no_memory(scene);
-  const int own = scene->parts[0].tets; /* the regions are those of the body's own mesh */
-  for (int t = 0; t < own; t++) {
-    tagged wanted = {.tag = mesh_tags[t]};
-    tagged *found =
-        count ? bsearch(&wanted, tags, (size_t)count, sizeof *tags, compare_tags) : NULL;
-    density[t] = scene->keys.body.density;
-    tet_material[t] = base;
-    if (found) {
-      found->used = 1;
-      if (!isnan(entries[found->entry].density)) density[t] = entries[found->entry].density;
-      tet_material[t] = of_region[found->entry];
-    }
-    if (tet_material[t] < 0 && needs_material(scene))
-      return flesh_node_fail(
-          body_node,
-          "the tets with region tag %d have no material; it must be given for the "
-          "whole body or for every region",
-          mesh_tags[t]);
-  }
-  for (int i = 0; i < count; i++)
-    if (!tags[i].used && !flesh_split_has_region(scene->mesh->split, tags[i].tag)) {
-      char existing[200], sentence[260];
-      list_mesh_tags(scene->mesh, existing, sizeof existing);
-      snprintf(sentence, sizeof sentence, "it must be a region tag of the mesh: %s", existing);
-      return bad_tag(regions, &tags[i], sentence);
-    }
-  if ((status = flesh_scene_assign_bodies(scene, base, density, tet_material)) ||
+  int status = assign_own(scene, regions, base, of_region, density, tet_material);
+  if (status || (status = flesh_scene_assign_bodies(scene, base, density, tet_material)) ||
       (status = map_materials(scene, body_node, base, of_region, tet_material)))
     return status;
   scene->body = (flesh_body){.mesh = scene->mesh,

@@ -26,13 +26,15 @@ extern const flesh_key flesh_fibre_field_keys[];
 
 /* clang-format off */
 /* Keys of a struct that has a flesh_tet_selection as `member`. */
-#define FLESH_TET_SELECTION_KEYS(parameters, member)                                                      \
-  {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),         \
-   .default_value = "", .doc = "only tets with these region tags"},                                       \
+#define FLESH_TET_SET_AND_BOX_KEYS(parameters, member)                                                    \
   {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box), .unit = "m",         \
    .default_value = "", .doc = "only tets whose centre at rest lies in [[low], [high]], bounds included"}, \
   {.name = "set", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.set),                     \
-   .default_value = "", .doc = "only tets of the set of this name in the mesh file"},                     \
+   .default_value = "", .doc = "only tets of the set of this name in the mesh file"}
+#define FLESH_TET_SELECTION_KEYS(parameters, member)                                                      \
+  {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),         \
+   .default_value = "", .doc = "only tets with these region tags"},                                       \
+  FLESH_TET_SET_AND_BOX_KEYS(parameters, member),                                                         \
   {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),                   \
    .default_value = "", .doc = "only tets of the body of this name"}
 /* clang-format on */

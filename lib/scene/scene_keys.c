@@ -80,8 +80,10 @@ const flesh_key flesh_material_table[] = {
 static const flesh_key region_table[] = {
     {.name = "tags",
      .type = FLESH_KEY_INTEGERS,
-     .offset = offsetof(flesh_scene_region, tags),
-     .doc = "region tags of the mesh that this entry is for"},
+     .offset = offsetof(flesh_scene_region, tets.regions),
+     .default_value = "",
+     .doc = "only tets with these region tags of the mesh"},
+    FLESH_TET_SET_AND_BOX_KEYS(flesh_scene_region, tets),
     {.name = "density",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_scene_region, density),

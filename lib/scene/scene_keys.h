@@ -4,6 +4,7 @@
 
 #include "base/key.h"
 #include "flesh/scene.h"
+#include "scene/fibres.h"
 #include "scene/selection.h"
 
 typedef struct flesh_scene_material {
@@ -12,7 +13,7 @@ typedef struct flesh_scene_material {
 } flesh_scene_material;
 
 typedef struct flesh_scene_region {
-  flesh_integers tags;
+  flesh_tet_selection tets;
   double density;
   flesh_scene_material material;
 } flesh_scene_region;

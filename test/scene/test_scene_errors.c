@@ -150,7 +150,7 @@ static const bad_scene scenes[] = {
      {"bad.yaml:4:12: body.regions is 3; it must be a list of mappings"}},
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [3]\n",
      {"bad.yaml:4:13: body.regions[0] is 3; it must be a mapping of the keys tags"}},
-    {GRAVITY "body:\n  mesh: bar.node\n  regions: [{density: 3}]\n", {"body.regions[0].tags is missing"}},
+    {GRAVITY "body:\n  mesh: bar.node\n  regions: [{density: 3}]\n", {"body.regions[0] chooses no tets; it must give tags, set or box"}},
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [{tags: []}]\n",
      {"body.regions[0].tags is an empty list; it must be a list of whole numbers"}},
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [{tags: [7, x]}]\n",
@@ -160,7 +160,7 @@ static const bad_scene scenes[] = {
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [{tags: [7, 8]}]\n",
      {"bad.yaml:4:24: body.regions[0].tags[1] is 8", "a region tag of the mesh: 3, 7"}},
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [{tags: [7]}, {tags: [3, 7]}]\n",
-     {"tags", "is 7; a tag must stand only once"}},
+     {"bad.yaml:4:26: body.regions[1] chooses tet", "which body.regions[0] has; regions must not overlap"}},
     {GRAVITY "body:\n  mesh: bar.node\n  regions: [{tags: [7], material: {energy: S, young: 3, "
              "poisson: .3}}]\n",
      {"bad.yaml:3:3: ", "region tag 3 have no material"}},

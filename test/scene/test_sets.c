@@ -136,6 +136,22 @@ static void muscles_take_the_tets_of_a_set(void)
   flesh_scene_destroy(&scene);
 }
 
+static void regions_are_chosen_by_tag_set_and_box(void)
+{
+  static const char *const regions[] = {"{set: upper, density: 7}", "{tags: [2], density: 7}",
+                                        "{box: [[2, 0, 0], [4, 1, 1]], density: 7}",
+                                        "{tags: [2], set: upper, density: 7}, {box: [[0, 0, 0], [2, 1, 1]], density: 1000}"};
+  for (size_t k = 0; k < sizeof regions / sizeof *regions; k++) {
+    char body[256];
+    snprintf(body, sizeof body, ", name: a, regions: [%s]}\nbodies: [{name: b, mesh: bar.inp, translation: [0, 0, 5]}]",
+             regions[k]);
+    flesh_scene *scene = read_bar(body, "pin: {set: clamp}");
+    if (!scene) continue;
+    for (int t = 0; t < 48; t++) CHECK(scene->body.density[t] == (t >= 12 && t < 24 ? 7 : 1000));
+    flesh_scene_destroy(&scene);
+  }
+}
+
 static void names_that_there_are_not_are_refused(void)
 {
   static const struct {
@@ -161,7 +177,8 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_deck();
   const int code = RUN_TESTS(argc, argv, TEST(a_set_is_what_a_box_is), TEST(a_set_is_of_each_body_that_has_it),
-                             TEST(muscles_take_the_tets_of_a_set), TEST(names_that_there_are_not_are_refused));
+                             TEST(muscles_take_the_tets_of_a_set),
+                             TEST(regions_are_chosen_by_tag_set_and_box), TEST(names_that_there_are_not_are_refused));
   test_folder_remove(folder);
   return code;
 }
