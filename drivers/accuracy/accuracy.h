@@ -149,6 +149,7 @@ typedef struct flesh_accuracy_plan {
   int method_count, methods[FLESH_ACCURACY_LIMIT];
   int step_count, tolerance_count; /* steps from the longest to the shortest */
   flesh_accuracy_value steps[FLESH_ACCURACY_LIMIT], tolerances[FLESH_ACCURACY_LIMIT];
+  int controlled;     /* errors choose the scene's own steps, which rows of fixed steps must not take over */
   int representative; /* method of the other prices, at the step below; -1: they are not run */
   flesh_accuracy_value representative_step, whole_run;
   int repeat, quick;

@@ -99,8 +99,8 @@ static int check_steps(const flesh_accuracy_plan *plan, double duration)
   return FLESH_OK;
 }
 
-/* The other prices are those of the scene's own method at its own step, where it has fixed steps.
- */
+/* The other prices are those of the scene's own method at its own step where it has fixed steps, else of the first that has:
+ * what errors choose would hide what solves add. */
 static void choose_representative(const flesh_scene_time *time, double duration, flesh_accuracy_plan *plan)
 {
   plan->representative = -1;
@@ -108,7 +108,7 @@ static void choose_representative(const flesh_scene_time *time, double duration,
     if (!flesh_accuracy_methods[plan->methods[m]].adaptive) plan->representative = plan->methods[m];
   const char *own = flesh_method_name(time->method);
   for (int m = 0; m < plan->method_count; m++)
-    if (own && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
+    if (own && !flesh_accuracy_methods[plan->methods[m]].adaptive && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
       plan->representative = plan->methods[m];
   value_text(fmin(time->step, duration), &plan->representative_step);
   value_text(duration, &plan->whole_run);
@@ -131,6 +131,7 @@ static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const
 static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, double start)
 {
   const double duration = time->end - start;
+  plan->controlled = time->adaptive.control;
   if (!(duration > 0))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s", plan->scene, start,
                       time->end);

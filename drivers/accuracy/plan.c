@@ -58,6 +58,7 @@ int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accura
     status = flesh_overrides_add(all, "time.tolerance", row->tolerance.text);
     if (!status && method->adaptive == 2) status = flesh_overrides_add(all, "time.adaptive", "true");
   }
+  if (!status && plan->controlled && method->adaptive != 2) status = flesh_overrides_add(all, "time.adaptive", "false");
   snprintf(order, sizeof order, "%d", method->max_order);
   if (!status && method->max_order) status = flesh_overrides_add(all, "time.max_order", order);
   for (size_t k = 0; row->tight && k < sizeof tight / sizeof *tight && !status; k++)

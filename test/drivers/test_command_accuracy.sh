@@ -162,6 +162,17 @@ the_named_command_repeats_a_run() {
     END { print most, told; exit !(most <= 1.05 * told && most > told / 20) }'
 }
 
+# A scene whose own steps are chosen by errors: rows of fixed steps, and what other settings cost, have fixed steps all the same.
+fixed_steps_are_fixed() {
+  for own in 'hht --set time.adaptive=true' runge-kutta; do
+    expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out own --methods runge-kutta,hht --steps 1/25,1/50 \
+      --tolerances 1e-2 --set time.tolerance=1e-2 --set time.method=$own --reference-seconds 0.1 || return 1
+    [ "$(column own/accuracy.csv steps hht | paste -sd ' ' -)" = '25 50' ] &&
+      column own/accuracy.csv steps hht newton_tolerance | grep -q '^50$' &&
+      [ -z "$(column own/accuracy.csv steps runge-kutta newton_tolerance)" ] || { cat own/accuracy.csv; return 1; }
+  done
+}
+
 shares_are_answered() {
   has all/verdict.txt '^For 1 % of the motion' && has all/verdict.txt '^For 0.1 % of the motion' &&
     has all/verdict.txt '<- least CPU time' && has all/verdict.txt 'Backward Euler costs' &&
@@ -270,6 +281,7 @@ the_reference_is_known
 a_poor_reference_tells_less
 worst_is_the_worst_of_all_steps
 the_named_command_repeats_a_run
+fixed_steps_are_fixed
 shares_are_answered
 tight_solves_change_less
 resuming_goes_on
