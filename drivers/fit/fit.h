@@ -116,7 +116,8 @@ typedef struct flesh_fit {
 int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
 void flesh_fit_describe_keys(FILE *stream);
-/* Whether an experiment's scene takes start, from and to of a key, as far as they are finite and have a place in the spec. */
+/* Whether an experiment's scene takes start, from and to of a key, as far as they are finite and have a place in the spec, and
+ * numbers that are not whole. */
 int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
                            const flesh_node *const places[3]);
 

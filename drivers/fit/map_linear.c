@@ -14,7 +14,7 @@
 #include "sensitivity/sensitivity.h"
 
 /* The residual that linear solves leave, and the difference of q for the tets' forces. */
-static const double tolerance = 1e-8, difference = 1e-3;
+static const double tolerance = 1e-8, difference = 1e-5;
 
 /* An equilibrium. */
 typedef struct linear_state {
@@ -115,6 +115,8 @@ static int linearise(flesh_fit_linear *self, int experiment)
   linear_experiment *x = &self->experiments[experiment];
   x->told.e = x->e = &fit->experiments[experiment];
   int status = flesh_fit_scenes_beside(fit, experiment, self->p, self->sizes, difference, x->beside);
+  if (status == FLESH_ERR_ARGUMENT)
+    flesh_node_fail_within(status, fit->map->of.place, "the search comes to what the scene does not take; give from and to: ");
   if (!status && x->e->moves) return flesh_fit_motion_create(fit, experiment, self->p, &x->motion);
   if (!status) status = flesh_fit_keep_at(fit, experiment, self->p);
   if (!status) status = flesh_fit_scene_at(fit, experiment, self->p, &x->scene);

@@ -77,14 +77,20 @@ static int add_quantity(reading *r, int column)
   return FLESH_OK;
 }
 
-/* Positions, and places at rest, are in metres where the file says a unit. */
-static int check_metres(const reading *r)
+/* Units that the file says: times are in seconds, positions and places at rest in metres, deviations as what they are of. */
+static int check_units(const reading *r)
 {
-  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-  for (int c = 0; c < r->csv.columns && r->to->table == FLESH_FIT_OF_POSITIONS; c++) {
+  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], of[FLESH_CSV_NAME], right[FLESH_CSV_NAME];
+  for (int c = 0; c < r->csv.columns; c++) {
     flesh_csv_label(&r->csv, c, name, unit);
-    if (*unit && strcmp(unit, "m"))
-      return flesh_node_fail(r->keys->place, "%s: column %s is in %s; it must be in m", r->to->path, name, unit);
+    snprintf(right, sizeof right, "%s", c == r->time ? "s" : r->to->table == FLESH_FIT_OF_POSITIONS ? "m" : "");
+    if (!*right && is_deviation(name)) {
+      snprintf(of, sizeof of, "%.*s", (int)(strlen(name) - strlen(suffix)), name);
+      const int column = find(&r->csv, of);
+      if (column >= 0) flesh_csv_label(&r->csv, column, of, right);
+    }
+    if (*unit && *right && strcmp(unit, right))
+      return flesh_node_fail(r->keys->place, "%s: column %s is in %s; it must be in %s", r->to->path, name, unit, right);
   }
   return FLESH_OK;
 }
@@ -117,13 +123,14 @@ static int choose_columns(reading *r)
   return status;
 }
 
-/* A number of the table, NaN for an empty cell. */
+/* A number of the table, NaN for an empty cell alone. */
 static int number(const reading *r, int row, int column, double *value)
 {
   char shown[FLESH_SHOW_SIZE];
-  if (flesh_csv_number(&r->csv, row, column, value) && !isinf(*value)) return FLESH_OK;
+  const char *cell = flesh_csv_cell(&r->csv, row, column);
+  if (flesh_csv_number(&r->csv, row, column, value) && (isfinite(*value) || !*cell)) return FLESH_OK;
   return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %s; it must be a number, or empty", r->to->path, row + 1,
-                         r->csv.names[column], flesh_word_show(flesh_csv_cell(&r->csv, row, column), shown));
+                         r->csv.names[column], flesh_word_show(cell, shown));
 }
 
 static int read_datum(reading *r, int row, int quantity, double t)
@@ -134,8 +141,9 @@ static int read_datum(reading *r, int row, int quantity, double t)
   if (!isnan(r->keys->weight)) datum.deviation = 1 / sqrt(r->keys->weight);
   else if (isnan(datum.deviation)) status = number(r, row, r->deviation[quantity], &datum.deviation);
   if (!status && !(datum.deviation > 0))
-    return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %g; a deviation must be > 0", r->to->path, row + 1,
-                           r->csv.names[r->deviation[quantity]], datum.deviation);
+    return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %s; a deviation must be > 0", r->to->path, row + 1,
+                           r->csv.names[r->deviation[quantity]], isnan(datum.deviation) ? "empty"
+                           : flesh_csv_cell(&r->csv, row, r->deviation[quantity]));
   if (!status) r->to->data[r->to->count++] = datum;
   return status;
 }
@@ -216,7 +224,7 @@ static int read_table(reading *r, const flesh_scene *scene)
   if (to->table == FLESH_FIT_OF_POSITIONS) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
   if (!r->value || !r->deviation || !to->quantities || !to->data || (to->table == FLESH_FIT_OF_POSITIONS && !to->points))
     return flesh_no_memory();
-  int status = check_metres(r);
+  int status = check_units(r);
   if (!status) status = choose_columns(r);
   return status ? status : read_rows(r, scene);
 }

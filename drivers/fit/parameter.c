@@ -1,4 +1,5 @@
 /* parameter.c: parameters as the search sees them, the list of all measured numbers, and singular values of derivatives. */
+#include <float.h>
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
 #include <math.h>
@@ -82,11 +83,14 @@ int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const 
   const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : flesh_no_memory();
   if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
-  for (int v = 0; v < 3 && !status; v++) {
+  for (int v = 0; v < 4 && !status; v++) {
     char number[FLESH_NUMBER_SIZE];
-    if (!places[v] || !isfinite(values[v])) continue;
-    overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(values[v], number));
-    status = overrides[e->set.count] ? flesh_settings_check(places[v], e->scene, e->set.count + 1, overrides) : flesh_no_memory();
+    const double next = nextafter(values[0], values[0] < values[2] ? values[2] : values[1]), /* a count takes it not */
+                 value = v < 3 ? values[v] : values[0] != 0 ? next : copysign(DBL_MIN, next);
+    const flesh_node *place = places[v % 3];
+    if (!place || !isfinite(value)) continue;
+    overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(value, number));
+    status = overrides[e->set.count] ? flesh_settings_check(place, e->scene, e->set.count + 1, overrides) : flesh_no_memory();
   }
   free(overrides);
   return status;

@@ -12,8 +12,8 @@
 #include "run/runner.h"
 #include "run/start.h"
 
-/* The step of tangents' differences in q. */
-static const double difference = 1e-3;
+/* The step of tangents' differences in q: residuals are exact, and Poisson's ratio may be near 1/2. */
+static const double difference = 1e-5;
 static const char *const table_names[] = {"probes.csv", "history.csv"};
 
 static char *folder_of(const flesh_fit *fit, const flesh_fit_experiment *e)
@@ -85,7 +85,10 @@ int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *
   double *beside = malloc((size_t)fit->parameter_count * sizeof *beside);
   int status = beside ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < 2 && !status; s++) {
-    for (int k = 0; k < fit->parameter_count; k++) beside[k] = p[k] + (s ? h : -h) * direction[k];
+    for (int k = 0; k < fit->parameter_count; k++) {
+      const double step = h * direction[k]; /* both sides within the bounds */
+      beside[k] = fmax(fmin(p[k], fit->parameters[k].to - fabs(step)), fit->parameters[k].from + fabs(step)) + (s ? step : -step);
+    }
     status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
   }
   free(beside);

@@ -177,9 +177,13 @@ static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
     if (s->status) return ENDED;
     if (!code) continue;
     found->converged = errors <= rough;
-    snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further, although one of %.2g standard "
-                                                "errors should: the runs cannot distinguish parameters so close to each "
-                                                "other", errors);
+    if (isinf(errors))
+      snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further; measured numbers as many as "
+                                                  "parameters should leave none: no parameters may give them");
+    else
+      snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further, although one of %.2g standard "
+                                                  "errors should: the runs cannot distinguish parameters so close to each "
+                                                  "other", errors);
     return ENDED;
   }
 }

@@ -135,7 +135,8 @@ static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experi
   flesh_scene *scene = NULL;
   for (int k = 0; k <= given.count && !status; k++)
     status = flesh_settings_check(k ? given.nodes[k - 1] : e->scene_place, e->scene, k, given.texts);
-  if (!status) status = flesh_scene_read(e->scene, given.count, given.texts, &scene);
+  if (status) return status;
+  status = flesh_scene_read(e->scene, given.count, given.texts, &scene);
   if (status) return flesh_node_fail_within(status, e->scene_place, "%s", "");
   const double own = flesh_scene_solver(scene)->newton_tolerance;
   char number[FLESH_NUMBER_SIZE];
