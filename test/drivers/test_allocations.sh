@@ -41,8 +41,10 @@ fault_of() { # EXIT CODE
     echo "ended with $1 in $(tr '\n' ' ' <innermost.txt)"
     return
   fi
-  find . -name '*.part-*' -o -name .flesh.lock
-  ! grep -s '"status": "running"' out/result.json || echo 'still running'
+  for file in *.part-* .*.part-* out/*.part-* out/.*.part-* out/frames/*.part-* .flesh.lock out/.flesh.lock; do
+    [ ! -e "$file" ] || echo "left $file"
+  done
+  [ ! -e out/result.json ] || ! grep '"status": "running"' out/result.json || echo 'still running'
   if [ "$1" -eq 0 ]; then
     given >got.txt
     cmp -s wanted.txt got.txt || { echo 'gave something else:' && diff wanted.txt got.txt | head -n 5; }
@@ -55,7 +57,7 @@ fault_of() { # EXIT CODE
 attempt() { # FAIL_AT ON COMMAND...
   number_k=$1 further=$2
   shift 2
-  rm -rf out made.*
+  { [ ! -e out ] && [ ! -e made.node ] && [ ! -e made.ele ]; } || rm -rf out made.*
   timeout -k 1 1800 env FLESH_FAIL_AT="$number_k" FLESH_FAIL_ON="$further" LD_PRELOAD="$shim" "$flesh" "$@" >stdout.txt \
     2>stderr.txt
 }
