@@ -243,12 +243,12 @@ static double first_target(const flesh_newton *newton, double first, double load
 }
 
 /* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps and the last solve was easy, a
- * guess is seldom worse than 0, which takes a search of what touches. */
+ * guess is seldom worse than 0, and 0 is not looked at. */
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
-  const int guessed = guesses && *guesses, touches = equations->evaluation.proximity.near != NULL;
-  const int alone = guessed && easy && touches && newton->given_target > 0 && newton->given_mass > 0;
+  const int guessed = guesses && *guesses;
+  const int alone = guessed && easy && newton->given_target > 0 && newton->given_mass > 0;
   double value = INFINITY, size;
   newton->began = NULL;
   flesh_equations_start(equations, u);

@@ -51,14 +51,14 @@ static int were_easy(int most, const flesh_solve_stats *before, const flesh_solv
          after->backtracks == before->backtracks;
 }
 
-/* First iterates of a method that has its own. The stages of a step have the same matrix but for where they are, as have
- * those of the step before, unless the method begins. */
+/* First iterates of a method that has its own, the better one last, which needs no second look where it begins the solve. The
+ * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
 static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
 {
   double *const room[2] = {self->first.extrapolated, self->first.rigid};
   int count = 0;
   if (self->memory.at > 0 || self->memory.before < 0) flesh_nonlinear_go_on(self->nonlinear);
-  for (int which = 0; which < 2; which++)
+  for (int which = 1; which >= 0; which--)
     if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
   guesses[count] = NULL;
 }
@@ -215,7 +215,7 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors choose
- * steps, which is 0 elsewhere. */
+ * steps, which is 0 elsewhere. The matrix may stay where nothing touches: followers hardly change it. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
 {
@@ -229,9 +229,10 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     if (status || !off) return status;
     memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
     find_stage(self, stage, self->lag.x, self->lag.v);
-    stage->x_lag = stage->x_from = self->lag.x;
-    stage->v_lag = self->lag.v;
+    stage->x_lag = stage->x_from = self->lag.x, stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
+    if (!flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
+      flesh_nonlinear_go_on(self->nonlinear);
     flesh_nonlinear_set_target(self->nonlinear, target);
     status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
