@@ -39,6 +39,9 @@ typedef struct flesh_surface_run {
 /* Pieces that are told apart, at most. */
 enum { FLESH_SURFACE_GROUPS = 64 };
 
+/* Ways of more than so many edges are searched in portions. */
+enum { FLESH_SURFACE_LONG = 4 };
+
 /* The most that two nodes have moved relative to each other, m: two of one group, and any two; NaN where a place is not
  * finite. */
 typedef struct flesh_surface_drift {
@@ -62,6 +65,7 @@ typedef struct flesh_surface_near {
   int static_known;
   int run_count, pieces;
   flesh_surface_run *runs; /* [run_count] of the surface's nodes */
+  unsigned char *piece;    /* [node_count of the surface] of each node; 0 where they are not told apart */
   int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `static_pairs` were found */
   double apart;       /* m, between the groups there, at least */
   flesh_near_drift drift;
@@ -172,6 +176,10 @@ const double *flesh_surface_near_without_mean(flesh_surface_near *near, const do
 int flesh_surface_near_runs_create(flesh_surface_near *near);
 /* The groups of what is far from each other where near->static_pairs were found. */
 void flesh_surface_near_group(flesh_surface_near *near);
+/* The feasible fraction of the straight step from x_from to x_to [3*n]. */
+double flesh_surface_near_feasible_step(flesh_surface_near *near, const double *x_from, const double *x_to);
+/* flesh_effect_private.tunnelled. */
+int flesh_surface_near_tunnelled(void *near, const double *internal, const double *x_from, const double *x_to);
 /* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* flesh_effect_private.is_far. */

@@ -16,7 +16,7 @@ typedef flesh_surface_near near;
 static const double KEPT = 0.1;
 
 /* Ways of more than so many edges are searched in portions, of which the first is the shortest one of an edge, or this. */
-static const double LONG = 4, SHORTEST = 1e-6;
+static const double LONG = FLESH_SURFACE_LONG, SHORTEST = 1e-6;
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
 {
@@ -66,6 +66,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_contact_secant_clear(&self->secant);
   flesh_contact_patches_clear(&self->patches);
   free(self->runs);
+  free(self->piece);
   free(self->bonded);
   free(self->seats);
   free(self->x_set); /* and the other places with it */
@@ -328,7 +329,7 @@ static double step_by_swept_pairs(near *self, const double *x_from, const double
 
 /* From static_pairs, from a search here where that will serve at its end, too, or from swept_pairs; none limits a
  * step that is more than `apart` from each other. */
-static double feasible_step(near *self, const double *x_from, const double *x_to)
+double flesh_surface_near_feasible_step(near *self, const double *x_from, const double *x_to)
 {
   if (flesh_surface_near_is_free(self, x_from, x_to)) return 1;
   const double apart = flesh_surface_near_limiting_distance(self, x_from, x_to);
@@ -354,7 +355,7 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
     return 0;
   }
   flesh_surface_near_take(self, internal);
-  const double fraction = feasible_step(self, x_from, x_to);
+  const double fraction = flesh_surface_near_feasible_step(self, x_from, x_to);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
 }
@@ -376,7 +377,7 @@ static size_t memory_of(const void *memory)
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->friction.capacity * sizeof *self->friction.pairs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double) + flesh_surface_guards_memory(self) + memory_of_release(self) +
-         (size_t)self->contact->surface.node_count * sizeof *self->runs;
+         (size_t)self->contact->surface.node_count * (sizeof *self->runs + sizeof *self->piece);
 }
 
 static int follow(void *memory, int accepted, double t, const double *x, int *changed)
@@ -401,7 +402,8 @@ static const flesh_effect_readings readings = {.couple = flesh_surface_contact_c
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
-  .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .memory = memory_of,                                     \
+  .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .tunnelled = flesh_surface_near_tunnelled,               \
+  .memory = memory_of,                                                                                                  \
   .take_bonds = flesh_surface_contact_take_bonds, .readings = &readings
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,

@@ -1,6 +1,7 @@
 /* surface_reach.c: for which places, and which ways, the pairs that a run has found serve. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "effect/surface_contact.h"
@@ -52,7 +53,8 @@ int flesh_surface_near_runs_create(near *self)
   const flesh_contact_surface *s = &self->contact->surface;
   int names[FLESH_SURFACE_GROUPS];
   self->runs = calloc((size_t)s->node_count + 1, sizeof *self->runs);
-  if (!self->runs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", s->node_count);
+  self->piece = calloc((size_t)s->node_count + 1, sizeof *self->piece);
+  if (!self->runs || !self->piece) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
     flesh_surface_run *last = self->runs + self->run_count - 1;
     if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] < last->end) { /* ranks order nodes otherwise */
@@ -60,6 +62,7 @@ int flesh_surface_near_runs_create(near *self)
       while (piece < self->pieces && names[piece] != s->node_piece[k]) piece++;
       if (piece == FLESH_SURFACE_GROUPS) { /* too many: all are one */
         self->pieces = self->run_count = 1;
+        memset(self->piece, 0, (size_t)s->node_count);
         self->runs[0] = (flesh_surface_run){0, s->mesh_nodes, 0};
         return FLESH_OK;
       }
@@ -68,6 +71,7 @@ int flesh_surface_near_runs_create(near *self)
       *last = (flesh_surface_run){s->nodes[k], 0, piece};
     }
     last->end = s->nodes[k] + 1;
+    self->piece[k] = (unsigned char)last->piece;
   }
   return FLESH_OK;
 }

@@ -26,6 +26,15 @@ static void find_end(void *data, const double *u, double *x)
     x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d] : end->state->x[d] + u[d];
 }
 
+/* FLESH_UNDEFINED where what leads from the state to self->part.x at t_to must have gone through something. */
+static int tunnelled(const flesh_integrator *self, const flesh_stage *stage, const flesh_state *state, double t_to)
+{
+  const flesh_evaluation *e = self->evaluation;
+  return flesh_system_tunnelled(e->system, e->environment.proximity, stage->internal, state->t, state->x, t_to, self->part.x)
+             ? FLESH_UNDEFINED
+             : FLESH_OK;
+}
+
 /* The state that the stage leads to at t_end, the moment before an event if there is one, must be one that can be
  * reached and, where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the
  * stage keeps out of bars the way to it. */
@@ -36,7 +45,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
   find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
   if (stage->shift.x == 1)
-    return flesh_system_tunnelled(system, state->t, state->x, t_end, self->part.x) ? FLESH_UNDEFINED : FLESH_OK;
+    return tunnelled(self, stage, state, t_end);
   *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
                                             state->t, state->x, t_end, self->part.x) < 1;
   if (*blocked) return FLESH_UNDEFINED;
@@ -161,8 +170,7 @@ static int check_stage(flesh_integrator *self, const flesh_stage *stage, const f
 {
   if (flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
   find_stage(self, stage, self->part.x, self->first.rigid);
-  return flesh_system_tunnelled(self->evaluation->system, state->t, state->x, stage->t, self->part.x) ? FLESH_UNDEFINED
-                                                                                                     : FLESH_OK;
+  return tunnelled(self, stage, state, stage->t);
 }
 
 /* The stage has been solved. */

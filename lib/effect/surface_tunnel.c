@@ -1,0 +1,122 @@
+/* surface_tunnel.c: whether a step has led a piece of a surface past another one that is on its straight way: the solve has
+ * found a way around, as over the rim of a sheet. */
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "effect/surface_contact.h"
+#include "geometry/displacement_box.h"
+
+typedef flesh_surface_near near;
+
+/* Pieces meet on the way where no more than this part of the distance of two features is left. */
+static const double LEFT = 1e-3;
+
+/* The shortest portion of a way that is searched. */
+static const double SHORTEST = 1e-3;
+
+/* Pieces that need not be looked at: bit b of [a], and bit a of [b]. */
+typedef uint64_t piece_pairs[FLESH_SURFACE_GROUPS];
+
+static void add(uint64_t *pairs, int a, int b)
+{
+  pairs[a] |= UINT64_C(1) << b;
+  pairs[b] |= UINT64_C(1) << a;
+}
+
+static int has(const uint64_t *pairs, int a, int b) { return (int)(pairs[a] >> b & 1); }
+
+static int piece_of(const near *self, int node) { return self->piece[self->contact->surface.node_place[node]]; }
+
+/* Adds the pieces that touch each other at the place of near->set. */
+static void add_touching(const near *self, uint64_t *pairs)
+{
+  for (int k = 0; k < self->set.count; k++) {
+    const int *nodes = self->set.pairs[k].nodes, last = nodes[3] >= 0 ? 3 : nodes[2] >= 0 ? 2 : 1;
+    add(pairs, piece_of(self, nodes[0]), piece_of(self, nodes[last]));
+  }
+}
+
+/* Adds each piece with itself, and pieces the boxes around whose ways are apart; whether there are other ones. */
+static int add_apart(const near *self, const double *x_from, const double *x_to, uint64_t *pairs)
+{
+  flesh_displacement_box boxes[FLESH_SURFACE_GROUPS];
+  int others = 0;
+  for (int a = 0; a < self->pieces; a++) boxes[a] = (flesh_displacement_box)FLESH_NO_DISPLACEMENT;
+  for (int k = 0; k < self->run_count; k++) {
+    const flesh_surface_run *run = &self->runs[k];
+    const size_t first = 3 * (size_t)run->begin;
+    flesh_displacement_box_add(&boxes[run->piece], run->end - run->begin, NULL, x_from + first);
+    flesh_displacement_box_add(&boxes[run->piece], run->end - run->begin, NULL, x_to + first);
+  }
+  for (int a = 0; a < self->pieces; a++)
+    for (int b = a; b < self->pieces; b++) {
+      if (a == b || flesh_displacement_box_gap(&boxes[a], &boxes[b]) > 0) add(pairs, a, b);
+      others |= !has(pairs, a, b);
+    }
+  return others;
+}
+
+/* Keeps those of near->swept_pairs that are of other pieces. */
+static void choose(near *self, const uint64_t *pairs)
+{
+  const flesh_contact_surface *s = &self->contact->surface;
+  flesh_near_pairs *swept = &self->swept_pairs;
+  int points = 0, edges = 0;
+  for (int k = 0; k < swept->point_count; k++) {
+    const int *pair = swept->point_faces + 2 * (size_t)k;
+    if (!has(pairs, self->piece[pair[0]], piece_of(self, s->faces[3 * (size_t)pair[1]])))
+      memmove(swept->point_faces + 2 * (size_t)points++, pair, 2 * sizeof *pair);
+  }
+  for (int k = 0; k < swept->edge_count; k++) {
+    const int *pair = swept->edge_pairs + 2 * (size_t)k;
+    if (!has(pairs, piece_of(self, s->edges[2 * (size_t)pair[0]]), piece_of(self, s->edges[2 * (size_t)pair[1]])))
+      memmove(swept->edge_pairs + 2 * (size_t)edges++, pair, 2 * sizeof *pair);
+  }
+  swept->point_count = points;
+  swept->edge_count = edges;
+}
+
+/* Whether pieces other than these meet on the straight way from x_from by `way` [3*n], which is searched in portions. */
+static int meet(near *self, const uint64_t *pairs, double portion, const double *x_from, const double *way)
+{
+  const size_t n = 3 * (size_t)self->contact->surface.mesh_nodes;
+  double *x[2] = {malloc(n * sizeof **x), malloc(n * sizeof **x)};
+  int found = 0;
+  for (double begin = 0; x[0] && x[1] && begin < 1 && !found; begin += portion) {
+    const double end = fmin(1, begin + portion);
+    for (size_t d = 0; d < n; d++) x[0][d] = x_from[d] + begin * way[d], x[1][d] = x_from[d] + end * way[d];
+    if (flesh_near_pairs_find(self->finder, x[0], x[1], 0, self->threads, &self->swept_pairs)) break;
+    choose(self, pairs);
+    found = flesh_near_pairs_feasible_step(self->finder, &self->swept_pairs, x[0], x[1], LEFT, INFINITY, self->threads) < 1;
+  }
+  free(x[0]);
+  free(x[1]);
+  return found;
+}
+
+/* Pieces that touch before or after may have slid on, around corners that their straight way cuts. */
+int flesh_surface_near_tunnelled(void *memory, const double *internal, const double *x_from, const double *x_to)
+{
+  near *self = memory;
+  const flesh_contact_surface *s = &self->contact->surface;
+  piece_pairs pairs = {0};
+  flesh_surface_near_take(self, internal);
+  if (self->pieces < 2 || flesh_surface_near_update_pairs(self, x_to)) return 0;
+  add_touching(self, pairs);
+  if (!add_apart(self, x_from, x_to, pairs) || flesh_surface_near_feasible_step(self, x_from, x_to) == 1) return 0;
+  if (flesh_surface_near_update_pairs(self, x_from)) return 0;
+  add_touching(self, pairs);
+  const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
+  double longest = 0, portion = 1;
+  for (int k = 0; k < s->node_count; k++)
+    for (size_t d = 3 * (size_t)s->nodes[k], c = 0; c < 3; c++) longest = fmax(longest, fabs(to[d + c] - x_from[d + c]));
+  while (portion * longest > FLESH_SURFACE_LONG * s->mean_edge && portion > SHORTEST) portion /= 2;
+  double *way = calloc(3 * (size_t)s->mesh_nodes, sizeof *way);
+  for (int k = 0; way && k < s->node_count; k++)
+    for (size_t d = 3 * (size_t)s->nodes[k], c = 0; c < 3; c++) way[d + c] = to[d + c] - x_from[d + c];
+  const int found = way && meet(self, pairs, portion, x_from, way);
+  free(way);
+  return found;
+}
