@@ -1,6 +1,7 @@
 /* newton.c: one Newton iteration, from a matrix over a direction to a step. */
 #include "newton/newton.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -261,7 +262,7 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
   self->watchdog = (flesh_watchdog){.next_pause = 1};
-  self->follow_curvature = self->cautious = self->at_round_off = self->arrived = self->stopped = self->tangent.known = 0;
+  self->follow_curvature = self->cautious = self->still = self->at_round_off = self->arrived = self->stopped = self->tangent.known = 0;
   self->model_ratio = NAN;
 }
 
@@ -311,6 +312,16 @@ static int arrives(const flesh_newton *self, const flesh_step *step)
   return fmax(inertia * flesh_norm(self->threads, self->equations.n, step->p), self->direction.residual) <= self->policy.target;
 }
 
+/* Whether the step had to be cut, although the whole of it is less than the last digit of positions: no other one leads on. */
+static int moves_nothing(const flesh_newton *self, const flesh_step *step)
+{
+  const flesh_equations *equations = &self->equations;
+  const double *x = equations->far_away ? equations->relative : equations->evaluation.x;
+  if (!(step->cut < 1)) return 0;
+  const double largest = flesh_largest(self->threads, equations->n, x);
+  return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
+}
+
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
  * the rest of the residual. */
 static const double beneath_round_off = 1e-6;
@@ -321,7 +332,8 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
-  const int arrived = self->arrived, at_round_off = !arrived && flesh_matrix_policy_at_round_off(&self->policy, norm, self->u);
+  const int arrived = self->arrived;
+  const int at_round_off = !arrived && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->still);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
   if (arrived || (at_round_off && !flesh_search_gains(&self->search, self->u))) {
     self->at_round_off |= !arrived;
@@ -335,5 +347,6 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
   const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
   self->arrived = !status && arrives(self, &it.step);
+  self->still = !status && it.guarded && moves_nothing(self, &it.step);
   return status;
 }

@@ -63,6 +63,7 @@ typedef struct flesh_newton {
   int cautious;                   /* so many matrices to come have friction's secants, as a step had to be cut */
   int must_filter;                /* K turned out indefinite in its factorisation */
   double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
+  int still;                      /* the last step was cut, and would have moved nothing by a digit if it had not */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
   int arrived;                    /* the last step was so short that no other one is needed */
   flesh_stop stop;

@@ -357,6 +357,34 @@ static void no_step_is_made_at_round_off(void)
   discard(&b);
 }
 
+/* Falls down to x = 1e-10, and by a force of 1e-9 that a step of `kink` takes away; half of that ends on a bump. */
+static double kink;
+
+static double bump(double x, int derivative)
+{
+  const double from = 1e-10, force = 1e-9;
+  const int inside = x > from - 2 * kink && x < from - 0.1 * kink;
+  return derivative == 0 ? 1 + (inside ? 1e-12 : 0) : derivative == 1 ? (inside ? -10 : 1) * force : force / kink;
+}
+
+/* Nor is one after a step that had to be cut, but had been too short to move anything by a digit. */
+static void no_step_is_made_below_the_last_digit(void)
+{
+  const flesh_solver_options options = defaults();
+  static const double kinks[] = {1e-18, 1e-12};
+  for (int k = 0; k < 2; k++) {
+    bench b;
+    kink = kinks[k];
+    make(&b, bump, &options, 1e-10);
+    CHECK_OK(iterate(&b));
+    CHECK(b.newton.stats.newton == 1 && b.newton.stats.backtracks > 0);
+    CHECK(b.newton.still == (k == 0));
+    CHECK_OK(iterate(&b));
+    CHECK(b.newton.at_round_off == (k == 0) && b.newton.stats.newton == 1 + k);
+    discard(&b);
+  }
+}
+
 /* Nor is there where the residual is within a few times of what round-off moves it by and falls no more, or falls back to
  * what it was; what is above that, or falls fast, is still to be solved. */
 static void round_off_is_what_was_measured(void)
@@ -491,6 +519,7 @@ int main(int argc, char **argv)
                    TEST(indefinite_matrices_are_filtered_where_that_is_asked_for),
                    TEST(without_a_filter_indefinite_matrices_are_refused),
                    TEST(solvers_that_could_not_be_made_are_made_later), TEST(no_step_is_made_at_round_off),
+                   TEST(no_step_is_made_below_the_last_digit),
                    TEST(matrices_are_kept_where_they_predict_residuals),
                    TEST(filtered_matrices_are_not_kept), TEST(watchdog_steps_are_taken_where_they_end_lower));
 }
