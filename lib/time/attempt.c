@@ -44,8 +44,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   const flesh_system *system = self->evaluation->system;
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
   find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
-  if (stage->shift.x == 1)
-    return tunnelled(self, stage, state, t_end);
+  if (stage->shift.x == 1) return tunnelled(self, stage, state, t_end);
   *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
                                             state->t, state->x, t_end, self->part.x) < 1;
   if (*blocked) return FLESH_UNDEFINED;
@@ -58,44 +57,6 @@ static int were_easy(int most, const flesh_solve_stats *before, const flesh_solv
 {
   return after->newton - before->newton <= most && after->projections == before->projections &&
          after->backtracks == before->backtracks;
-}
-
-/* First iterates of a method that has its own, the better one last, which needs no second look where it begins the solve. The
- * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
-static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
-{
-  double *const room[2] = {self->first.extrapolated, self->first.rigid};
-  int count = 0;
-  if (self->memory.at > 0 || self->memory.before < 0) flesh_nonlinear_go_on(self->nonlinear);
-  for (int which = 1; which >= 0; which--)
-    if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
-  guesses[count] = NULL;
-}
-
-/* First iterates for a step of h to stage->t: straight on, and as rigid bodies where some are free. */
-static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
-                         const flesh_stage *stage, double h, const double *guesses[3])
-{
-  const flesh_evaluation *evaluation = self->evaluation;
-  flesh_first_iterates *first = &self->first;
-  if (row->guess && (row->stages || self->control.on)) {
-    make_own_guesses(self, stage, h, guesses);
-    return;
-  }
-  const int nearest = row == &flesh_method_backward_euler;
-  const int holds = flesh_team_any(evaluation->team, flesh_system_holds(evaluation->system, stage->t));
-  int count = 0;
-  if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
-      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
-    flesh_nonlinear_go_on(self->nonlinear);
-    guesses[count++] = first->extrapolated;
-  }
-  uint8_t *constrained = first->parts.constrained; /* of several parts */
-  if (holds && constrained) flesh_system_fixed(evaluation->system, stage->t, constrained);
-  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds && !constrained) &&
-      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, first->rigid))
-    guesses[count++] = first->rigid;
-  guesses[count] = NULL;
 }
 
 /* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
@@ -287,7 +248,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   const double *guesses[3];
   flesh_state from = *state;
   make_stage(self, trial->row, state, trial->piece, trial->part, stage);
-  make_guesses(self, trial->row, state, stage, trial->part->h, guesses);
+  flesh_integrator_guess(self, trial->row, state, stage, trial->part->h, guesses);
   if (self->memory.at > 0 && self->multipliers.count) from.multipliers = self->multipliers.trial;
   const flesh_stage_end ends = {&(part_end){self, state}, find_end}, *end = last ? &ends : NULL;
   const int controlled = is_controlled(self, trial);

@@ -7,7 +7,7 @@
  *     steps                      the part of the step that is tried
  *       attempt                  one try of it
  *         backward_euler         its stage: base and shift
- *         extrapolation          first iterates, as rigid_guess
+ *         first_iterates         of extrapolation and rigid_guess
  *         multipliers            once, where nothing holds volumes
  *           sundials/kinsol      solves the stage
  *             newton/stage       first iterate, target, convergence
@@ -30,6 +30,11 @@
 
 /* The last moment before the event. */
 static inline double flesh_before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
+
+/* First iterates u for a step of h to stage->t, with NULL behind them: the method's own, or straight on, and as rigid bodies
+ * where some are free. They are in the integrator's room. */
+void flesh_integrator_guess(flesh_integrator *integrator, const flesh_method_row *row, const flesh_state *state,
+                            const flesh_stage *stage, double h, const double *guesses[3]);
 
 /* Tries the part cutbacks->part of a piece by `row`, the method's own or backward Euler in its stead, and takes the state
  * to its end. A status > 0 has changed nothing; `blocked` and the control's refusal then say why. */

@@ -1,0 +1,40 @@
+/* first_iterates.c: where the solve of a stage may begin, besides where the motion stands. */
+#include "newton/mechanisms.h"
+#include "time/attempt.h"
+
+/* First iterates of a method that has its own, the better one last, which needs no second look where it begins the solve. The
+ * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
+static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
+{
+  double *const room[2] = {self->first.extrapolated, self->first.rigid};
+  int count = 0;
+  if (self->memory.at > 0 || self->memory.before < 0) flesh_nonlinear_go_on(self->nonlinear);
+  for (int which = 1; which >= 0; which--)
+    if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
+  guesses[count] = NULL;
+}
+
+void flesh_integrator_guess(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                            const flesh_stage *stage, double h, const double *guesses[3])
+{
+  const flesh_evaluation *evaluation = self->evaluation;
+  flesh_first_iterates *first = &self->first;
+  if (row->guess && (row->stages || self->control.on)) {
+    make_own_guesses(self, stage, h, guesses);
+    return;
+  }
+  const int nearest = row == &flesh_method_backward_euler;
+  const int holds = flesh_team_any(evaluation->team, flesh_system_holds(evaluation->system, stage->t));
+  int count = 0;
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
+      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
+    flesh_nonlinear_go_on(self->nonlinear);
+    guesses[count++] = first->extrapolated;
+  }
+  uint8_t *constrained = first->parts.constrained; /* of several parts */
+  if (holds && constrained) flesh_system_fixed(evaluation->system, stage->t, constrained);
+  if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds && !constrained) &&
+      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, first->rigid))
+    guesses[count++] = first->rigid;
+  guesses[count] = NULL;
+}
