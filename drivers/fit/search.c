@@ -178,8 +178,8 @@ static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
     if (!code) continue;
     found->converged = errors <= rough;
     if (isinf(errors))
-      snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further; measured numbers as many as "
-                                                  "parameters should leave none: no parameters may give them");
+      snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further, which is not 0 although there are "
+                                                  "as many parameters as measured numbers: perhaps no parameters give them");
     else
       snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further, although one of %.2g standard "
                                                   "errors should: the runs cannot distinguish parameters so close to each "
