@@ -108,29 +108,29 @@ void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3
   for (int c = 0; c < 3; c++) low[c] = -ends[c], high[c] = ends[3 + c];
 }
 
-void flesh_team_share(const flesh_team *team, double *vector) { flesh_team_share_nodes(team, 3, vector); }
+void flesh_team_update_ghosts(const flesh_team *team, double *vector) { flesh_team_update_ghosts_of(team, 3, vector); }
 
-void flesh_team_collect(const flesh_team *team, double *vector)
+void flesh_team_add_ghosts(const flesh_team *team, double *vector)
 {
-  if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
+  if (team) team->operations->add_ghosts(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
 }
 
-void flesh_team_share_nodes(const flesh_team *team, int width, double *values)
+void flesh_team_update_ghosts_of(const flesh_team *team, int width, double *values)
 {
-  if (team) team->operations->share(team->data, &(flesh_team_vector){width, width, NULL, values, 0});
+  if (team) team->operations->update_ghosts(team->data, &(flesh_team_vector){width, width, NULL, values, 0});
 }
 
-void flesh_team_share_reached(const flesh_team *team, int width, double *values)
+void flesh_team_update_reached(const flesh_team *team, int width, double *values)
 {
-  if (team) team->operations->share(team->data, &(flesh_team_vector){width, width, NULL, values, 1});
+  if (team) team->operations->update_ghosts(team->data, &(flesh_team_vector){width, width, NULL, values, 1});
 }
 
 static void sum_at(const flesh_team *team, int reached, int width, double *values)
 {
   const flesh_team_vector vector = {width, width, NULL, values, reached};
   if (!team) return;
-  team->operations->collect(team->data, &vector);
-  team->operations->share(team->data, &vector);
+  team->operations->add_ghosts(team->data, &vector);
+  team->operations->update_ghosts(team->data, &vector);
 }
 
 void flesh_team_sum_nodes(const flesh_team *team, int width, double *values) { sum_at(team, 0, width, values); }

@@ -49,9 +49,9 @@ typedef struct flesh_team_operations {
    * sentence of that rank. */
   int (*agree)(const void *data, int status);
   /* Ghosts take the values of their owners; so do nodes beyond, where the vector has them. */
-  void (*share)(const void *data, const flesh_team_vector *vector);
+  void (*update_ghosts)(const void *data, const flesh_team_vector *vector);
   /* Owners add the values of their ghosts, by rising rank; ghosts become zero. */
-  void (*collect)(const void *data, const flesh_team_vector *vector);
+  void (*add_ghosts)(const void *data, const flesh_team_vector *vector);
   /* Sends to and receives from these ranks; the numbers are there once `exchange_end` returns. Nothing else is exchanged
    * or added up in between. */
   void (*exchange_begin)(const void *data, int count, const int *ranks, const flesh_exchange *exchange);
@@ -105,12 +105,12 @@ int flesh_team_count_before(const flesh_team *team, int here, double *room, int 
 void flesh_team_count_ranks(const flesh_team *team, int nodes, int width, double *w);
 /* The box from low to high becomes that around all ranks' boxes. */
 void flesh_team_unite_boxes(const flesh_team *team, double low[3], double high[3]);
-void flesh_team_share(const flesh_team *team, double *vector);
-void flesh_team_collect(const flesh_team *team, double *vector);
+void flesh_team_update_ghosts(const flesh_team *team, double *vector);
+void flesh_team_add_ghosts(const flesh_team *team, double *vector);
 /* Ghosts take `width` numbers each from their owners. */
-void flesh_team_share_nodes(const flesh_team *team, int width, double *values);
+void flesh_team_update_ghosts_of(const flesh_team *team, int width, double *values);
 /* Nodes that the rank reaches take `width` numbers each from their owners. */
-void flesh_team_share_reached(const flesh_team *team, int width, double *values);
+void flesh_team_update_reached(const flesh_team *team, int width, double *values);
 /* Each of `width` numbers a node becomes its sum over the ranks that have the node, or that reach it, with the same bits on
  * all of them. */
 void flesh_team_sum_nodes(const flesh_team *team, int width, double *values);

@@ -39,7 +39,7 @@ void flesh_block_sum_of_team(const flesh_team *team, int count, const flesh_bloc
     for (int d = 0; d < n && !k; d++) y[d] *= terms[k].scale;
     for (int d = 0; d < n && k; d++) y[d] += terms[k].scale * room[d];
   }
-  flesh_team_collect(team, y);
+  flesh_team_add_ghosts(team, y);
 }
 
 void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matrix *A, const double *x, double *y)

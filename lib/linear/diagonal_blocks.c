@@ -59,9 +59,9 @@ void flesh_diagonal_invert_sums(const flesh_block_matrix *A, const flesh_team *t
   const flesh_team_vector vector = {9, 9, NULL, blocks, 0};
   const size_t own = (size_t)team->own, rows = (size_t)A->rows;
   for (size_t k = 0; k < rows; k++) memcpy(blocks + 9 * k, A->values + 9 * (size_t)A->row_start[k], 9 * sizeof *blocks);
-  team->operations->collect(team->data, &vector);
+  team->operations->add_ghosts(team->data, &vector);
   for (size_t k = 0; k < own; k++) invert(blocks + 9 * k, scale, inverse + 9 * k);
   for (size_t e = 0; e < 9 * own; e++) blocks[e] = (double)inverse[e];
-  team->operations->share(team->data, &vector);
+  team->operations->update_ghosts(team->data, &vector);
   for (size_t e = 9 * own; e < 9 * rows; e++) inverse[e] = (float)blocks[e];
 }

@@ -33,7 +33,7 @@ void flesh_local_level_setup(flesh_local_level *self, const flesh_overlap *overl
   if (!self->coarse) return;
   double *x = overlap->vector;
   for (int d = 0; d < 3 * rows; d++) x[d] = fixed && fixed[d];
-  flesh_overlap_share(overlap);
+  flesh_overlap_update_reached(overlap);
   for (int d = 0; d < 3 * overlap->team->reached; d++) self->fixed[d] = x[d] > 0;
   self->serves = flesh_coarse_setup(self->coarse, all, scale, self->fixed) == FLESH_OK;
 }

@@ -17,7 +17,7 @@ int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, in
   return flesh_team_narrow(team, status, needed, narrow);
 }
 
-void flesh_overlap_share(const flesh_overlap *self) { flesh_team_share_reached(self->team, 3, self->vector); }
+void flesh_overlap_update_reached(const flesh_overlap *self) { flesh_team_update_reached(self->team, 3, self->vector); }
 
 /* Blocks of A that other ranks get. */
 typedef struct listing {
@@ -233,7 +233,7 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, co
   if (!status) {
     exchange(self, 2);
     if (x) memcpy(self->vector, x, 3 * (size_t)A->rows * sizeof *x);
-    if (x) flesh_overlap_share(self);
+    if (x) flesh_overlap_update_reached(self);
     status = make_matrix(self, A);
   }
   flesh_free(place);

@@ -41,7 +41,7 @@ void flesh_overlap_clear(flesh_overlap *overlap);
 size_t flesh_overlap_memory(const flesh_overlap *overlap);
 
 /* In overlap->vector all nodes that the rank reaches get the numbers of their owners. Collective. */
-void flesh_overlap_share(const flesh_overlap *overlap);
+void flesh_overlap_update_reached(const flesh_overlap *overlap);
 /* The matrix, of A's values. Collective. */
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *overlap, const flesh_block_matrix *A);
 

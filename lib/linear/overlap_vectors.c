@@ -20,7 +20,7 @@ static void unwind(const flesh_overlap *self, const int *nodes, const float *fro
 void flesh_overlap_fetch(const flesh_overlap *self, const int *nodes, const float *r)
 {
   unwind(self, nodes, r, self->vector);
-  flesh_overlap_share(self);
+  flesh_overlap_update_reached(self);
 }
 
 void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
@@ -121,7 +121,7 @@ void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
   const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
   for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
   memset(self->vector + own, 0, others * sizeof *self->vector); /* also what is left out */
-  flesh_overlap_share(self);
+  flesh_overlap_update_reached(self);
   memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);
 }

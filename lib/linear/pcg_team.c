@@ -163,7 +163,7 @@ static void collect(iteration *now)
   const flesh_pcg_space *self = w->space;
   if (!now->overlap) {
     const flesh_team *team = flesh_preconditioner_team(w->request->preconditioner);
-    team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
+    team->operations->add_ghosts(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
     return;
   }
   flesh_overlap_collect_begin(now->overlap, self->single, self->z);
@@ -184,7 +184,7 @@ static void precondition(iteration *now, int stops)
   if (now->overlap) flesh_preconditioner_solve_for(w->request->preconditioner, r, now->load, w->to_round);
   else flesh_preconditioner_solve(w->request->preconditioner, r);
   flesh_threads_run(self->threads, self->chunks, receive, w);
-  if (!now->overlap) team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
+  if (!now->overlap) team->operations->update_ghosts(team->data, &(flesh_team_vector){3, 4, self->place, self->u, 0});
   const double curvature =
       flesh_pcg_product(self, w->request->A, flesh_preconditioner_scale(w->request->preconditioner), NULL, self->u);
   collect(now);

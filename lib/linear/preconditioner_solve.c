@@ -155,7 +155,7 @@ void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begi
 void flesh_preconditioner_share_left_out(const flesh_preconditioner_data *self, double *vector)
 {
   const flesh_team *team = flesh_threads_team(self->threads);
-  if (self->team != team) flesh_team_share(team, vector);
+  if (self->team != team) flesh_team_update_ghosts(team, vector);
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)

@@ -89,7 +89,7 @@ static double precondition(flesh_node_forces *f, int n)
 static void turn(flesh_node_forces *f, int n, double keep)
 {
   for (int d = 0; d < n; d++) f->direction[d] = f->product[d] + keep * f->direction[d];
-  flesh_team_share(f->team, f->direction);
+  flesh_team_update_ghosts(f->team, f->direction);
 }
 
 /* Free components of f->a: r = 0. */

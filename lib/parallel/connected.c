@@ -37,7 +37,7 @@ int flesh_connected_unite(const flesh_team *team, int count, double *room, int *
       if (part[i] >= 0) part[i] += first;
       owners[i] = part[i];
     }
-    flesh_team_share_nodes(team, 1, owners);
+    flesh_team_update_ghosts_of(team, 1, owners);
     spread_labels(team, all, part, owners, label);
     for (int p = 0; p < all; p++) /* the least piece of a part comes first */
       number[p] = label[p] == -p ? parts++ : number[(int)-label[p]];

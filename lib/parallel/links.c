@@ -16,13 +16,13 @@ static int links_agree(const void *data, int status)
   return flesh_communicator_agree(((const flesh_links *)data)->communicator, status);
 }
 
-static void links_share(const void *data, const flesh_team_vector *vector)
+static void links_update_ghosts(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
   flesh_halo_update_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
-static void links_collect(const void *data, const flesh_team_vector *vector)
+static void links_add_ghosts(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
   flesh_halo_add_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
@@ -36,7 +36,8 @@ static void links_exchange_begin(const void *data, int count, const int *ranks, 
 static void links_exchange_end(const void *data) { flesh_communicator_end(((const flesh_links *)data)->communicator); }
 
 const flesh_team_operations flesh_links_operations = {
-    .sum = links_sum, .largest = links_largest, .agree = links_agree, .share = links_share, .collect = links_collect,
+    .sum = links_sum, .largest = links_largest, .agree = links_agree,
+    .update_ghosts = links_update_ghosts, .add_ghosts = links_add_ghosts,
     .exchange_begin = links_exchange_begin, .exchange_end = links_exchange_end, .narrow = flesh_links_narrow,
     .narrow_end = flesh_links_narrow_end};
 

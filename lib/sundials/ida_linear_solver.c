@@ -43,7 +43,7 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
     with->linear->preconditioner_apply(with->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
-  flesh_team_share(problem->evaluation.team, w); /* a preconditioner gives owners theirs alone */
+  flesh_team_update_ghosts(problem->evaluation.team, w); /* a preconditioner gives owners theirs alone */
   for (int d = 0; d < n; d++) {
     int fixed = held->fixed[d];
     double first = b1[d], second = b2[d];

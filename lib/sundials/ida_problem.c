@@ -362,13 +362,13 @@ void flesh_ida_add_products(flesh_ida_problem *self, double scale, double *v, do
 {
   const flesh_evaluation *e = &self->evaluation;
   double *product = self->solver.work + e->n;
-  flesh_team_share(e->team, x); /* x may be a residual, which is nothing at ghosts */
-  if (v != x) flesh_team_share(e->team, v);
+  flesh_team_update_ghosts(e->team, x); /* x may be a residual, which is nothing at ghosts */
+  if (v != x) flesh_team_update_ghosts(e->team, v);
   damping_times(self, v, product);
   for (int d = 0; d < e->n; d++) y[d] += scale * product[d];
   flesh_block_multiply(self->jacobian.K, x, product);
   for (int d = 0; d < e->n; d++) y[d] += product[d] / divisor;
-  flesh_team_collect(e->team, y);
+  flesh_team_add_ghosts(e->team, y);
 }
 
 /* K x = A x - cj D x, A being the condensed matrix; A and D have no rows and columns of constrained dofs, but for A's

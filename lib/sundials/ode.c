@@ -116,7 +116,7 @@ static int invert_mass(flesh_ode_problem *self)
   if (!self->mass_is_diagonal) return FLESH_OK;
   for (int i = 0; i < M->rows; i++)
     memcpy(self->inverse + 9 * (size_t)i, M->values + 9 * (size_t)M->row_start[i], 9 * sizeof *self->inverse);
-  if (team) team->operations->collect(team->data, &(flesh_team_vector){9, 9, NULL, self->inverse, 0});
+  if (team) team->operations->add_ghosts(team->data, &(flesh_team_vector){9, 9, NULL, self->inverse, 0});
   for (int i = 0; i < self->motion->evaluation.own / 3 && !status; i++) {
     double block[9];
     memcpy(block, self->inverse + 9 * (size_t)i, sizeof block);

@@ -95,7 +95,7 @@ const double *flesh_vector_read(N_Vector v, const flesh_team *team, sunindextype
   for (size_t k = 0; k < (size_t)parts; k++) {
     memcpy(room + k * all, values + k * own, own * sizeof *room);
     memset(room + k * all + own, 0, (all - own) * sizeof *room);
-    if (!partial) flesh_team_share(team, room + k * all);
+    if (!partial) flesh_team_update_ghosts(team, room + k * all);
   }
   return room;
 }

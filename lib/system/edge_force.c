@@ -18,7 +18,7 @@ static void displace(const flesh_team *team, int n, const double *X, double dist
 {
   uint32_t random = flesh_xorshift_first;
   for (int d = 0; d < n; d++) x[d] = X[d] + distance * (flesh_xorshift(&random) >> 31 ? 1 : -1);
-  flesh_team_share(team, x);
+  flesh_team_update_ghosts(team, x);
 }
 
 /* Adds up in r [n] what effects of those roles that have a value do at the point. *undefined: one has none. */

@@ -56,7 +56,7 @@ static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, dou
     flesh_vec3_cross(edge[0], edge[1], n);
     for (int d = 0; d < 9; d++) a[3 * (size_t)triangle[3 * k + d / 3] + (size_t)(d % 3)] += n[d % 3] / 6;
   }
-  flesh_team_collect(team, a);
+  flesh_team_add_ghosts(team, a);
   for (size_t d = 0; d < 3 * (size_t)team->own; d += 3) area += sqrt(flesh_vec3_dot(a + d, a + d));
   return 3 * flesh_body_volume(mesh, team, X) / flesh_team_total(team, area);
 }

@@ -58,7 +58,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     count(costs, k, CALL_RESIDUAL, start);
   }
   status = flesh_team_agree(system->team, status);
-  if (!status) flesh_team_collect(system->team, r);
+  if (!status) flesh_team_add_ghosts(system->team, r);
   return status;
 }
 
@@ -87,7 +87,7 @@ int flesh_system_roles_residual(const flesh_system *system, unsigned roles, cons
 int flesh_system_forces(const flesh_system *system, unsigned roles, const flesh_point *point, double *r)
 {
   const int status = flesh_system_roles_residual(system, roles, point, r);
-  if (!status) flesh_team_share(system->team, r);
+  if (!status) flesh_team_update_ghosts(system->team, r);
   return status;
 }
 
@@ -242,7 +242,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
   }
   status = add_up(system, status, sums);
   if (status) return status;
-  flesh_team_collect(system->team, r);
+  flesh_team_add_ghosts(system->team, r);
   return sum_up(sums, by_position, phi, magnitude);
 }
 

@@ -101,11 +101,11 @@ static void check_halo(const flesh_mesh *whole, flesh_rank_part *part)
          *times = calloc((size_t)all, sizeof *times);
   for (int d = 0; d < 3 * team->own; d++) vector[d] = 3 * nodes[d / 3] + d % 3;
   for (int d = 3 * team->own; d < 3 * team->nodes; d++) vector[d] = NAN;
-  flesh_team_share(team, vector);
+  flesh_team_update_ghosts(team, vector);
   for (int d = 0; d < 3 * team->nodes; d++) CHECK_NEAR(vector[d], 3 * nodes[d / 3] + d % 3, 0);
   for (int i = 0; i < team->nodes; i++) times[nodes[i]] = 1;
   flesh_communicator_sum(ranks, all, times); /* how many ranks have it */
-  flesh_team_collect(team, vector);
+  flesh_team_add_ghosts(team, vector);
   for (int d = 0; d < 3 * team->nodes; d++)
     CHECK_NEAR(vector[d], d < 3 * team->own ? times[nodes[d / 3]] * (3 * nodes[d / 3] + d % 3) : 0, 0);
   flesh_rank_part_gather(part, vector, gathered);

@@ -205,7 +205,7 @@ static void check_products(const bodies *b, const flesh_point points[2])
   }
   check_overlap(b, K[0], K[1]);
   check_sum_of_overlaps(b, K[1]);
-  flesh_team_collect(flesh_rank_part_team(b->part), y[1]);
+  flesh_team_add_ghosts(flesh_rank_part_team(b->part), y[1]);
   CHECK_BELOW(difference(b, y[1], y[0]), 1e-12);
   for (int k = 0; k < 2; k++) {
     flesh_block_matrix_destroy(&K[k]);

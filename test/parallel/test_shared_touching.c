@@ -231,7 +231,7 @@ static void check_share(const matrices *m)
   const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(m->shared.share)), count = m->team->reached;
   double *x = malloc(3 * (size_t)count * sizeof *x);
   for (int d = 0; d < 3 * count; d++) x[d] = d < 3 * m->team->own ? 3 * nodes[d / 3] + d % 3 : -1;
-  m->narrow->operations->share(m->narrow->data, &(flesh_team_vector){3, 3, NULL, x, 1});
+  m->narrow->operations->update_ghosts(m->narrow->data, &(flesh_team_vector){3, 3, NULL, x, 1});
   for (int d = 0; d < 3 * count; d++)
     CHECK(x[d] == (m->narrow->left_out && m->narrow->left_out[d / 3] ? -1 : 3 * nodes[d / 3] + d % 3));
   free(x);
@@ -283,7 +283,7 @@ static void check_product(const matrices *m)
   for (int d = 0; d < m->shared.n; d++) b[d] = a[3 * nodes[d / 3] + d % 3];
   flesh_block_multiply(m->K[0], a, y);
   flesh_block_multiply(m->K[1], b, z);
-  m->narrow->operations->collect(m->narrow->data, &(flesh_team_vector){3, 3, NULL, z, 0});
+  m->narrow->operations->add_ghosts(m->narrow->data, &(flesh_team_vector){3, 3, NULL, z, 0});
   double *found = gather(&m->shared, m->alone.n, z);
   for (int d = 0; d < m->alone.n; d++) worst = fmax(worst, fabs(found[d] - y[d])), size = fmax(size, fabs(y[d]));
   CHECK_BELOW(worst, 1e-13 * size);

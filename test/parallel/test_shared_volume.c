@@ -281,7 +281,7 @@ static void it_is_symmetric_and_definite(void)
   /* Ghosts have what their owners have. */
   for (int k = 0; k < VECTORS; k++) {
     memcpy(again, z[k], (size_t)n * sizeof *again);
-    flesh_team_share(flesh_rank_part_team(b.part), again);
+    flesh_team_update_ghosts(flesh_rank_part_team(b.part), again);
     CHECK(!memcmp(z[k], again, (size_t)n * sizeof *again));
     free(r[k]);
     free(z[k]);

@@ -83,8 +83,8 @@ static void free_evaluations(int count, evaluation *all)
 static void an_evaluation_within_another_changes_nothing(void)
 {
   lone data = {NULL};
-  const flesh_team_operations operations = {.sum = sum, .largest = sum_alone, .agree = agree, .share = exchange,
-                                            .collect = exchange};
+  const flesh_team_operations operations = {.sum = sum, .largest = sum_alone, .agree = agree, .update_ghosts = exchange,
+                                            .add_ghosts = exchange};
   flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .reached = 27, .all = 27, .data = &data,
                      .operations = &operations};
   evaluation all[2];
@@ -112,8 +112,8 @@ static void *evaluate_often(void *data)
 
 static void threads_evaluate_one_system(void)
 {
-  const flesh_team_operations operations = {.sum = sum_alone, .largest = sum_alone, .agree = agree, .share = exchange,
-                                            .collect = exchange};
+  const flesh_team_operations operations = {.sum = sum_alone, .largest = sum_alone, .agree = agree, .update_ghosts = exchange,
+                                            .add_ghosts = exchange};
   const flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .reached = 27, .all = 27, .operations = &operations};
   evaluation all[2];
   pthread_t other;
