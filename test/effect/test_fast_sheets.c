@@ -5,9 +5,8 @@
 #include "flesh/integrator.h"
 #include "welded.h"
 
-/* Two sheets of 1 x 1 m and so thick, whose waves travel at 20 m/s; the upper one's lower side begins at 0.25 m. Returns the
- * Newton iterations of the step. */
-static int hit(double speed, double thickness)
+/* Two sheets of 1 x 1 m and so thick, whose waves travel at 20 m/s; the upper one's lower side begins at 0.25 m. */
+static void hit(double speed, double thickness)
 {
   const int cells[3] = {10, 10, 1};
   const double size[3] = {1, 1, thickness};
@@ -28,30 +27,25 @@ static int hit(double speed, double thickness)
   CHECK_OK(flesh_contact_surface_of_mesh(b.mesh, NULL, &surface));
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 50, &stats));
-  double velocity = 0;
+  double velocity = 0, lower = 0;
   for (int d = 2; d < b.n; d += 3) velocity += b.state.v[d] / (b.n / 3);
-  printf("# %g m/s, %g m: %d Newton iterations, %d cutbacks, mean velocity %.6g\n", speed, thickness, stats.newton,
-         stats.convergence_failures, velocity);
+  for (int d = 2; d < b.n / 2; d += 3) lower += b.state.v[d] / (b.n / 6);
+  printf("# %g m/s, %g m: %d Newton iterations, %d cutbacks, mean velocity %.6g, of the lower one %.6g\n", speed, thickness,
+         stats.newton, stats.convergence_failures, velocity, lower);
   CHECK(crossings_count(&surface, b.state.x) == 0);
   CHECK(fabs(velocity + speed / 2) < 1e-4 * speed); /* half of the nodes had it, all share it */
-  CHECK(stats.newton > 10 && stats.newton <= 1000); /* 0 where they have gone through each other */
+  CHECK(lower < -0.01 * speed); /* not where a solve has led them around each other */
+  CHECK(stats.newton > 10 && stats.newton <= 2000);
   flesh_contact_surface_clear(&surface);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
-  return stats.newton;
 }
 
-/* A solve that contact keeps from getting anywhere is given up for a shorter step. A hundredth of the speed decides whether
- * that happens, and the step takes some 800 iterations, or it does not, and the step takes some 160. */
-static void thin_sheets_hit_each_other(void)
-{
-  int sum = 0;
-  for (int k = 0; k < 3; k++) sum += hit(198 + 2 * k, 0.05);
-  CHECK(sum <= 3 * 600);
-}
-static void thick_sheets_are_cut_in_time(void) { hit(200, 0.1); }
+/* A solve that contact keeps from getting anywhere, or leads around what is in the way, is given up for a shorter step. */
+static void thin_sheets_hit_each_other(void) { hit(200, 0.05); }
+static void thick_sheets_hit_each_other(void) { hit(200, 0.1); }
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(thin_sheets_hit_each_other), TEST(thick_sheets_are_cut_in_time));
+  return RUN_TESTS(argc, argv, TEST(thin_sheets_hit_each_other), TEST(thick_sheets_hit_each_other));
 }
