@@ -77,6 +77,13 @@ int flesh_fit_side(const flesh_fit_parameter *parameter, double p)
   return high - q < near ? 1 : q - low < near ? -1 : 0;
 }
 
+/* The number next to the first of values, from the second to the third: a key of a count refuses it. */
+static double next_to(const double values[3])
+{
+  const double next = nextafter(values[0], values[0] < values[2] ? values[2] : values[1]);
+  return values[0] != 0 ? next : copysign(DBL_MIN, next);
+}
+
 int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
                            const flesh_node *const places[3])
 {
@@ -85,8 +92,7 @@ int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const 
   if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
   for (int v = 0; v < 4 && !status; v++) {
     char number[FLESH_NUMBER_SIZE];
-    const double next = nextafter(values[0], values[0] < values[2] ? values[2] : values[1]), /* a count takes it not */
-                 value = v < 3 ? values[v] : values[0] != 0 ? next : copysign(DBL_MIN, next);
+    const double value = v < 3 ? values[v] : next_to(values);
     const flesh_node *place = places[v % 3];
     if (!place || !isfinite(value)) continue;
     overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(value, number));

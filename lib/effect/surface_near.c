@@ -15,8 +15,8 @@ typedef flesh_surface_near near;
 /* The fraction of the distance of two features that a step may leave: the barrier takes over from there. */
 static const double KEPT = 0.1;
 
-/* Ways of more than so many edges are searched in portions, of which the first is the shortest one of an edge, or this. */
-static const double LONG = FLESH_SURFACE_LONG, SHORTEST = 1e-6;
+/* A long way is searched in portions, of which the first is the shortest one of an edge, or this. */
+static const double SHORTEST = 1e-6;
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
 {
@@ -312,7 +312,7 @@ static double step_by_swept_pairs(near *self, const double *x_from, const double
 {
   const flesh_contact_surface *surface = &self->contact->surface;
   double portion = 1, least = 1;
-  while (apart > LONG * surface->mean_edge && portion * apart > surface->mean_edge && portion > SHORTEST) portion /= 2;
+  while (apart > FLESH_SURFACE_LONG * surface->mean_edge && portion * apart > surface->mean_edge && portion > SHORTEST) portion /= 2;
   for (;;) {
     double *to = self->moved;
     flesh_surface_near_without_mean(self, x_from, x_to);

@@ -48,18 +48,9 @@ static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
   }
 }
 
-/* The key body.regions[].tags. */
-static const flesh_key *tags_key(const flesh_key **body, const flesh_key **list)
-{
-  *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
-  *list = flesh_key_at((*body)->children, offsetof(flesh_scene_keys, body.regions) - (*body)->offset);
-  return flesh_key_at((*list)->children, offsetof(flesh_scene_region, tets.regions));
-}
-
 /* FLESH_ERR_ARGUMENT at the first tag of entry `e` that no tet of the mesh has. */
 static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
 {
-  const flesh_key *body, *list, *key = tags_key(&body, &list);
   const flesh_integers *tags = &((const flesh_scene_region *)scene->keys.body.regions.values)[e].tets.regions;
   const int *of_mesh = flesh_mesh_regions(scene->mesh), own = scene->parts[0].tets;
   for (int i = 0; i < tags->count; i++) {
@@ -68,9 +59,9 @@ static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
     if (tet < own || flesh_split_has_region(scene->mesh->split, tags->values[i])) continue;
     char existing[200];
     list_mesh_tags(scene->mesh, existing, sizeof existing);
-    return flesh_node_fail(flesh_node_item(flesh_scene_place(entry, list->children, key->offset), i),
-                           "%s.%s[%d].%s[%d] is %d; it must be a region tag of the mesh: %s", body->name, list->name, e,
-                           key->name, i, tags->values[i], existing);
+    return flesh_node_fail(flesh_node_item(flesh_node_find(entry, "tags"), i),
+                           "body.regions[%d].tags[%d] is %d; it must be a region tag of the mesh: %s", e, i, tags->values[i],
+                           existing);
   }
   return FLESH_OK;
 }
