@@ -8,6 +8,7 @@
 struct flesh_archive;
 struct flesh_rank_part;
 struct flesh_separation;
+struct flesh_team;
 
 /* Two groups of nodes that an effect holds together. */
 typedef struct flesh_bond {
@@ -130,8 +131,10 @@ typedef struct flesh_effect_private {
   /* Corrects x [3*n], from where a solve may begin whose step begins at x_from, so that what touches there keeps its gaps, as
    * far as a few corrections node by node go. Returns whether x has changed. */
   int (*keep_gaps)(void *near, const double *internal, const double *x_from, double *x);
-  /* flesh_effect_barrier.tunnelled with the memory and what comes with it. */
-  int (*tunnelled)(void *near, const double *internal, const double *x_from, const double *x_to);
+  /* flesh_effect_barrier.tunnelled with the memory and what comes with it, for what this rank has of it. Collective, where
+   * `team` is not NULL. */
+  int (*tunnelled)(void *near, const struct flesh_team *team, const double *internal, const double *x_from,
+                   const double *x_to);
   size_t (*memory)(const void *near); /* bytes */
   /* Saves or loads what `follow` has told (flesh_integrator_save). */
   int (*archive)(void *near, struct flesh_archive *archive);

@@ -179,7 +179,8 @@ void flesh_surface_near_group(flesh_surface_near *near);
 /* The feasible fraction of the straight step from x_from to x_to [3*n]. */
 double flesh_surface_near_feasible_step(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* flesh_effect_private.tunnelled. */
-int flesh_surface_near_tunnelled(void *near, const double *internal, const double *x_from, const double *x_to);
+int flesh_surface_near_tunnelled(void *near, const struct flesh_team *team, const double *internal, const double *x_from,
+                                 const double *x_to);
 /* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* flesh_effect_private.is_far. */

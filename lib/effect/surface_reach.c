@@ -48,6 +48,13 @@ static void add_run(box *to, const flesh_surface_run *run, const double *from, c
   flesh_displacement_box_add(to, run->end - run->begin, from ? from + first : NULL, x + first);
 }
 
+/* The first node of the surface from that of the mesh on. */
+static int next_on_surface(const flesh_contact_surface *s, int node)
+{
+  while (node < s->mesh_nodes && s->node_place[node] < 0) node++;
+  return node;
+}
+
 int flesh_surface_near_runs_create(near *self)
 {
   const flesh_contact_surface *s = &self->contact->surface;
@@ -57,7 +64,7 @@ int flesh_surface_near_runs_create(near *self)
   if (!self->runs || !self->piece) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
     flesh_surface_run *last = self->runs + self->run_count - 1;
-    if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] < last->end) { /* ranks order nodes otherwise */
+    if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] != next_on_surface(s, last->end)) { /* as on ranks */
       int piece = 0;
       while (piece < self->pieces && names[piece] != s->node_piece[k]) piece++;
       if (piece == FLESH_SURFACE_GROUPS) { /* too many: all are one */

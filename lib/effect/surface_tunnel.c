@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/team.h"
 #include "effect/surface_contact.h"
 #include "geometry/displacement_box.h"
 
@@ -29,20 +30,21 @@ static int has(const uint64_t *pairs, int a, int b) { return (int)(pairs[a] >> b
 
 static int piece_of(const near *self, int node) { return self->piece[self->contact->surface.node_place[node]]; }
 
-/* Adds the pieces that touch each other at the place of near->set. */
-static void add_touching(const near *self, uint64_t *pairs)
+/* Adds the pieces that touch each other at x. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+static int add_touching(near *self, const double *x, uint64_t *pairs)
 {
-  for (int k = 0; k < self->set.count; k++) {
+  const int status = flesh_surface_near_update_pairs(self, x);
+  for (int k = 0; !status && k < self->set.count; k++) {
     const int *nodes = self->set.pairs[k].nodes, last = nodes[3] >= 0 ? 3 : nodes[2] >= 0 ? 2 : 1;
     add(pairs, piece_of(self, nodes[0]), piece_of(self, nodes[last]));
   }
+  return status;
 }
 
-/* Adds each piece with itself, and pieces the boxes around whose ways are apart; whether there are other ones. */
-static int add_apart(const near *self, const double *x_from, const double *x_to, uint64_t *pairs)
+/* Adds pieces the boxes around whose ways are apart. */
+static void add_apart(const near *self, const double *x_from, const double *x_to, uint64_t *pairs)
 {
   flesh_displacement_box boxes[FLESH_SURFACE_GROUPS];
-  int others = 0;
   for (int a = 0; a < self->pieces; a++) boxes[a] = (flesh_displacement_box)FLESH_NO_DISPLACEMENT;
   for (int k = 0; k < self->run_count; k++) {
     const flesh_surface_run *run = &self->runs[k];
@@ -51,10 +53,25 @@ static int add_apart(const near *self, const double *x_from, const double *x_to,
     flesh_displacement_box_add(&boxes[run->piece], run->end - run->begin, NULL, x_to + first);
   }
   for (int a = 0; a < self->pieces; a++)
-    for (int b = a; b < self->pieces; b++) {
-      if (a == b || flesh_displacement_box_gap(&boxes[a], &boxes[b]) > 0) add(pairs, a, b);
-      others |= !has(pairs, a, b);
-    }
+    for (int b = a + 1; b < self->pieces; b++)
+      if (flesh_displacement_box_gap(&boxes[a], &boxes[b]) > 0) add(pairs, a, b);
+}
+
+/* Adds the pairs of all ranks, each of which knows some, and each piece with itself; whether there are other ones, and all
+ * ranks know theirs. */
+static int unite(const near *self, const flesh_team *team, int status, uint64_t *pairs)
+{
+  double known[FLESH_SURFACE_GROUPS * (FLESH_SURFACE_GROUPS - 1) / 2];
+  int count = 0, others = 0;
+  for (int a = 0; a < self->pieces; a++)
+    for (int b = a + 1; b < self->pieces; b++) known[count++] = has(pairs, a, b);
+  if (flesh_team_sum_agreed(team, status, count, known)) return 0;
+  for (int a = self->pieces - 1; a >= 0; a--) {
+    for (int b = self->pieces - 1; b > a; b--)
+      if (known[--count] > 0) add(pairs, a, b);
+      else others = 1;
+    add(pairs, a, a);
+  }
   return others;
 }
 
@@ -97,17 +114,18 @@ static int meet(near *self, const uint64_t *pairs, double portion, const double 
 }
 
 /* Pieces that touch before or after may have slid on, around corners that their straight way cuts. */
-int flesh_surface_near_tunnelled(void *memory, const double *internal, const double *x_from, const double *x_to)
+int flesh_surface_near_tunnelled(void *memory, const flesh_team *team, const double *internal, const double *x_from,
+                                 const double *x_to)
 {
   near *self = memory;
   const flesh_contact_surface *s = &self->contact->surface;
   piece_pairs pairs = {0};
   flesh_surface_near_take(self, internal);
-  if (self->pieces < 2 || flesh_surface_near_update_pairs(self, x_to)) return 0;
-  add_touching(self, pairs);
-  if (!add_apart(self, x_from, x_to, pairs) || flesh_surface_near_feasible_step(self, x_from, x_to) == 1) return 0;
-  if (flesh_surface_near_update_pairs(self, x_from)) return 0;
-  add_touching(self, pairs);
+  if (self->pieces < 2) return 0;
+  add_apart(self, x_from, x_to, pairs);
+  if (!unite(self, team, add_touching(self, x_to, pairs), pairs)) return 0;
+  if (flesh_team_least(team, flesh_surface_near_feasible_step(self, x_from, x_to)) == 1) return 0;
+  if (!unite(self, team, add_touching(self, x_from, pairs), pairs)) return 0;
   const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
   double longest = 0, portion = 1;
   for (int k = 0; k < s->node_count; k++)

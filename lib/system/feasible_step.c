@@ -28,15 +28,15 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
 int flesh_system_tunnelled(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                            double t_from, const double *x_from, double t_to, const double *x_to)
 {
-  const int shared = system->team && system->team->ranks > 1;
   int passed = 0;
-  for (int k = 0; system->limits_step && k < system->entry_count && !passed; k++) {
+  for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     const flesh_effect_private *can = flesh_effect_private_of(effect);
-    void *near = shared ? NULL : flesh_proximity_of(proximity, k);
-    if (barrier->tunnelled) passed = barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
-    if (can->tunnelled && near) passed = can->tunnelled(near, flesh_internal_of(system, k, internal), x_from, x_to);
+    void *near = flesh_proximity_of(proximity, k);
+    if (barrier->tunnelled) passed |= barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
+    if (can->tunnelled && near)
+      passed |= can->tunnelled(near, system->team, flesh_internal_of(system, k, internal), x_from, x_to);
   }
   return system->limits_step && flesh_team_any(system->team, passed);
 }

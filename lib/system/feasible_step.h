@@ -16,7 +16,7 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
  * On several ranks nothing is corrected. */
 int flesh_system_keep_gaps(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                             const double *x_from, double *x);
-/* Whether a step from x_from to x_to must have tunnelled through an obstacle or, on one rank, another body. */
+/* Whether a step from x_from to x_to must have tunnelled through an obstacle or another body. */
 int flesh_system_tunnelled(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                            double t_from, const double *x_from, double t_to, const double *x_to);
 /* flesh_system_check with internal variables (NULL: all 0). */

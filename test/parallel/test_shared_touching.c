@@ -12,9 +12,11 @@
 #include "linear/block_matrix.h"
 #include "linear/overlap_vectors.h"
 #include "scene/ranks.h"
+#include "system/feasible_step.h"
 #include "system/internal.h"
 #include "system/proximity.h"
 #include "system/ranks.h"
+#include "time/integrator.h"
 
 #define MATERIAL "density: 1000, material: {energy: S, young: 1e6, poisson: 0.4}"
 
@@ -68,6 +70,16 @@ static const char torn[] =
     "{time: 0.2, translation: [0.02, 0, 0.06]}, {time: 0.4, translation: [0.02, 0, -0.03]}]}\n"
     "time: {method: backward-euler, step: 1/100, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
+
+/* A plate that comes down on another one's rim by five times the way between them in a step; they begin 0.15 m apart. */
+static const char plates[] =
+    "body: {name: lower, mesh: plate.msh, " MATERIAL "}\n"
+    "bodies: [{name: upper, mesh: plate.msh, translation: [0.3, 0.05, 0.2], velocity: [0, 0, -40], " MATERIAL "}]\n"
+    "effects:\n"
+    "  - inertia: {}\n"
+    "  - contact: {between: all}\n"
+    "time: {method: backward-euler, step: 1/50, end: 1}\n"
+    "solver: {newton_tolerance: 1e-4}\n";
 
 /* A run of a scene on this rank alone, or of this rank's share. */
 typedef struct run {
@@ -172,6 +184,58 @@ static void a_fast_impact_is_seen(void) { CHECK(compare("impact", impact, 8, 1e-
 static void a_strip_touches_itself_across_a_cut(void) { CHECK(compare("fold", fold, 20, 1e-6) > 2); }
 
 static void a_weld_breaks_and_its_faces_meet_again(void) { CHECK(compare("torn", torn, 40, 1e-6) > 2); }
+
+/* Whether the share's upper plate, so far from its start and tilted, would have gone through the lower one on this straight
+ * way. */
+static int is_tunnelled(const run *shared, double tilt, const double from[3], const double way[3])
+{
+  double *x[2] = {malloc((size_t)shared->n * sizeof **x), malloc((size_t)shared->n * sizeof **x)};
+  for (int d = 0; d < shared->n; d++) {
+    const double *at = shared->state.x + d - d % 3;
+    const int moves = at[2] > 0.1;
+    x[0][d] = shared->state.x[d] + (moves ? from[d % 3] + (d % 3 == 2 ? tilt * (at[0] - 0.3 + at[1] - 0.05) : 0) : 0);
+    x[1][d] = x[0][d] + (moves ? way[d % 3] : 0);
+  }
+  const flesh_proximity *proximity = shared->integrator->evaluation->environment.proximity;
+  const int passed = flesh_system_tunnelled(shared->system, proximity, shared->state.internal, 0, x[0], 1. / 50, x[1]);
+  free(x[0]);
+  free(x[1]);
+  return passed;
+}
+
+/* The runs of nodes by which a rank bounds a piece have no node of another piece, whatever nodes the rank owns. */
+static void check_pieces(const run *shared)
+{
+  int k = 0;
+  while (!flesh_is_surface_contact(flesh_system_effect(shared->system, k))) k++;
+  const flesh_surface_near *near = flesh_proximity_of(shared->integrator->evaluation->environment.proximity, k);
+  const flesh_contact_surface *s = &near->contact->surface;
+  CHECK(near->pieces == 2);
+  for (int r = 0; r < near->run_count; r++)
+    for (int i = near->runs[r].begin; i < near->runs[r].end; i++)
+      CHECK(s->node_place[i] < 0 || near->piece[s->node_place[i]] == near->runs[r].piece);
+}
+
+/* The plates push each other, as on one rank (test_far_bodies). A solve would lead around, as if each was alone. */
+static void a_step_does_not_lead_around_what_is_in_its_way(void)
+{
+  run shared;
+  open_run(plates, 1, &shared);
+  check_pieces(&shared);
+  const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, touching[3] = {-0.17, 0.02, -0.149},
+               above[3] = {-0.17, 0.02, -0.14};
+  CHECK(is_tunnelled(&shared, 0, start, down) && !is_tunnelled(&shared, 0, start, past));
+  CHECK(is_tunnelled(&shared, 0.5, above, down));
+  CHECK(!is_tunnelled(&shared, 0.5, touching, down)); /* with one corner, of which one rank knows */
+  for (int s = 0; s < 2; s++) CHECK_OK(advance(&shared));
+  const int n = flesh_system_unknowns(flesh_scene_system(shared.scene));
+  double *v = gather(&shared, n, shared.state.v), lower = 0, upper = 0;
+  for (int d = 2; d < n; d += 3) *(d < n / 2 ? &lower : &upper) += v[d] / (n / 6);
+  if (flesh_communicator_rank(ranks) == 0) printf("# plates: %.3g and %.3g m/s\n", lower, upper);
+  CHECK(lower < -0.3 && upper > -39.7 && upper < -20);
+  free(v);
+  close_run(&shared);
+}
 
 /* A matrix of the share and of the whole where the block is `moved` along the track, and the ranks as solves see them. */
 typedef struct matrices {
@@ -331,9 +395,11 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   make_box("track.msh", (int[]){12, 2, 1}, (double[]){3, 0.5, 0.25});
   make_box("block.msh", (int[]){2, 2, 2}, (double[]){0.5, 0.48, 0.5});
+  make_box("plate.msh", (int[]){4, 4, 1}, (double[]){0.4, 0.4, 0.05});
   make_box("strip.msh", (int[]){24, 2, 1}, (double[]){3, 0.4, 0.1});
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(solves_exchange_what_is_near),
                                         TEST(a_block_slides_from_rank_to_rank), TEST(a_fast_impact_is_seen),
+                                        TEST(a_step_does_not_lead_around_what_is_in_its_way),
                                         TEST(a_strip_touches_itself_across_a_cut),
                                         TEST(a_weld_breaks_and_its_faces_meet_again));
   test_folder_remove(folder);
