@@ -9,6 +9,8 @@
 
 /* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
 static const double unbalanced_share = 0.02, load_share = 1e-3;
+/* What loads may have worked, of the strain energy: small ones bend thin bodies far. */
+static const double work_share = 0.01;
 /* Least strain energy that counts, as a share of that of a body strained by 1. */
 static const double least_stored = 1e-6;
 /* Limits for a body at rest: its kinetic energy and its change of strain energy, as shares of the strain energy. */
@@ -50,8 +52,8 @@ static int has_rested(const flesh_run_trace *trace, double stored)
   return last - k >= LEAST_STEPS;
 }
 
-/* Whether nothing but the body's own stress, of forces of this size, acts on its nodes. */
-static int is_alone(const flesh_scene *scene, const flesh_state *state, double force, double edge)
+/* Whether nothing but the body's own stress, of forces of this size, acts on its nodes, nor has strained it. */
+static int is_alone(const flesh_scene *scene, const flesh_state *state, double stored, double force, double edge)
 {
   const flesh_system *system = flesh_scene_system(scene);
   const int n = flesh_system_unknowns(system);
@@ -69,9 +71,13 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double f
     alone = !flesh_system_roles_residual(system, elasticity, &point, own) &&
             !flesh_system_roles_residual(system, ~(inertia | elasticity), &point, others);
   }
-  for (int d = 0; d < n && alone; d++)
+  double work = 0;
+  for (int d = 0; d < n && alone; d++) {
+    work -= others[d] * (state->x[d] - X[d]);
     alone = fabs(others[d]) <= load_share * force &&
             (fixed[d] ? fabs(state->x[d] - X[d]) <= 1e-6 * edge : fabs(own[d]) <= unbalanced_share * force);
+  }
+  alone = alone && fabs(work) <= work_share * stored;
   free(zeros), free(own), free(others), free(fixed);
   return alone;
 }
@@ -86,8 +92,6 @@ double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trac
   if (!(stored > least_stored * stiffness)) return 0;
   if (!is_static && !has_rested(trace, stored)) return 0;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  /* A tet's volume over its edge is an area; the factor makes a regular tet's its edge squared. Thin bodies have flat tets. */
-  const double area = 6 * sqrt(2) * info.volume / info.tets / info.edge_mean;
-  const double force = mu * sqrt(2 * stored / stiffness) * area;
-  return is_alone(scene, state, force, info.edge_mean) ? stored : 0;
+  const double force = mu * sqrt(2 * stored / stiffness) * info.edge_mean * info.edge_mean;
+  return is_alone(scene, state, stored, force, info.edge_mean) ? stored : 0;
 }

@@ -23,8 +23,7 @@ typedef struct iteration {
   int may_filter;   /* an indefinite matrix is filtered, not given up */
 } iteration;
 
-/* Whether what may end a solve from outside does so. */
-static int asked_to_stop(void *data)
+int flesh_newton_asked_to_stop(void *data)
 {
   flesh_newton *self = data;
   if (!self->stopped) self->stopped = flesh_ask_together(self->equations.team, self->stop.stop, self->stop.data);
@@ -89,7 +88,7 @@ static int solve(flesh_newton *self, iteration *it)
   flesh_direction *direction = &self->direction;
   /* Without inertia K may be singular: the iterations leave alone what a factor throws far away. */
   const int gives_way = self->equations.stage.shift.a != 0 && flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK);
-  const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
+  const flesh_direction_request request = {.tolerance = it->tolerance, .stop = flesh_newton_asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
                                            .follow_curvature = it->guarded && self->follow_curvature,
                                            .gives_way = gives_way,
@@ -329,7 +328,7 @@ static const double beneath_round_off = 1e-6;
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)
 {
   self->direction.iterations = 0;
-  if (asked_to_stop(self)) return self->stopped;
+  if (flesh_newton_asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
   const int arrived = self->arrived;

@@ -99,6 +99,9 @@ void flesh_newton_forget(flesh_newton *newton);
 /* Archives the memory that lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
 int flesh_newton_archive(flesh_newton *newton, flesh_archive *archive);
 
+/* What may end a solve from outside says in this stage, on all ranks together; FLESH_OK: go on. `newton`: a flesh_newton. */
+int flesh_newton_asked_to_stop(void *newton);
+
 /* Sets the stage, finds the dofs that are constrained at its time, and clears what was cached. */
 void flesh_newton_set_stage(flesh_newton *newton, const flesh_stage *stage);
 /* The frozen state of effects that have one becomes the point of u [n] (flesh_stage.frozen_at_solution). */

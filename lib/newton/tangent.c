@@ -100,9 +100,11 @@ int flesh_newton_solve_tangent(flesh_newton *self, double *b, double tolerance, 
     memset(p, 0, (size_t)equations->n * sizeof *p);
     return FLESH_OK;
   }
-  flesh_direction_request request = {.tolerance = tolerance * norm, .max_iterations = most_iterations(self, tolerance)};
-  int status = FLESH_NOT_POSITIVE;
-  if (!self->tangent.has_pivots) status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
+  flesh_direction_request request = {.tolerance = tolerance * norm, .max_iterations = most_iterations(self, tolerance),
+                                     .stop = flesh_newton_asked_to_stop, .stop_data = self};
+  int status = flesh_newton_asked_to_stop(self) ? self->stopped : FLESH_NOT_POSITIVE;
+  if (status == FLESH_NOT_POSITIVE && !self->tangent.has_pivots)
+    status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
   if (status == FLESH_NOT_CONVERGED && self->tangent.kept && !(status = flesh_matrix_policy_refresh(&self->policy))) {
     self->tangent.kept = 0;
     self->tangent.wary = WARY;

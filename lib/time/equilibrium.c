@@ -57,7 +57,7 @@ static int improve(flesh_integrator *self, flesh_state *state, flesh_solve_stats
 }
 
 enum {
-  PATIENCE = 10,                           /* solves in which what follows the shape must change half as much */
+  PATIENCE = 4,                            /* solves in which what follows the shape must change half as much */
   STILL_CHANGES = FLESH_NOT_POSITIVE + 1 /* a status of `follow`: it did not */
 };
 
@@ -70,7 +70,8 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_so
   for (int left = PATIENCE; left > 0; left--) {
     int status = improve(self, state, stats);
     const int before = stats->newton;
-    if (status) return status > 0 ? STILL_CHANGES : status;
+    if (status < 0) return status;
+    if (status && !self->followers.contracts) return STILL_CHANGES;
     self->row->stage(&self->memory, state, state->t, h, &stage);
     status = solve(self, state, &stage, h, 0, 0, stats);
     if (status || stats->newton == before) return status;

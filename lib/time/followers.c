@@ -100,6 +100,7 @@ static int find_direction(flesh_followers *self, const double *x, double *first,
     if (!status) status = find_move(self, &length);
     if (status) return status;
     if (k == 0) *first = length;
+    if (k == 1) self->contracts = length < *first / 2;
     *found = length <= depth * *first;
     for (int d = 0; d < n; d++) self->back[d] += self->mixing.x[d];
     flesh_mixing_go_on(&self->mixing, self->back);
@@ -130,7 +131,7 @@ static int set_stage(flesh_followers *self, const flesh_state *state)
  * residual. */
 static int search(flesh_followers *self, double before, double *x, double *norm, int *found)
 {
-  const double least = 1. / 64;
+  const double least = self->contracts ? 1. / 2 : 1. / 64;
   const size_t bytes = (size_t)self->mixing.n * sizeof *x;
   double reached = INFINITY;
   int status = FLESH_OK;

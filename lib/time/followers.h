@@ -10,6 +10,7 @@ typedef struct flesh_followers {
   flesh_newton *newton; /* borrowed */
   flesh_point point;
   double step;          /* m, of differences */
+  int contracts;        /* whether a solve with what follows lagged halves, to first order, how far the last iterate is off */
   flesh_mixing mixing;  /* of directions */
   double *r, *change, *moved, *back; /* [n], of one array */
 } flesh_followers;

@@ -294,6 +294,54 @@ static void statics_follow_an_open_pressure(void)
   }
 }
 
+typedef struct asked {
+  int count, last;
+} asked;
+
+static int stop_at(void *data)
+{
+  asked *self = data;
+  return ++self->count == self->last ? FLESH_ERR_BUDGET : FLESH_OK;
+}
+
+/* What may end a step is asked also while it finds what follows, and the state is as it was then. */
+static void following_ends_when_it_is_told_to(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_solver_options options = test_options(1e-10);
+  flesh_integrator *integrator = NULL;
+  asked all = {0}, one = {0};
+  int *triangles;
+  make(test_box(4, 2, 2, 2, 1, 1), 0.4, 0, &b);
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  const int count = triangles_in(b.mesh, (const double[]){1, -1, 1, 3, 2, 2}, &triangles);
+  CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 3000, NULL, &effect));
+  add(&b, effect);
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  flesh_solve_stats stats = {0};
+  const size_t bytes = (size_t)b.n * sizeof(double);
+  double *x = malloc(bytes);
+  memcpy(x, b.state.x, bytes);
+  flesh_integrator_set_stop(integrator, stop_at, &all);
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1, &stats));
+  printf("# asked %d times in %d iterations of Newton's, %d linear ones\n", all.count, stats.newton, stats.linear);
+  CHECK(all.count >= 3 * stats.newton); /* once in each iteration, and in directions between them */
+  for (int last = 1; last <= all.count; last++) {
+    one = (asked){0, last};
+    memcpy(b.state.x, x, bytes);
+    b.state.t = 0;
+    flesh_integrator_set_stop(integrator, stop_at, &one);
+    CHECK(flesh_integrator_step(integrator, &b.state, 1, NULL) == FLESH_ERR_BUDGET);
+    CHECK(one.count == last && b.state.t == 0 && !memcmp(b.state.x, x, bytes));
+  }
+  free(x);
+  free(triangles);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 /* --- the thick sphere --- */
 
 static const double inner = 1, outer = 1.6;
@@ -454,6 +502,6 @@ int main(int argc, char **argv)
   gsl_set_error_handler_off();
   return RUN_TESTS(argc, argv, TEST(traction_pulls_a_bar_as_the_closed_form), TEST(auxetic_bars_widen_as_the_closed_form),
                    TEST(forces_are_what_holds_against_them), TEST(pressure_follows_the_faces),
-                   TEST(statics_follow_an_open_pressure), TEST(pressure_inflates_a_thick_sphere),
-                   TEST(triangles_are_chosen_by_region));
+                   TEST(statics_follow_an_open_pressure), TEST(following_ends_when_it_is_told_to),
+                   TEST(pressure_inflates_a_thick_sphere), TEST(triangles_are_chosen_by_region));
 }
