@@ -9,7 +9,7 @@
 
 /* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
 static const double unbalanced_share = 0.02, load_share = 1e-3;
-/* What loads may have worked, of the strain energy: small ones bend thin bodies far. */
+/* The work of loads that counts, as a share of the strain energy: small loads bend thin bodies far. */
 static const double work_share = 0.01;
 /* Least strain energy that counts, as a share of that of a body strained by 1. */
 static const double least_stored = 1e-6;

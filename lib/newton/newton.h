@@ -99,7 +99,7 @@ void flesh_newton_forget(flesh_newton *newton);
 /* Archives the memory that lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
 int flesh_newton_archive(flesh_newton *newton, flesh_archive *archive);
 
-/* What may end a solve from outside says in this stage, on all ranks together; FLESH_OK: go on. `newton`: a flesh_newton. */
+/* The answer of flesh_stop in this stage, of all ranks together; FLESH_OK: go on. `newton`: a flesh_newton. */
 int flesh_newton_asked_to_stop(void *newton);
 
 /* Sets the stage, finds the dofs that are constrained at its time, and clears what was cached. */
