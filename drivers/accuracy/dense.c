@@ -1,7 +1,8 @@
 /* dense.c: a track between its times, and how well it is known there.
  *
  * Hermite interpolation of positions and velocities at up to four times (degree 7; Stoer and Bulirsch, Introduction to
- * Numerical Analysis, 2.1.5), never across a time at which the motion has a kink. */
+ * Numerical Analysis, 2.1.5), never across a break, at which the motion has a kink: between the two times around one that is
+ * no time of the track nothing is known. The velocity at a break is that before it, as every method leaves it. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -18,69 +19,76 @@ typedef struct nodes {
 
 static double time_of(const nodes *n, int k) { return n->track->t[k * n->stride]; }
 
-/* Between nodes k and k+1. */
+/* Between nodes k and k+1, the latter included. */
 static int interval_of(const nodes *n, double t)
 {
   int low = 0, high = n->count - 1;
   while (high - low > 1) {
     int middle = (low + high) / 2;
-    if (time_of(n, middle) <= t) low = middle;
+    if (time_of(n, middle) < t) low = middle;
     else high = middle;
   }
   return low;
 }
 
-/* The nodes from *first to *last around interval k that no break parts from it; a break within it leaves its two. */
-static void smooth_part(const nodes *n, const flesh_accuracy_measure *measure, int k, int *first, int *last)
+typedef struct part {
+  int first, last, half; /* nodes; half: the velocity at the first is that before a break */
+} part;
+
+/* The nodes around t that no break parts from it; 0 where a break lies between the two next to it. */
+static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, double t, part *smooth)
 {
-  double left = time_of(n, k), right = time_of(n, k + 1), rounding = 1e-9 * (right - left);
+  const int k = interval_of(n, t);
+  const double rounding = 1e-9 * (time_of(n, k + 1) - time_of(n, k));
   double before = -INFINITY, after = INFINITY;
-  for (int b = 0; b < measure->break_count; b++) {
-    double t = measure->breaks[b];
-    if (t <= left + rounding) before = t;
-    else if (t < right - rounding) before = left, after = right;
-    else after = fmin(after, t);
-  }
-  *first = k, *last = k + 1;
-  while (*last - *first < POINTS - 1) {
-    int down = *first > 0 && time_of(n, *first - 1) >= before - rounding;
-    int up = *last < n->count - 1 && time_of(n, *last + 1) <= after + rounding;
+  for (int b = 0; b < measure->break_count; b++)
+    if (measure->breaks[b] < t - rounding) before = fmax(before, measure->breaks[b]);
+    else after = fmin(after, measure->breaks[b]);
+  int first = k, last = k + 1;
+  if (fabs(t - time_of(n, last)) <= rounding) first = last; /* one of its times */
+  else if (time_of(n, first) < before - rounding || time_of(n, last) > after + rounding) return 0;
+  while (last > first && last - first < POINTS - 1) {
+    int down = first > 0 && time_of(n, first - 1) >= before - rounding;
+    int up = last < n->count - 1 && time_of(n, last + 1) <= after + rounding;
     if (!down && !up) break;
-    if (down && (!up || k - *first <= *last - k - 1)) --*first;
-    else ++*last;
+    if (down && (!up || k - first <= last - k - 1)) --first;
+    else ++last;
   }
+  *smooth = (part){first, last, last > first && time_of(n, first) <= before + rounding};
+  return 1;
 }
 
-/* The weights w [4] of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the
- * velocity (w[2], w[3]) there. With l the Lagrange polynomial of the node: (1 - 2 (t-tj) l'(tj)) l^2 and (t-tj) l^2. */
-static void weigh(int count, const double *times, int j, double t, double *w)
+/* The weights w [4] of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the velocity
+ * (w[2], w[3]) there, by divided differences, in which a node stands twice where its velocity is known: at all but, with
+ * `half`, the first. */
+static void weigh(int count, const double *times, int half, int j, double t, double *w)
 {
-  double l = 1, slope = 0, own = 0, s = t - times[j];
-  for (int m = 0; m < count; m++) {
-    if (m == j) continue;
-    double rest = 1 / (times[j] - times[m]);
-    for (int o = 0; o < count; o++)
-      if (o != j && o != m) rest *= (t - times[o]) / (times[j] - times[o]);
-    slope += rest; /* l' at t by the product's rule */
-    l *= (t - times[m]) / (times[j] - times[m]);
-    own += 1 / (times[j] - times[m]);
+  double z[2 * POINTS], c[2 * POINTS];
+  int node[2 * POINTS], size = 0;
+  for (int k = 0; k < count; k++)
+    for (int twice = k == 0 && half; twice < 2; twice++) node[size] = k, z[size++] = times[k];
+  for (int what = 0; what < 2; what++) {
+    for (int i = 0; i < size; i++) c[i] = !what && node[i] == j;
+    for (int level = 1; level < size; level++)
+      for (int i = size - 1; i >= level; i--)
+        c[i] = node[i] == node[i - level] ? what && node[i] == j : (c[i] - c[i - 1]) / (z[i] - z[i - level]);
+    double value = c[size - 1], slope = 0;
+    for (int i = size - 2; i >= 0; i--) slope = slope * (t - z[i]) + value, value = value * (t - z[i]) + c[i];
+    w[what] = value, w[2 + what] = slope;
   }
-  w[0] = (1 - 2 * s * own) * l * l;
-  w[1] = s * l * l;
-  w[2] = 2 * l * ((1 - 2 * s * own) * slope - own * l);
-  w[3] = l * l + 2 * s * l * slope;
 }
 
-static void interpolate(const nodes *n, const flesh_accuracy_measure *measure, double t, double *x, double *v)
+/* 0: not known at t. */
+static int interpolate(const nodes *n, const flesh_accuracy_measure *measure, double t, double *x, double *v)
 {
   const flesh_accuracy_track *track = n->track;
   size_t unknowns = (size_t)track->unknowns;
   double times[POINTS], w[POINTS][4];
-  int first = 0, last = 0;
-  if (n->count > 1) smooth_part(n, measure, interval_of(n, t), &first, &last);
-  int count = last - first + 1;
+  part smooth = {0};
+  if (n->count > 1 && !smooth_part(n, measure, t, &smooth)) return 0;
+  const int first = smooth.first, count = smooth.last - first + 1;
   for (int j = 0; j < count; j++) times[j] = time_of(n, first + j);
-  for (int j = 0; j < count; j++) weigh(count, times, j, t, w[j]);
+  for (int j = 0; j < count; j++) weigh(count, times, smooth.half, j, t, w[j]);
   for (size_t d = 0; d < unknowns; d++) {
     x[d] = v[d] = 0;
     for (int j = 0; j < count; j++) {
@@ -89,13 +97,14 @@ static void interpolate(const nodes *n, const flesh_accuracy_measure *measure, d
       v[d] += w[j][2] * track->x[at] + w[j][3] * track->v[at];
     }
   }
+  return 1;
 }
 
-void flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t,
-                             double *x, double *v)
+int flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t, double *x,
+                            double *v)
 {
   const nodes all = {track, 1, track->times};
-  interpolate(&all, measure, t, x, v);
+  return interpolate(&all, measure, t, x, v);
 }
 
 /* Largest differences at the times that a coarser choice of nodes leaves out. */
@@ -111,7 +120,7 @@ static int hold_out(const flesh_system *system, const flesh_accuracy_measure *me
     const size_t at = (size_t)k * (size_t)track->unknowns;
     const flesh_accuracy_state truth = {track->x + at, track->energy[k], track->volume[k]};
     *one.t = track->t[k];
-    interpolate(&coarse, measure, track->t[k], one.x, one.v);
+    if (!interpolate(&coarse, measure, track->t[k], one.x, one.v)) continue;
     status = flesh_accuracy_track_evaluate(system, &one);
     const flesh_accuracy_state guess = {one.x, *one.energy, *one.volume};
     if (!status) flesh_accuracy_compare_states(measure, scale, &guess, &truth, errors);

@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 
-/* Compares every state that it sees. */
+/* Compares every state that it sees, where the reference is known. */
 typedef struct judge_of_run {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference;
@@ -45,7 +45,7 @@ static int compare(judge_of_run *j, const flesh_accuracy_track *with, flesh_accu
 {
   const flesh_accuracy_plan *plan = j->plan;
   *j->then.t = *j->now.t;
-  flesh_accuracy_track_at(with, &plan->measure, *j->now.t, j->then.x, j->then.v);
+  if (!flesh_accuracy_track_at(with, &plan->measure, *j->now.t, j->then.x, j->then.v)) return FLESH_OK;
   int status = flesh_accuracy_track_evaluate(flesh_scene_system(j->scene), &j->then);
   const flesh_accuracy_state now = {j->now.x, *j->now.energy, *j->now.volume};
   const flesh_accuracy_state then = {j->then.x, *j->then.energy, *j->then.volume};

@@ -94,9 +94,10 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
 double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,
                             const flesh_accuracy_track *b);
 
-/* The track's state at any time from its first to its last: x, v [unknowns]. */
-void flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t,
-                             double *x, double *v);
+/* The track's state at a time from its first to its last: x, v [unknowns]. 0 where it is not known: between two of its times
+ * with a break between them. */
+int flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t, double *x,
+                            double *v);
 /* How well it is known between its times: from what half of them, and a quarter, leave out. */
 int flesh_accuracy_track_doubt(const flesh_system *system, const flesh_accuracy_measure *measure,
                                const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
