@@ -97,18 +97,18 @@ typedef struct node_along {
   int node;
 } node_along;
 
-/* Shows how many nodes lie where another does: there a mesh that looks whole is torn. They are closer than a thousandth of
- * the shortest edge, as files round positions. FLESH_ERR_MEMORY. */
+/* Shows how many corners lie where another does: there a mesh that looks whole is torn. They are closer than a thousandth of
+ * the shortest edge, as files round positions. Nodes on the edges of a flat tet may meet without a tear. FLESH_ERR_MEMORY. */
 static int show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
 {
   static const double slant[3] = {0.6357, 0.5773, 0.5124};
   const double *x = flesh_mesh_positions(mesh), near = 1e-3 * info->edge_min;
-  node_along *nodes = malloc((size_t)info->nodes * sizeof *nodes);
+  node_along *nodes = calloc((size_t)info->nodes, sizeof *nodes);
   int used = 0, found = 0, first[2] = {0, 0};
   if (!nodes) return flesh_no_memory();
+  for (int k = 0; k < 4 * info->tets; k++) nodes[flesh_mesh_tets(mesh)[k]].node = 1;
   for (int n = 0; n < info->nodes; n++)
-    if (flesh_mesh_node_used(mesh)[n])
-      nodes[used++] = (node_along){flesh_vec3_dot(x + 3 * (size_t)n, slant), n};
+    if (nodes[n].node) nodes[used++] = (node_along){flesh_vec3_dot(x + 3 * (size_t)n, slant), n};
   flesh_sort(nodes, (size_t)used, sizeof *nodes, flesh_compare_double);
   for (int i = 0; i < used; i++)
     for (int j = i + 1; j < used && nodes[j].along - nodes[i].along <= near; j++) {

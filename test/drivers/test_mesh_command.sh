@@ -62,6 +62,12 @@ torn 1e-5
 check torn_mesh 0 'coincident     2 nodes where another is, as 0 and 4: the mesh is torn there' info torn.txt
 torn 2e-3
 check node_apart 0 'coincident     1 node where another is, as 0 and 4' info torn.txt
+# Nodes on two edges of a flat tet meet, which tears nothing.
+printf 'nodes 4\n0 0 0\n1 0 0\n1 1 1e-6\n0 1 0\ntets 1\n0 1 2 3\n' >flat.txt
+check flat_tet_of_ten 0 '10 nodes, 1 tet of ten nodes' convert --order 2 flat.txt flat.msh
+check flat_tet 0 '1 of ten nodes, 0 of them curved' info flat.msh
+number=$((number + 1))
+if grep -q coincident out; then echo "not ok $number - flat_tet_is_whole"; else echo "ok $number - flat_tet_is_whole"; fi
 check kept_sets 0 "    'right'  0 nodes, 24 tets" info sets.msh
 check sets_of_one_region 0 "    'right'  0 nodes, 24 tets, region 9" info sets.msh
 check convert_without_sets 0 'sets.mesh: 23 nodes, 48 tets, 2 regions; without the 2 named sets, which only .msh holds' \
@@ -116,7 +122,7 @@ check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.ms
 
 # Nothing is left behind by what failed.
 number=$((number + 1))
-if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh bar_parts box_parts c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh four.mesh out sets.mesh sets.msh ten.ele ten.msh ten.node torn.txt ' ]; then
+if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh bar_parts box_parts c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh flat.msh flat.txt four.mesh out sets.mesh sets.msh ten.ele ten.msh ten.node torn.txt ' ]; then
   echo "ok $number - only_what_was_asked_for"
 else
   echo "not ok $number - only_what_was_asked_for"
