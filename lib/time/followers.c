@@ -163,6 +163,9 @@ int flesh_followers_improve(flesh_followers *self, double target, flesh_state *s
   }
   flesh_stage_count(newton, stats);
   const int at_round_off = !found && length <= resolution * self->step;
-  if (status == FLESH_ERR_SOLVE) return FLESH_NOT_CONVERGED; /* there is no tangent */
+  if (status == FLESH_ERR_SOLVE) { /* there is no tangent, by which to tell */
+    self->contracts = 1;
+    return FLESH_NOT_CONVERGED;
+  }
   return status ? status : norm <= target || at_round_off ? FLESH_OK : FLESH_NOT_CONVERGED;
 }
