@@ -99,7 +99,8 @@ def in_a_process(name, folder, work, seconds):
         with open(os.path.join(work, "record.json"), encoding="utf-8") as file:
             return json.load(file), used, late
     except (OSError, ValueError):
-        return None, used, late or used >= seconds
+        # The limit of CPU time and the time that is accounted for are counted apart.
+        return None, used, late or used >= seconds or os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU
 
 
 def run(name, folder, case, work, seconds):
