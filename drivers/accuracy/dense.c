@@ -46,6 +46,7 @@ static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, do
     else after = fmin(after, measure->breaks[b]);
   int first = k, last = k + 1;
   if (fabs(t - time_of(n, last)) <= rounding) first = last; /* one of its times */
+  else if (fabs(t - time_of(n, first)) <= rounding) last = first;
   else if (time_of(n, first) < before - rounding || time_of(n, last) > after + rounding) return 0;
   while (last > first && last - first < POINTS - 1) {
     int down = first > 0 && time_of(n, first - 1) >= before - rounding;

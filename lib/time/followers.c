@@ -128,7 +128,7 @@ static int set_stage(flesh_followers *self, const flesh_state *state)
 }
 
 /* Takes x along the mixing's x to where the move asked for is shorter than `before`. *found: whether it has; norm: that of the
- * residual. */
+ * residual. Where solves contract these lead on sooner than short steps. */
 static int search(flesh_followers *self, double before, double *x, double *norm, int *found)
 {
   const double least = self->contracts ? 1. / 2 : 1. / 64;

@@ -10,7 +10,7 @@ typedef struct flesh_followers {
   flesh_newton *newton; /* borrowed */
   flesh_point point;
   double step;          /* m, of differences */
-  int contracts;        /* whether a solve with what follows lagged halves, to first order, how far the last iterate is off */
+  int contracts;        /* to first order, a solve with what follows lagged halves how far the last iterate is off */
   flesh_mixing mixing;  /* of directions */
   double *r, *change, *moved, *back; /* [n], of one array */
 } flesh_followers;
@@ -21,7 +21,8 @@ void flesh_followers_clear(flesh_followers *self);
 size_t flesh_followers_memory(const flesh_followers *self);
 
 /* Takes the state, to which the last solve has led, to where the 2-norm of the forces on free dofs is at most `target`, N, or
- * at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an error. */
+ * at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an error.
+ * There `contracts` tells whether solves that lag what follows are likely to lead on. */
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats);
 
 #endif

@@ -62,6 +62,19 @@ END
 }
 pressures() { agree 3 "$scenes/inflated_sphere.yaml" --set body.element=tet10 --set time.end=0.1 --no-frames; }
 # With a pressure of each tet, which a state has, too.
+# A strip that a pressure turns by 90 degrees; its stiffness is indefinite on the way, of which ranks make no factor.
+following_loads() {
+  "$flesh" mesh box --cells 20,3,1 --size 0.4,0.06,0.01 --out strip.msh >/dev/null || return 1
+  cat >strip.yaml <<'END'
+body: {mesh: strip.msh, element: tet10-mean, density: 1000, material: {energy: S, young: 1e5, poisson: 0.3}}
+effects:
+  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}
+  - pressure: {box: [[-1, -1, 0.00999], [1, 1, 1]], pressure: 2}
+time: {method: static}
+END
+  agree 2 strip.yaml
+}
+
 incompressible_body() {
   "$flesh" mesh box --cells 4,2,2 --size 2,1,1 --out bar.msh >/dev/null || return 1
   cat >bar.yaml <<'END'
@@ -473,7 +486,7 @@ if [ -n "$quick" ]; then
 else
   run_tests statics damping prescribed_motion several_bodies newmark adaptive ten_nodes contact untangling bodies_that_touch \
     a_body_that_touches_itself adaptive_contact bodies_that_come_apart bodies_in_each_other_are_refused welds joints \
-    pressures incompressible incompressible_beside_others welds_that_break springs muscles fluids a_moving_ball loads settling outputs \
+    pressures following_loads incompressible incompressible_beside_others welds_that_break springs muscles fluids a_moving_ball loads settling outputs \
     a_state_goes_on_on_others more_ranks_than_there_is_work \
     what_is_not_there_is_refused a_bad_scene_on_one_rank_ends_all a_failed_step_is_that_of_one_rank \
     a_signal_to_one_rank_ends_all a_signal_to_an_idle_rank_ends_all a_killed_rank_ends_all a_budget_ends_all \
