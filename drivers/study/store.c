@@ -44,7 +44,9 @@ static int text_of(flesh_study_store *store, const char *key, char **value)
     if (text && !(*value = strdup((const char *)text))) code = SQLITE_NOMEM;
     sqlite3_finalize(query);
   }
-  return code == SQLITE_NOMEM ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", store->path) : FLESH_OK;
+  return code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE || code == SQLITE_ERROR || code == SQLITE_NOTADB
+             ? FLESH_OK
+             : flesh_study_store_fail(store, "cannot be read");
 }
 
 static int set_meta(flesh_study_store *store, const char *key, const char *value)
@@ -302,6 +304,11 @@ void flesh_study_store_close(flesh_study_store *store)
   sqlite3_finalize(store->claim);
   sqlite3_finalize(store->finish);
   sqlite3_finalize(store->row);
+  if (store->lock >= 0) {
+    /* A database in WAL can be read only where SQLite may write beside it; in use elsewhere, it stays so. */
+    sqlite3_busy_timeout(store->database, 0);
+    sqlite3_exec(store->database, "PRAGMA journal_mode = DELETE", NULL, NULL, NULL);
+  }
   sqlite3_close(store->database);
   if (store->lock >= 0) {
     flesh_path_unlink(store->lock_path);

@@ -166,6 +166,16 @@ END
 }
 
 # Values that four digits do not part are values of their own.
+# A finished database can be read where nothing may be written beside it: its header asks for no log of SQLite's, as 2 in
+# bytes 18 and 19 does. One that is damaged is not called "no database of a study".
+a_finished_sweep_needs_no_log() {
+  undisturbed || return 1
+  [ "$(od -An -tu1 -j18 -N2 whole/sweep.db | tr -d ' \n')" = 11 ] && [ "$(find whole -name 'sweep.db*' | wc -l)" -eq 1 ] ||
+    { od -An -tu1 -j18 -N2 whole/sweep.db; ls -a whole; return 1; }
+  head -c 4096 whole/sweep.db >torn.db && head -c 20000 /dev/zero | tr '\0' '\377' >>torn.db
+  expect 3 "$flesh" sweep export torn.db && has stderr.txt 'torn.db: cannot be read: .*malformed'
+}
+
 near_values_are_told_apart() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   spec 'set: {time.end: 1/60}' 'axes: [{key: body.material.poisson, values: [0.49991, 0.49992, 0.3]}, {key: body.density, values: [1, 2]}]'
@@ -244,6 +254,7 @@ snakemake_runs_the_shards() {
 }
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
-  an_older_sweep_is_not_overwritten an_axis_may_grow shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
+  an_older_sweep_is_not_overwritten an_axis_may_grow shards_join_to_the_same_bits tables_are_exported a_finished_sweep_needs_no_log \
+  near_values_are_told_apart pictures_are_drawn \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards
