@@ -77,21 +77,41 @@ static int split_path(change *c)
   return c->count ? FLESH_OK : bad_path(c);
 }
 
+/* The key that the steps before `depth` lead to; NULL: none. */
+static const flesh_key *key_at(const change *c, int depth)
+{
+  const flesh_key *keys = c->keys, *key = NULL;
+  for (int k = 0; k < depth; k++) {
+    const char *name = c->segments[k].name;
+    if (!name) continue;
+    const flesh_effect_row *row = key && key->type == FLESH_KEY_EFFECTS ? flesh_effect_row_named(name) : NULL;
+    key = keys ? flesh_key_named(keys, name) : NULL;
+    keys = row ? row->keys : key ? key->children : NULL;
+  }
+  return key;
+}
+
 /* Whether the path's first step leads to the list of effects, whose items have names. */
 static int names_items(const change *c, int depth)
 {
-  if (depth != 1 || !c->segments[0].name) return 0;
-  const flesh_key *key = flesh_key_named(c->keys, c->segments[0].name);
-  return key && key->type == FLESH_KEY_EFFECTS;
+  const flesh_key *key = key_at(c, depth);
+  return depth == 1 && key && key->type == FLESH_KEY_EFFECTS;
 }
 
-/* Makes what is null or was removed into the list or mapping that step `depth` needs. */
+/* Makes what is null or was removed into the list or mapping that step `depth` needs; a list is the key's default. */
 static int open_node(const change *c, flesh_node *node, int depth)
 {
   const segment *s = &c->segments[depth];
   flesh_node_kind kind = s->name && !names_items(c, depth) ? FLESH_NODE_MAPPING : FLESH_NODE_LIST;
-  if (flesh_node_is_null(node) || (node->removed && node->kind == FLESH_NODE_SCALAR))
+  if (flesh_node_is_null(node) || (node->removed && node->kind == FLESH_NODE_SCALAR)) {
+    const flesh_key *key = kind == FLESH_NODE_LIST ? key_at(c, depth) : NULL;
+    flesh_node *usual = NULL;
     node->kind = kind;
+    const char *text = key && key->default_value ? key->default_value : "";
+    const int status = flesh_yaml_parse(c->arena, text, strlen(text), &c->source, &usual);
+    if (status) return status;
+    if (usual && usual->kind == kind) node->first = usual->first, node->last = usual->last, node->count = usual->count;
+  }
   if (!c->value->removed) node->removed = 0;
   if (node->kind == kind) return FLESH_OK;
   char shown[FLESH_SHOW_SIZE];

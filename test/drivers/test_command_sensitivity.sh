@@ -42,6 +42,12 @@ the_wall_carries_the_weight() {
     derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
 }
 
+# The scene names no number of the key.
+keys_that_are_not_given_have_derivatives() {
+  expect 0 "$flesh" sensitivity bar.yaml --set 'effects.gravity={}' --of wall.reaction_z --to 'effects.gravity.acceleration[2]' \
+    --out found.csv && derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
+}
+
 # agree METHOD COLUMNS: with fourth-order differences of whole runs, to 1e-6 of the largest of the column.
 agree() {
   expect 0 "$flesh" sensitivity bar.yaml --set "time.method=$1" --set "time.step=$3" --of "$2" \
@@ -157,6 +163,6 @@ ends_of_ranges_have_differences() {
     --set body.element=tet10-mean --set body.material.poisson=0.5
 }
 
-run_tests the_wall_carries_the_weight equilibria_agree_with_differences motions_agree_with_differences \
-  equilibria_with_friction_agree_with_differences bad_requests_are_refused \
+run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives \
+  equilibria_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
   narrow_keys_have_small_differences ends_of_ranges_have_differences

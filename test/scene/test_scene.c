@@ -122,6 +122,8 @@ static void overrides_change_what_they_name(void)
   CHECK_OVERRIDE("acceleration: [0, 0, -2]", "effects.gravity.acceleration=[0, 0, -2]");
   CHECK_OVERRIDE("acceleration: [0, 0, -3]", "effects.gravity.acceleration[2]=-3");
   CHECK_OVERRIDE("acceleration: [0, 0, -4]", "effects[1].gravity.acceleration.2=-4");
+  CHECK_OVERRIDE("acceleration: [0, 5, -9.81]", "effects.gravity={}", "effects.gravity.acceleration[1]=5"); /* of the default */
+  CHECK_OVERRIDE("acceleration: [0, 0, 5]", "effects[1].gravity.acceleration=null", "effects[1].gravity.acceleration[2]=5");
   CHECK_OVERRIDE("axes: [x, z]", "effects.pin.axes=[z, x]");
   CHECK_OVERRIDE("  - pin:\n      nodes: [3, 4]\n", "effects.pin[1].nodes=[3, 4]");
   CHECK_OVERRIDE("  - pin:\n      nodes: [5]\n", "effects[3]={pin: {nodes: [5]}}");
