@@ -223,6 +223,26 @@ loads_that_follow_for_ever_are_told() {
   has stderr.txt 'at t = 1 s with load factor 0\.5: ' && has part/result.json '"load_factor": 0\.5'
 }
 
+# A body that is led into a plane, or into another body, which no shorter step can change.
+nodes_led_into_others_are_told() {
+  cat >led.yaml <<END
+body: {mesh: $source_folder/../data/meshes/one_tet.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - prescribed_motion: {box: [[-1, -1, -1], [2, 2, 2]], motion: [{time: 0}, {time: 1, translation: [0, 0, -1]}]}
+  - contact: {plane: {point: [0, 0, -0.5]}}
+time: {step: 1/10, end: 1}
+END
+  for method in newmark adaptive static; do
+    for energy in S Neo; do
+      expect 4 "$flesh" run led.yaml --out led --no-frames --set time.method=$method --set body.material.energy=$energy \
+        $([ $method != static ] || echo --set 'effects[0]=null') && has stderr.txt 'advice: nodes start or are held in an obstacle' ||
+        { echo "$method, $energy:"; cat stderr.txt; return 1; }
+    done
+  done
+}
+
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
   thin_bodies_find_what_follows_them a_long_step_is_told motion_without_force_is_nothing_to_tell \
-  more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body loads_that_follow_for_ever_are_told
+  more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body nodes_led_into_others_are_told \
+  loads_that_follow_for_ever_are_told
