@@ -54,6 +54,13 @@ typedef struct flesh_surface_since {
   flesh_surface_drift drift; /* and how far that is from where pairs were found */
 } flesh_surface_since;
 
+/* The pieces that touch each other at a place, on a rank by its own pairs: bit b of [a], and bit a of [b]. */
+typedef struct flesh_surface_touching {
+  int known;
+  double *x; /* [3*nodes of the mesh] */
+  uint64_t pieces[FLESH_SURFACE_GROUPS];
+} flesh_surface_touching;
+
 /* The contact cache of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept
  * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs with friction, at the
  * lagged place. */
@@ -80,6 +87,7 @@ typedef struct flesh_surface_near {
   double *x_close;
   int close_known;
   flesh_near_pairs swept_pairs; /* of a step that leads farther */
+  flesh_surface_touching touching[2]; /* at both ends of the last step, of which one begins the next */
   flesh_contact_set set;
   int set_known;
   flesh_contact_secant secant;
@@ -142,6 +150,8 @@ int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *
 /* flesh_effect_barrier.check. */
 int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x);
 
+/* The places that a cache keeps. */
+enum { FLESH_SURFACE_PLACES = 13 };
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
 void flesh_surface_near_destroy(void *near);
 
@@ -165,6 +175,8 @@ int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const fles
  * their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
 int flesh_surface_near_keep_gaps(flesh_surface_near *near, double within, const double *x_from, double *x);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
+/* Once other features may touch, nothing that is known of the near ones serves. */
+void flesh_surface_near_forget(flesh_surface_near *near);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_update_pairs(flesh_surface_near *near, const double *x);
 /* places [3*n] = x. */

@@ -27,13 +27,14 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   self->contact = contact;
   self->threads = threads;
   self->t_apart = NAN;
-  self->x_set = calloc(11 * places + 1, sizeof *self->x_set);
+  self->x_set = calloc(FLESH_SURFACE_PLACES * places + 1, sizeof *self->x_set);
   int status = self->x_set ? flesh_surface_near_runs_create(self)
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     double **next[] = {&self->x_friction, &self->x_secant, &self->x_predicted, &self->x_static, &self->since[0].x,
-                        &self->since[1].x, &self->x_shown, &self->x_close, &self->x_patches, &self->moved};
+                        &self->since[1].x, &self->x_shown, &self->x_close, &self->x_patches, &self->moved,
+                        &self->touching[0].x, &self->touching[1].x};
     for (size_t k = 0; k < sizeof next / sizeof next[0]; k++) *next[k] = self->x_set + (k + 1) * places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
@@ -100,6 +101,12 @@ void flesh_surface_near_keep(const near *self, const double *x, double *places) 
 int flesh_surface_near_is_at(const near *self, const double *x, const double *places)
 {
   return !memcmp(places, x, size_of_places(self));
+}
+
+void flesh_surface_near_forget(near *self)
+{
+  self->static_known = self->set_known = self->friction_known = self->secant_known = 0;
+  self->touching[0].known = self->touching[1].known = 0;
 }
 
 static int search_static_pairs(near *self, const double *x)
@@ -369,7 +376,7 @@ static size_t memory_of_release(const near *self)
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 11 * size_of_places(self) +
+  return sizeof *self + FLESH_SURFACE_PLACES * size_of_places(self) +
          flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
          flesh_near_pairs_memory(&self->static_pairs) + flesh_near_pairs_memory(&self->close_pairs) +
          flesh_near_pairs_memory(&self->swept_pairs) +

@@ -78,7 +78,7 @@ void flesh_surface_near_let_go(near *self, const double *internal)
       self->seats[self->seat_count] = seat_of(self->contact, k, internal + bonds->state[POINTS][k]);
       self->seat_count += self->seats[self->seat_count].nodes[0] < self->contact->own;
     }
-  if (changed) self->static_known = self->set_known = self->friction_known = self->secant_known = 0;
+  if (changed) flesh_surface_near_forget(self);
 }
 
 double flesh_surface_seats_evaluate(const near *self, const double *x, double *r)

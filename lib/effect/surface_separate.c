@@ -17,7 +17,7 @@ static const double room = 1;
 static void take_patches(near *self)
 {
   self->finder->patches = self->patches.pair_count ? &self->patches : NULL;
-  self->static_known = self->set_known = self->friction_known = self->secant_known = 0;
+  flesh_surface_near_forget(self);
 }
 
 static int update(near *self, const double *x)

@@ -12,7 +12,7 @@
 typedef flesh_surface_near near;
 
 /* Pieces meet on the way where no more than this part of the distance of two features is left. */
-static const double LEFT = 1e-3;
+static const double LEFT = 1e-6;
 
 /* The shortest portion of a way that is searched. */
 static const double SHORTEST = 1e-3;
@@ -30,14 +30,35 @@ static int has(const uint64_t *pairs, int a, int b) { return (int)(pairs[a] >> b
 
 static int piece_of(const near *self, int node) { return self->piece[self->contact->surface.node_place[node]]; }
 
-/* Adds the pieces that touch each other at x. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
-static int add_touching(near *self, const double *x, uint64_t *pairs)
+/* Finds the pieces that touch each other at x, unless they are known. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+static int find_touching(near *self, const double *x, flesh_surface_touching *touching)
 {
+  if (touching->known && flesh_surface_near_is_at(self, x, touching->x)) return FLESH_OK;
   const int status = flesh_surface_near_update_pairs(self, x);
-  for (int k = 0; !status && k < self->set.count; k++) {
+  touching->known = !status;
+  if (status) return status;
+  flesh_surface_near_keep(self, x, touching->x);
+  memset(touching->pieces, 0, sizeof touching->pieces);
+  for (int k = 0; k < self->set.count; k++) {
     const int *nodes = self->set.pairs[k].nodes, last = nodes[3] >= 0 ? 3 : nodes[2] >= 0 ? 2 : 1;
-    add(pairs, piece_of(self, nodes[0]), piece_of(self, nodes[last]));
+    add(touching->pieces, piece_of(self, nodes[0]), piece_of(self, nodes[last]));
   }
+  return FLESH_OK;
+}
+
+/* Adds the pieces that touch each other at x_from, with those at x_to, which begins the next step unless this one is
+ * refused. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+static int add_touching(near *self, const double *x_from, const double *x_to, uint64_t *pairs)
+{
+  flesh_surface_touching *ends = self->touching;
+  if (ends[1].known && flesh_surface_near_is_at(self, x_from, ends[1].x)) {
+    const flesh_surface_touching before = ends[0];
+    ends[0] = ends[1];
+    ends[1] = before;
+  }
+  int status = find_touching(self, x_from, &ends[0]);
+  if (!status) status = find_touching(self, x_to, &ends[1]);
+  for (int a = 0; a < self->pieces && !status; a++) pairs[a] |= ends[0].pieces[a];
   return status;
 }
 
@@ -113,7 +134,7 @@ static int meet(near *self, const uint64_t *pairs, double portion, const double 
   return found;
 }
 
-/* Pieces that touch before or after may have slid on, around corners that their straight way cuts. */
+/* Pieces that touch before may have slid on, around corners that their straight way cuts. */
 int flesh_surface_near_tunnelled(void *memory, const flesh_team *team, const double *internal, const double *x_from,
                                  const double *x_to)
 {
@@ -123,9 +144,8 @@ int flesh_surface_near_tunnelled(void *memory, const flesh_team *team, const dou
   flesh_surface_near_take(self, internal);
   if (self->pieces < 2) return 0;
   add_apart(self, x_from, x_to, pairs);
-  if (!unite(self, team, add_touching(self, x_to, pairs), pairs)) return 0;
+  if (!unite(self, team, add_touching(self, x_from, x_to, pairs), pairs)) return 0;
   if (flesh_team_least(team, flesh_surface_near_feasible_step(self, x_from, x_to)) == 1) return 0;
-  if (!unite(self, team, add_touching(self, x_from, pairs), pairs)) return 0;
   const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
   double longest = 0, portion = 1;
   for (int k = 0; k < s->node_count; k++)

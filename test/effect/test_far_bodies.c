@@ -163,7 +163,8 @@ static int is_tunnelled(const test_body *b, flesh_integrator *integrator, double
   return passed;
 }
 
-/* A body beside the way, or touched in the end, is no obstacle to it. */
+/* A body beside the way, or touched in the end, is no obstacle to it; one that is touched from the other side is. What is
+ * touched where the way begins may be slid along. */
 static void what_is_passed_is_told(void)
 {
   const flesh_solver_options options = test_options(1e-4);
@@ -177,6 +178,9 @@ static void what_is_passed_is_told(void)
   CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.1) && !is_tunnelled(&b, integrator, 0, 0, 0.149));
   CHECK(!is_tunnelled(&b, integrator, 0, 1, 0.8) && !is_tunnelled(&b, integrator, 30, 40, 50));
   CHECK(!is_tunnelled(&b, integrator, 0, 0, -5) && !is_tunnelled(&b, integrator, 30, 0, 30.149));
+  CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.15 - 1e-5)); /* touched as hard as ever */
+  CHECK(is_tunnelled(&b, integrator, 0, 0, 0.253) && is_tunnelled(&b, integrator, 30, 0, 30.253));
+  CHECK(!is_tunnelled(&b, integrator, -0.253, 0, 0.5) && !is_tunnelled(&b, integrator, -0.149, 0, 0.104));
   CHECK(is_tunnelled(&b, integrator, 0, 0, 0.8)); /* whatever was asked before */
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);

@@ -222,9 +222,10 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   run shared;
   open_run(plates, 1, &shared);
   check_pieces(&shared);
-  const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, touching[3] = {-0.17, 0.02, -0.149},
+  const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, under[3] = {0, 0, -0.253}, touching[3] = {-0.17, 0.02, -0.149},
                above[3] = {-0.17, 0.02, -0.14};
   CHECK(is_tunnelled(&shared, 0, start, down) && !is_tunnelled(&shared, 0, start, past));
+  CHECK(is_tunnelled(&shared, 0, start, under)); /* and touches from below */
   CHECK(is_tunnelled(&shared, 0.5, above, down));
   CHECK(!is_tunnelled(&shared, 0.5, touching, down)); /* with one corner, of which one rank knows */
   for (int s = 0; s < 2; s++) CHECK_OK(advance(&shared));
