@@ -18,6 +18,8 @@ def doubles(values, shape, name):
         raise ArgumentError(f"{name} has complex values; they must be real")
     if np.ma.is_masked(values):
         raise ArgumentError(f"{name} has masked values; every number must be there")
+    if getattr(values, "dtype", np.dtype(float)).kind in "US":
+        raise ArgumentError(f"{name} has texts; they must be numbers")
     return _array(values, np.float64, shape, name)
 
 

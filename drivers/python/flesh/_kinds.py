@@ -1,4 +1,5 @@
-"""_kinds.py: refuses objects of another class than annotations name, before anything is read of them."""
+"""_kinds.py: refuses objects of another class than annotations name, before anything is read of them; and texts, which
+Python's float would read as numbers."""
 import functools
 import inspect
 import typing
@@ -14,10 +15,11 @@ def _classes(hint):
 
 
 def _checked(function):
-    """The function, which raises TypeError for an argument that is none of its annotation's classes."""
+    """The function, which raises TypeError for an argument that is none of its annotation's classes, or no number."""
     names = list(inspect.signature(function).parameters)
-    hints = {name: _classes(hint) for name, hint in function.__annotations__.items() if name in names}
-    hints = {name: kinds for name, kinds in hints.items() if kinds}
+    given = {name: hint for name, hint in function.__annotations__.items() if name in names}
+    hints = {name: kinds for name, hint in given.items() if (kinds := _classes(hint))}
+    numbers = {name: hint for name, hint in given.items() if hint in (float, typing.Optional[float])}
 
     @functools.wraps(function)
     def call(*args, **keywords):
@@ -25,8 +27,11 @@ def _checked(function):
             if name in hints and not isinstance(value, hints[name]):
                 wanted = hints[name][0].__name__
                 raise TypeError(f"{name} is of class {type(value).__name__}; it must be of class {wanted}")
+            if name in numbers and not (hasattr(value, "__float__") or hasattr(value, "__index__")
+                                        or value is None and numbers[name] is not float):
+                raise TypeError(f"{name} is {value!r}; it must be a number")
         return function(*args, **keywords)
-    return call if hints else function
+    return call if hints or numbers else function
 
 
 def _check_methods(cls):

@@ -43,7 +43,10 @@ class Body(Const):
     def __init__(self, mesh: Mesh, material=None, density=1000.0, *, tet_material=None, mass: str = "lumped",
                  element: str = "auto", instructions: str = "auto"):
         self.mesh = mesh
-        self.materials = [] if material is None else [material] if isinstance(material, Material) else list(material)
+        self.materials = [] if material is None else list(material) if np.iterable(material) else [material]
+        for one in self.materials:
+            if not isinstance(one, Material):
+                raise TypeError(f"material is or has {one!r}; it must be of class Material")
         density = pointer(mesh._densities(density).copy())
         if tet_material is not None:
             tet_material = integers(tet_material, (mesh.tet_count,), "tet_material").copy()

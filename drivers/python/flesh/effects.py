@@ -43,6 +43,7 @@ class Effect(Handle):
     Every effect is a residual r(t, x, v, a), a gradient of its potential, and a Jacobian. To write one of your own,
     derive from OwnEffect.
     """
+    _own = _owner = None
 
     def _take(self, made, *keep):
         self._own, self._keep, self._owner = owned("flesh_effect", made, lib.flesh_effect_destroy), keep, None
@@ -50,6 +51,9 @@ class Effect(Handle):
 
     @property
     def _pointer(self):
+        if self._own is None:
+            made = type(self).__name__
+            raise ArgumentError(f"this {made} was never made; its __init__ must call super().__init__(mesh)")
         if not self._own:
             raise ArgumentError("this effect is gone: the system that was to take it refused it")
         return self._own

@@ -286,8 +286,7 @@ class Mesh(Const):
         return J
 
     def _densities(self, density):
-        values = np.asarray(density, dtype=float)
-        return doubles(np.full(self.tet_count, values) if values.ndim == 0 else values, (self.tet_count,), "density")
+        return doubles(density if np.ndim(density) else np.full(self.tet_count, density), (self.tet_count,), "density")
 
     def lumped_mass(self, density) -> np.ndarray:
         """[nodes] lumped mass, kg, of a density [tets] or one for all, kg/m^3."""

@@ -111,7 +111,7 @@ class OwnEffect(Effect):
         self._nodes = mesh.node_count
         self._alive = []
         operations = self._table = ffi.new("flesh_effect_operations *")
-        operations.name = self._hold(ffi.new("char[]", self.name.encode()))
+        operations.name = self._hold(self._word("name", self.name))
         operations.role = _ROLES.value(self.role, "role")
         operations.traits = sum(getattr(lib, trait) for name, trait in _TRAITS.items() if getattr(self, name))
         if cells is not None:
@@ -126,6 +126,8 @@ class OwnEffect(Effect):
                 for name in names:
                     self._set(part, name)
                 setattr(operations, table, part)
+        if not isinstance(self.internal_count, (int, np.integer)) or self.internal_count < 0:
+            raise ArgumentError(f"{type(self).__name__}.internal_count is {self.internal_count!r}; it must be a count")
         self._internals, self._reports = int(self.internal_count), len(self.report_names)
         if self._internals:
             if not self._defines("update"):
@@ -143,6 +145,11 @@ class OwnEffect(Effect):
     def _defines(self, name):
         return callable(getattr(self, name, None))
 
+    def _word(self, attribute, value):
+        if not isinstance(value, str):
+            raise ArgumentError(f"{type(self).__name__}.{attribute} has {value!r}; it must be a text")
+        return ffi.new("char[]", value.encode())
+
     def _hold(self, thing):
         self._alive.append(thing)
         return thing
@@ -156,7 +163,7 @@ class OwnEffect(Effect):
     def _set_figures(self, operations):
         part = operations.figures = self._hold(ffi.new("flesh_effect_figures *"))
         if self.report_names:
-            names = self._hold([ffi.new("char[]", name.encode()) for name in self.report_names] + [ffi.NULL])
+            names = self._hold([self._word("report_names", name) for name in self.report_names] + [ffi.NULL])
             part.report_names = self._hold(ffi.new("char *[]", names))
             part.report = self._hold(_callbacks.value_callback(_member_type(part, "report"), self._call_report))
         self._set(part, "stress")

@@ -19,7 +19,7 @@ def interpreter_environment(**more):
 
 @pytest.fixture
 def mesh():
-    """A bar of 2 m x 1 m x 1 m, 288 tets."""
+    """A bar of 2 m x 1 m x 1 m, 96 tets."""
     return flesh.Mesh.box((4, 2, 2), (2, 1, 1))
 
 

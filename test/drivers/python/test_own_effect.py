@@ -359,3 +359,31 @@ def test_internal_variables_need_an_update(mesh):
         internal_count = 2
     with pytest.raises(flesh.ArgumentError, match="has internal variables, but no method update"):
         Forgetful(mesh)
+
+
+def test_an_effect_that_is_wrongly_made_is_refused(system, mesh):
+    class Forgetful(flesh.OwnEffect):
+        def __init__(self, mesh):
+            pass
+
+        def residual(self, point):
+            return np.zeros_like(point.x)
+
+    class Numbered(flesh.OwnEffect):
+        name, residual = 3, Forgetful.residual
+
+    class Reporting(flesh.OwnEffect):
+        report_names, residual = (3,), Forgetful.residual
+
+    forgotten = r"^this Forgetful was never made; its __init__ must call super\(\).__init__\(mesh\)$"
+    for use in (system.add, lambda effect: effect.check_derivatives(mesh, mesh.positions)):
+        with pytest.raises(flesh.ArgumentError, match=forgotten):
+            use(Forgetful(mesh))
+    with pytest.raises(flesh.ArgumentError, match="^Numbered.name has 3; it must be a text$"):
+        Numbered(mesh)
+    with pytest.raises(flesh.ArgumentError, match="^Reporting.report_names has 3; it must be a text$"):
+        Reporting(mesh)
+    for count in (-1, 1.5, "2"):
+        counted = type("Counted", (Forgetful,), {"__init__": flesh.OwnEffect.__init__, "internal_count": count})
+        with pytest.raises(flesh.ArgumentError, match="^Counted.internal_count is .*; it must be a count$"):
+            counted(mesh)

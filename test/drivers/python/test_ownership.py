@@ -40,6 +40,16 @@ def test_an_object_of_another_class_is_refused(mesh, body, system):
                           ("Mesh", lambda: flesh.State.at_rest(system)), ("Mapping", lambda: flesh.Table(3)), ("System", lambda: flesh.equilibrium(mesh))):
         with pytest.raises(TypeError, match=f" is of class .*; it must be of class {wanted}$"):
             wrong()
+    for wrong in (lambda: flesh.Integrator(system).step(flesh.State.at_rest(mesh), "1"), lambda: flesh.Gravity(body).check_derivatives(
+            mesh, mesh.positions, t="1"), lambda: flesh.Spring(body, (0, 0, 0), b"1", (0, 0, 0), radius="1")):
+        with pytest.raises(TypeError, match="^[a-z]+ is b?'1'; it must be a number$"):
+            wrong()
+    for wrong in ("S", 3, ["S"], [flesh.Material("S", young=1e5, poisson=0.45), None]):
+        with pytest.raises(TypeError, match="^material is or has .*; it must be of class Material$"):
+            flesh.Body(mesh, wrong)
+    for wrong, told in (("1000", "texts"), (1j, "complex values"), (np.array(["1"] * mesh.tet_count), "texts")):
+        with pytest.raises(flesh.ArgumentError, match=f"^density has {told}; they must be"):
+            flesh.Body(mesh, None, wrong)
     for made, wrong in (("PointView", lambda: flesh.PointView(3, 4)), ("MeshInfo", lambda: flesh.MeshInfo([]))):
         with pytest.raises(TypeError, match=f"^{made} is made by the library from a struct of its own, not from "):
             wrong()
