@@ -17,6 +17,8 @@ int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy 
   if (!(copy->until > copy->from))
     return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", copy->until, copy->from);
   if (!amplitude->count) return FLESH_OK;
+  if (amplitude->count < 0 || !amplitude->points)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a curve of %d points must have an array of as many", amplitude->count);
   flesh_keyframe *keyframes = calloc((size_t)amplitude->count, sizeof *keyframes);
   if (!keyframes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d points of a curve", amplitude->count);
   for (int k = 0; k < amplitude->count; k++) {

@@ -15,6 +15,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/face_points.h"
+#include "element/body.h"
 #include "math/mat3.h"
 
 enum { NODES = FLESH_FACE_NODES };
@@ -295,7 +296,7 @@ int flesh_effect_buoyancy(const flesh_body *body, double level, double density, 
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {acceleration, "acceleration"});
+  FLESH_NEED_BODY({acceleration, "acceleration"});
   const double g = sqrt(flesh_vec3_dot(acceleration, acceleration));
   if (!(density > 0 && density < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);

@@ -9,6 +9,7 @@
 #include "effect/contact.h"
 #include "effect/effect.h"
 #include "effect/rank_share.h"
+#include "element/body.h"
 #include "geometry/obstacle.h"
 #include "math/mat3.h"
 #include "mesh/pieces.h"
@@ -183,6 +184,7 @@ int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_op
   const flesh_needed needed[] = {{body, "body"}, {options, "options"}, {*obstacle, "*obstacle"}, {effect, "effect"},
                                  {NULL, NULL}};
   int status = flesh_check_needed(__func__, needed);
+  if (!status) status = flesh_body_check(body);
   if (effect) *effect = NULL;
   if (status) { /* the obstacle is taken all the same */
     flesh_obstacle_destroy(obstacle);

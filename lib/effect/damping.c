@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "element/body.h"
 #include "element/mass.h"
 #include "element/tet_batches.h"
 #include "material/stretch.h"
@@ -183,13 +184,15 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"});
+  FLESH_NEED_BODY({effect, "effect"});
   if (!(mass >= 0 && mass < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "mass is %g 1/s; it must not be negative", mass);
   if (!(stiffness >= 0 && stiffness < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g s; it must not be negative", stiffness);
   if (mass + stiffness == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "mass and stiffness are both 0; one of them must be positive");
+  if (against != FLESH_STIFFNESS_REST && against != FLESH_STIFFNESS_CURRENT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there is no stiffness number %d", (int)against);
   damping *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a damping effect");
   self->mass = mass;

@@ -13,6 +13,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/face_points.h"
+#include "element/body.h"
 #include "mesh/mesh.h"
 
 typedef struct drag {
@@ -128,7 +129,7 @@ int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, d
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {triangles, "triangles"}, {velocity, "velocity"});
+  FLESH_NEED_BODY({triangles, "triangles"}, {velocity, "velocity"});
   if (!(density > 0 && density < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);
   if (!(coefficient > 0 && coefficient < INFINITY))

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/environment.h"
+#include "element/body.h"
 #include "element/element.h"
 #include "element/tet_batches.h"
 
@@ -288,7 +289,7 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"});
+  FLESH_NEED_BODY({effect, "effect"});
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
   elasticity *self = flesh_calloc(1, sizeof *self);

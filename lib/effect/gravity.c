@@ -32,7 +32,7 @@ int flesh_effect_gravity(const flesh_body *body, const double acceleration[3], f
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {acceleration, "acceleration"});
+  FLESH_NEED_BODY({acceleration, "acceleration"});
   flesh_dead_load *load;
   const int nodes = flesh_mesh_node_count(body->mesh);
   int status = flesh_body_check_density(body);

@@ -3,6 +3,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "element/body.h"
 #include "element/mass.h"
 
 static const flesh_cells *inertia_cells(const flesh_effect *effect)
@@ -83,7 +84,7 @@ int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"});
+  FLESH_NEED_BODY({effect, "effect"});
   flesh_mass_matrix *mass = malloc(sizeof *mass);
   if (!mass) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the inertia effect");
   int status = flesh_mass_matrix_create(body, mass);

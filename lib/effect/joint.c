@@ -1,4 +1,5 @@
 /* joint.c: balls and hinges: ties of points that two groups of nodes carry along (carried_point.h). */
+#include "element/body.h"
 #include "flesh/effects.h"
 
 #include <math.h>
@@ -83,7 +84,7 @@ int flesh_effect_joint(const flesh_body *body, flesh_nodes first, flesh_nodes se
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first.nodes, "first"}, {second.nodes, "second"}, {point, "point"});
+  FLESH_NEED_BODY({first.nodes, "first"}, {second.nodes, "second"}, {point, "point"});
   int status = flesh_carried_check_groups(body, first, second);
   if (!status) status = check(point, axis, stiffness);
   if (status) return status;

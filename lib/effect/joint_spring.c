@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "effect/carried_point.h"
 #include "effect/rank_share.h"
+#include "element/body.h"
 #include "flesh/effects.h"
 #include "flesh/ranks.h"
 #include "math/mat3.h"
@@ -243,7 +244,7 @@ int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point 
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"});
+  FLESH_NEED_BODY({first, "first"}, {second, "second"});
   const double *first_point = first->point, *second_point = second->point;
   const int *nodes[2] = {first->nodes.nodes, second->nodes.nodes}, first_count = first->nodes.count;
   FLESH_NEED({nodes[0], "first"}, {nodes[1], "second"});

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "effect/dead_load.h"
 #include "effect/face_shares.h"
+#include "element/body.h"
 #include "mesh/mesh.h"
 
 #define OPERATIONS(text)                                                                                               \
@@ -40,7 +41,7 @@ int flesh_effect_force(const flesh_body *body, int count, const int *nodes, cons
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {nodes, "nodes"}, {force, "force"});
+  FLESH_NEED_BODY({nodes, "nodes"}, {force, "force"});
   const int total = flesh_mesh_node_count(body->mesh);
   for (int k = 0; k < count; k++)
     if (nodes[k] < 0 || nodes[k] >= total)
@@ -60,7 +61,7 @@ int flesh_effect_traction(const flesh_body *body, int count, const int *triangle
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {triangles, "triangles"}, {traction, "traction"});
+  FLESH_NEED_BODY({triangles, "triangles"}, {traction, "traction"});
   const int total = flesh_mesh_node_count(body->mesh);
   int used = 0;
   flesh_dead_load *load;

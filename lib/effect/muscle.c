@@ -16,6 +16,7 @@
 #include "effect/amplitude.h"
 #include "effect/effect.h"
 #include "effect/rank_share.h"
+#include "element/body.h"
 #include "element/tet_batches.h"
 #include "material/fibre.h"
 #include "mesh/mesh.h"
@@ -259,7 +260,7 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {fibres, "fibres"}, {fibre, "fibre"});
+  FLESH_NEED_BODY({fibres, "fibres"}, {fibre, "fibre"});
   static const int none = 0;
   muscle *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");

@@ -18,6 +18,7 @@
 #include "effect/environment.h"
 #include "effect/pressure_pairs.h"
 #include "effect/rank_share.h"
+#include "element/body.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 
@@ -319,7 +320,7 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {triangles, "triangles"});
+  FLESH_NEED_BODY({triangles, "triangles"});
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
   if (count < 1 && !body->mesh->split)

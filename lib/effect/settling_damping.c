@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "effect/environment.h"
+#include "element/body.h"
 #include "element/mass.h"
 #include "flesh/ranks.h"
 
@@ -153,7 +154,7 @@ int flesh_effect_settling_damping(const flesh_body *body, double rate, double sp
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"});
+  FLESH_NEED_BODY({effect, "effect"});
   if (!(rate > 0 && rate < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "rate is %g 1/s; it must be positive", rate);
   if (!(speed >= 0 && speed < INFINITY))

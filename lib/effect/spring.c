@@ -16,6 +16,7 @@
 #include "effect/effect.h"
 #include "effect/rank_share.h"
 #include "effect/spring_weights.h"
+#include "element/body.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
 #include "mesh/pieces.h"
@@ -355,7 +356,7 @@ int flesh_effect_spring_within(const flesh_body *body, const double point[3], do
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {point, "point"}, {target, "target"});
+  FLESH_NEED_BODY({point, "point"}, {target, "target"});
   int status = check(point, radius, stiffness, from, until);
   if (status) return status;
   spring *self = flesh_calloc(1, sizeof *self);
@@ -380,7 +381,7 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {point, "point"}, {target, "target"});
+  FLESH_NEED_BODY({point, "point"}, {target, "target"});
   return flesh_effect_spring_within(body, point, 0, stiffness, target, from, until, effect);
 }
 

@@ -8,6 +8,7 @@
 #include "effect/contact.h"
 #include "effect/effect.h"
 #include "effect/surface_contact.h"
+#include "element/body.h"
 #include "geometry/surface_intersections.h"
 #include "geometry/surface_winding.h"
 
@@ -163,7 +164,7 @@ int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_opt
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {options, "options"});
+  FLESH_NEED_BODY({options, "options"});
   contact *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
   int status = make(body, options, pair_count, pairs, self);

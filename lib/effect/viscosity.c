@@ -15,6 +15,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "element/body.h"
 #include "element/tet_batches.h"
 
 typedef struct viscosity {
@@ -158,7 +159,7 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"});
+  FLESH_NEED_BODY({effect, "effect"});
   if (!(shear >= 0 && shear < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "shear is %g Pa s; it must not be negative", shear);
   if (!(bulk >= 0 && bulk < INFINITY))

@@ -20,6 +20,7 @@
 #include "effect/ties.h"
 #include "effect/weld_breaks.h"
 #include "effect/weld_segments.h"
+#include "element/body.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
@@ -340,7 +341,7 @@ int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_trian
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
-  FLESH_NEED({body, "body"}, {first.corners, "first"}, {second.corners, "second"});
+  FLESH_NEED_BODY({first.corners, "first"}, {second.corners, "second"});
   if (first.count < 1 || second.count < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a weld needs triangles of two surfaces; there are %d and %d", first.count,
                       second.count);

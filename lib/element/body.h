@@ -2,9 +2,22 @@
 #ifndef FLESH_ELEMENT_BODY_H
 #define FLESH_ELEMENT_BODY_H
 
+#include "base/error.h"
 #include "flesh/body.h"
 
-/* FLESH_ERR_ARGUMENT where a tet's density is not positive and finite. */
+/* FLESH_NEED for the arguments of a constructor of effects, among which is `body`: a body that effects can be made of. */
+#define FLESH_NEED_BODY(...)                                   \
+  do {                                                         \
+    FLESH_NEED({body, "body"}, __VA_ARGS__);                   \
+    const int flesh_body_status = flesh_body_check(body);      \
+    if (flesh_body_status) return flesh_body_status;           \
+  } while (0)
+
+/* FLESH_ERR_ARGUMENT where the body has no mesh, a mass or an element that is none or does not fit the mesh, a tet without a
+ * material, or parts that are not runs of its tets, each tet in one at most. Densities are checked by those who read them. */
+int flesh_body_check(const flesh_body *body);
+
+/* FLESH_ERR_ARGUMENT where there are no densities, or a tet's is not positive and finite. */
 int flesh_body_check_density(const flesh_body *body);
 
 #endif

@@ -298,7 +298,6 @@ static int create(const flesh_body *body, flesh_tets_hold hold, const flesh_tets
   *self = (flesh_tets){.given = body->element, .material_elements = body->material_elements};
   flesh_cells given = {0};
   int status = flesh_instructions_find(body->instructions, &self->instructions);
-  if (!status) status = flesh_body_check_element(body);
   if (!status) status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
   status = make_groups(self, body, hold, &given, choice);

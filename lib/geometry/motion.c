@@ -23,7 +23,7 @@ const flesh_key flesh_keyframe_keys[] = {
 
 int flesh_motion_copy(const flesh_motion *motion, flesh_motion *copy)
 {
-  if (motion->count < 1)
+  if (motion->count < 1 || !motion->keyframes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a motion needs at least one keyframe");
   for (int k = 0; k < motion->count; k++) {
     const flesh_keyframe *key = &motion->keyframes[k];

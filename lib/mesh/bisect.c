@@ -1,5 +1,6 @@
 /* bisect.c: local refinement by bisection: tets are halved until no edge of one has a node in its middle. */
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -126,6 +127,16 @@ static int halve_all(work *w)
     }
   }
   return status;
+}
+
+/* FLESH_ERR_ARGUMENT where the parts of the tets alone, without what is cut for faces to fit, are too many. */
+static int check_count(const flesh_mesh *mesh, const uint8_t *halvings)
+{
+  const int most = flesh_mesh_most_tets(mesh->edge_nodes ? 2 : 1);
+  double least = 0;
+  for (int t = 0; t < mesh->tets; t++) least += ldexp(1, halvings[t]);
+  if (least <= most) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the refined mesh has %.3g tets at least; %d are supported", least, most);
 }
 
 /* The mesh as leaves; its nodes with their places. */
@@ -256,7 +267,8 @@ int flesh_mesh_refine_marked(const flesh_mesh *mesh, const uint8_t *halvings, fl
   if (parents) *parents = own;
   FLESH_NEED({mesh, "mesh"}, {halvings, "halvings"});
   work w = {.mesh = mesh};
-  int status = begin(&w, halvings);
+  int status = check_count(mesh, halvings);
+  if (!status) status = begin(&w, halvings);
   if (!status) status = halve_all(&w);
   if (!status) status = finish(&w, refined, &own);
   if (status) flesh_mesh_destroy(refined);

@@ -58,7 +58,8 @@ static int check_system(const flesh_system *system, const flesh_solver_options *
   if (flesh_sunindex(2 * (int64_t)flesh_system_unknowns(system)) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
                       2 * (long long)flesh_system_unknowns(system), FLESH_SUNDIALS_INDEX_SIZE);
-  return flesh_newton_check_team(system, options);
+  const int status = flesh_solver_options_check(options);
+  return status ? status : flesh_newton_check_team(system, options);
 }
 
 /* Allocates what this rank needs, without the other ranks. */

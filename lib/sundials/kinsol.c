@@ -103,7 +103,8 @@ static int solve_few(void *data, const flesh_system *system, const flesh_solver_
 static int create_here(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear *self)
 {
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
-  int status = flesh_newton_eliminates(system, options) ? create_few(options, &self->few) : FLESH_OK;
+  int status = flesh_solver_options_check(options);
+  if (!status && flesh_newton_eliminates(system, options)) status = create_few(options, &self->few);
   if (status) return status;
   const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
   status = flesh_problem_create_here(system, options, solver, &self->problem);

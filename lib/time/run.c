@@ -210,6 +210,8 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
 /* FLESH_ERR_ARGUMENT where such steps cannot be taken. */
 static int check_steps(const flesh_run_options *options, int step, double begin, const flesh_state *state)
 {
+  if (options->observer_count < 0 || (options->observer_count && !options->observers))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "observer_count is %d; observers must be an array of as many", options->observer_count);
   if (!(options->h > 0) || !isfinite(options->h))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
   if (!isfinite(options->end) || options->end < state->t)

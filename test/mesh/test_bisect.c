@@ -280,6 +280,10 @@ static void what_is_not_marked_stays(void)
   halvings[0] = 1; /* the diagonal of a cell, which its six tets share */
   CHECK_OK(flesh_mesh_refine_marked(box, halvings, &finer, NULL));
   CHECK(flesh_mesh_tet_count(finer) == tets + 6 && flesh_mesh_node_count(finer) == flesh_mesh_node_count(box) + 1);
+  flesh_mesh_destroy(&finer);
+  halvings[0] = 255; /* 2^255 parts are refused before the memory is full */
+  CHECK(flesh_mesh_refine_marked(box, halvings, &finer, NULL) == FLESH_ERR_ARGUMENT && !finer);
+  CHECK_TEXT(flesh_error_text(), "the refined mesh has 5.79e+76 tets at least; 536870911 are supported");
   free(halvings);
   flesh_mesh_destroy(&box);
   flesh_mesh_destroy(&same);

@@ -6,6 +6,8 @@
 
 #include "base/error.h"
 #include "body.h"
+#include "flesh/ida.h"
+#include "flesh/ode.h"
 #include "test.h"
 
 /* A bar from x = 0 to 2, clamped at x = 0, under gravity; not finished. */
@@ -352,6 +354,8 @@ static void bad_arguments_are_sentences(void)
 {
   test_body b;
   flesh_integrator *integrator = NULL;
+  flesh_ida_problem *ida = NULL;
+  flesh_ode_problem *ode = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options options, good;
@@ -362,13 +366,18 @@ static void bad_arguments_are_sentences(void)
     options.field = value;                                                                                   \
     REFUSED(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator), part);    \
     CHECK(integrator == NULL);                                                                               \
+    REFUSED(flesh_ida_problem_create(b.system, &options, &ida), part);                                       \
+    REFUSED(flesh_ode_problem_create(b.system, &options, &ode), part);                                       \
+    CHECK(!ida && !ode);                                                                                     \
   } while (0)
   TRY(newton_tolerance, 0, "newton_tolerance is 0");
   TRY(newton_tolerance, NAN, "newton_tolerance is nan");
   TRY(newton_tolerance, 1.5, "newton_tolerance is 1.5");
   TRY(linear_tolerance, 0, "linear_tolerance is 0");
   TRY(linear_tolerance, 1, "linear_tolerance is 1");
+  TRY(linear_tolerance, 1.5, "linear_tolerance is 1.5");
   TRY(max_newton, 0, "max_newton is 0");
+  TRY(max_newton, -1, "max_newton is -1");
   TRY(max_linear, 0, "max_linear is 0");
   TRY(max_cutbacks, -1, "max_cutbacks is -1");
   TRY(max_cutbacks, 60, "max_cutbacks is 60");

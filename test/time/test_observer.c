@@ -175,6 +175,11 @@ static void impossible_runs_are_refused(void)
     CHECK_TEXT(flesh_error_text(), cases[k].text);
     CHECK(steps == 0 && s.calls == 0);
   }
+  for (int count = -1; count < 2; count += 2) {
+    const flesh_run_options options = {.h = 0.1, .end = 1, .observer_count = count};
+    CHECK(flesh_run(b.system, b.integrator, &options, &b.state, NULL) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "observers must be an array of as many");
+  }
   close_bar(&b);
 }
 
