@@ -173,13 +173,15 @@ int flesh_fit_try(flesh_fit *fit, int experiment)
   return status;
 }
 
-/* The number of a column at time t, between rows by a straight line; of NaN: in the last row. */
+/* The number of a column at time t, between rows by a straight line; of NaN: in the last row. Of rows of one time the last
+ * counts: a single equilibrium may have the time of the start, whose row comes first. */
 static double number_at(const flesh_csv *csv, int time, int column, double t)
 {
   double before = NAN, at = NAN, value = NAN, last = NAN;
   for (int row = 0; row < csv->rows; row++) {
-    if (!flesh_csv_number(csv, row, time, &at) || !flesh_csv_number(csv, row, column, &value)) return NAN;
-    if (at == t) return value;
+    if (!flesh_csv_number(csv, row, time, &at)) return NAN;
+    if (at > t && before == t) return last;
+    if (!flesh_csv_number(csv, row, column, &value)) return NAN;
     if (at > t && row) return last + (value - last) * (t - before) / (at - before);
     before = at;
     last = value;

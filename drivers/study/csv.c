@@ -14,16 +14,20 @@ typedef struct cursor {
   int line, open;
 } cursor;
 
-/* Ends the field at the cursor in place, quotes taken off, and moves behind it; returns what ended it: ',', '\n' or 0. */
+static int is_blank(char c) { return c == ' ' || c == '\t'; }
+
+/* Ends the field at the cursor in place, quotes and the blanks around it taken off, and moves behind it; returns what ended
+ * it: ',', '\n' or 0. */
 static char end_field(cursor *c, char **field)
 {
-  char *from = c->at, *to = from;
+  char *from = c->at + strspn(c->at, " \t"), *to = from, *kept = from;
   int quoted = *from == '"';
   *field = from;
   for (from += quoted; *from; from++) {
     if (quoted && *from == '"') {
       if (from[1] != '"') {
         quoted = 0;
+        kept = to;
         continue;
       }
       from++;
@@ -36,6 +40,7 @@ static char end_field(cursor *c, char **field)
   c->at = from + (end != 0);
   c->line += end == '\n';
   c->open = quoted;
+  while (to > kept && !quoted && is_blank(to[-1])) to--;
   *to = 0;
   return end;
 }
@@ -66,6 +71,9 @@ static int cut(flesh_csv *csv, flesh_csv_rows rows)
     } while (end == ',');
     if (rows == FLESH_CSV_WHOLE && c.open)
       return flesh_fail(FLESH_ERR_FILE, "%s:%d: a quote has no end; it must be closed", csv->path, line);
+    if (rows == FLESH_CSV_WHOLE && header && fields == 1 && strpbrk(*to, ";\t"))
+      return flesh_fail(FLESH_ERR_FILE, "%s:%d: the header has %s and no comma; commas separate the columns of CSV", csv->path, line,
+                        strchr(*to, ';') ? "semicolons" : "tabs");
     if (rows == FLESH_CSV_WHOLE && !header && fields != csv->columns)
       return flesh_fail(FLESH_ERR_FILE, "%s:%d: there are %d fields, but the header names %d; every row must have as many",
                         csv->path, line, fields, csv->columns);
@@ -134,7 +142,8 @@ int flesh_csv_number(const flesh_csv *csv, int row, int column, double *value)
 
 void flesh_csv_print(FILE *stream, const char *text)
 {
-  if (*text != '#' && !strpbrk(text, ",\"\r\n")) {
+  const size_t size = strlen(text);
+  if (*text != '#' && !strpbrk(text, ",\"\r\n") && !is_blank(*text) && !is_blank(text[size ? size - 1 : 0])) {
     fputs(text, stream);
     return;
   }

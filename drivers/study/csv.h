@@ -16,9 +16,9 @@ typedef enum flesh_csv_rows {
   FLESH_CSV_TORN   /* rows without an end, as of a run that was killed, are left out, and so are rows of other lengths */
 } flesh_csv_rows;
 
-/* Reads a file. Empty lines and lines that begin with # are left out. FLESH_ERR_FILE for what is no regular file; for
- * FLESH_CSV_WHOLE also, with path and line, where there is no table, a zero byte, a quote without an end or a row that
- * has not the header's number of fields. FLESH_ERR_MEMORY. Cleared then. */
+/* Reads a file. Empty lines, lines that begin with # and blanks around a field are left out. FLESH_ERR_FILE for what is no
+ * regular file; for FLESH_CSV_WHOLE also, with path and line, where there is no table or one separated by semicolons or tabs,
+ * a zero byte, a quote without an end or a row that has not the header's number of fields. FLESH_ERR_MEMORY. Cleared then. */
 int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv);
 void flesh_csv_clear(flesh_csv *csv); /* a zeroed one too */
 

@@ -85,6 +85,15 @@ a = list(csv.DictReader(open('again/probes.csv')))[-1]; b = list(csv.DictReader(
 assert abs(float(a['top.position_z [m]']) - float(b['top.position_z [m]'])) < 1e-6, (a, b)"
 }
 
+# An equilibrium at the time of the start is not taken for the start, whose row stands before it.
+an_equilibrium_at_the_start_counts() {
+  sed 's/^time: .*/time: {method: static}/' pull.yaml >still.yaml
+  sed 's/^1,/0,/' pulled.csv >still.csv
+  sed 's/pull.yaml/still.yaml/; s/pulled.csv/still.csv/; /shear/,/sheared/d' two.yaml >at_start.yaml
+  expect 0 "$flesh" fit at_start.yaml --out at_start || return 1
+  result at_start 'abs(p["young"]["value"] / 1e5 - 1) < 1e-5 and abs(p["poisson"]["value"] - 0.4) < 1e-5'
+}
+
 # The covariance against an independent one: scaled columns by differences of runs of one's own.
 errors_are_those_of_the_linear_model() {
   sed "s/pulled.csv, columns: .*/noisy.csv, deviation: 2e-3}, {positions: noisy_shape.csv, deviation: 2e-3}]/; /shear/,/sheared/d" two.yaml >noisy.yaml
@@ -448,7 +457,7 @@ what_does_not_fit_is_not_called_determined() {
     result unfit 'any("times the stated" in s and "another start" in s for s in r["identifiability"])'
 }
 
-run_tests constants_come_back_without_noise errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
+run_tests constants_come_back_without_noise an_equilibrium_at_the_start_counts errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
   killed_it_goes_on interrupted_it_says_so a_run_that_fails_cuts_the_step bad_specs_are_refused \
   measurements_of_all_kinds_count points_of_another_mesh_count \
   tangents_are_derivatives tangents_are_exact_near_incompressibility many_parameters_take_few_equilibria worked_examples_find_the_truth

@@ -41,6 +41,12 @@ static void tables_are_read(void)
   CHECK(flesh_csv_number(&csv, 1, 1, &value) && isnan(value));
   CHECK(flesh_csv_number(&csv, 2, 1, &value) && value == 3);
   flesh_csv_clear(&csv);
+  static const char spaced[] = " name ,\t t [s]\n a b , 1.5 \r\n\" c \" ,\n";
+  CHECK_OK(read_text(spaced, strlen(spaced), FLESH_CSV_WHOLE, &csv));
+  CHECK(csv.columns == 2 && !strcmp(csv.names[0], "name") && !strcmp(csv.names[1], "t [s]"));
+  check_cells(&csv, "a b|1.5/ c |/");
+  CHECK(flesh_csv_number(&csv, 0, 1, &value) && value == 1.5);
+  flesh_csv_clear(&csv);
 }
 
 static void bad_tables_are_refused(void)
@@ -49,6 +55,8 @@ static void bad_tables_are_refused(void)
     const char *text, *words, *torn; /* the cells of the same text, torn */
   } bad[] = {{"", "table.csv: the file is empty; CSV is text with a header row", ""},
              {"# only\n", "table.csv: there is no table", ""},
+             {"# by hand\nt [s];x\n1;2\n", "table.csv:2: the header has semicolons and no comma", "1;2/"},
+             {"t [s]\tx\n1\t2\n", "table.csv:1: the header has tabs and no comma", "1\t2/"},
              {"a,b\n1,2\n\"x\ny\",2\n3\n4,5\n", "table.csv:5: there are 1 fields, but the header names 2", "1|2/x\ny|2/4|5/"},
              {"a,b\n1,2\n3,\"4\n", "table.csv:3: a quote has no end", "1|2/"},
              {"a,b\n1,2,3\n4,5\n", "table.csv:2: there are 3 fields", "4|5/"}};
@@ -80,7 +88,7 @@ static void fields_are_read_back(void)
   FILE *stream = fmemopen(text, sizeof text, "w");
   for (int k = 0; k < 7; k++) flesh_csv_print(stream, texts[k]), putc(k < 6 ? ',' : '\n', stream);
   fclose(stream);
-  CHECK(!strcmp(text, "plain,\"a,b\",\"say \"\"no\"\"\",\"two\nlines\",\"#5\",, x \n"));
+  CHECK(!strcmp(text, "plain,\"a,b\",\"say \"\"no\"\"\",\"two\nlines\",\"#5\",,\" x \"\n"));
   CHECK_OK(read_text(text, strlen(text), FLESH_CSV_WHOLE, &csv));
   for (int k = 0; k < 7 && csv.columns == 7; k++) CHECK(!strcmp(csv.names[k], texts[k]));
   flesh_csv_clear(&csv);
