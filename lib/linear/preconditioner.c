@@ -78,7 +78,7 @@ static int create_here(flesh_preconditioner kind, const flesh_block_matrix *A, f
     failed |= !(self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r));
     failed |= !(self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z));
     if (kind != FLESH_PRECONDITIONER_NONE)
-      failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
+      failed |= !(self->inverse = flesh_calloc(9 * rows + 1, sizeof *self->inverse));
   }
   if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
   if (!status) memcpy(self->order, bisection->order, rows * sizeof *self->order);

@@ -1,8 +1,10 @@
 // TEST quick each_set
 /* test_preconditioners.c: preconditioners, and conjugate gradients with them, against full matrices and GSL. */
 #include <gsl/gsl_eigen.h>
+#include <malloc.h>
 #include <stdlib.h>
 
+#include "base/archive.h"
 #include "matrices.h"
 #include "linear/linear.h"
 #include "system/pattern.h"
@@ -440,11 +442,42 @@ static void ranks_share_what_they_can_factor(void)
   CHECK(flesh_levels_for(1e7, 14e7, 4096).shared > flesh_levels_for(1e7, 8e7, 4096).shared);
 }
 
+/* An archive of a preconditioner holds the numbers of its set-up: the same bytes, whatever memory held before. */
+static void saved_bytes_are_those_of_the_set_up(void)
+{
+  test_body b;
+  make(test_box(6, 3, 2, 3, 1, 0.5), FLESH_ENERGY_E, 0.49, &b); /* arrays that malloc fills */
+  flesh_block_matrix *A = bar_matrix(&b, 0, 0, 0);
+  for (int k = 0; k < KINDS; k++) {
+    flesh_archive archives[2];
+    for (int fill = 0; fill < 2; fill++) {
+#ifdef M_PERTURB
+      mallopt(M_PERTURB, fill ? 0x5a : 0xa5);
+#endif
+      flesh_preconditioner_data *preconditioner = NULL;
+      CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+      CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
+      flesh_archive measured = {0};
+      linear->preconditioner_archive(preconditioner, &measured);
+      archives[fill] = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .data = malloc(measured.at), .size = measured.at};
+      linear->preconditioner_archive(preconditioner, &archives[fill]);
+      linear->preconditioner_destroy(&preconditioner);
+    }
+    CHECK(archives[0].size == archives[1].size && !memcmp(archives[0].data, archives[1].data, archives[0].size));
+    for (int fill = 0; fill < 2; fill++) free(archives[fill].data);
+  }
+#ifdef M_PERTURB
+  mallopt(M_PERTURB, 0);
+#endif
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(preconditioners_are_definite),
                    TEST(incomplete_cholesky_leaves_fixed_components_alone),
                    TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients),
                    TEST(conjugate_gradients_in_single_precision),
-                   TEST(ranks_share_what_they_can_factor));
+                   TEST(ranks_share_what_they_can_factor), TEST(saved_bytes_are_those_of_the_set_up));
 }

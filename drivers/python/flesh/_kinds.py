@@ -3,7 +3,7 @@ Python's float would read as numbers."""
 import functools
 import inspect
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 
 def _classes(hint):
@@ -19,6 +19,8 @@ def _checked(function):
     names = list(inspect.signature(function).parameters)
     given = {name: hint for name, hint in function.__annotations__.items() if name in names}
     hints = {name: kinds for name, hint in given.items() if (kinds := _classes(hint))}
+    items = {name: typing.get_args(hint)[0] for name, hint in given.items() if typing.get_origin(hint) is Sequence}
+    items = {name: kind for name, kind in items.items() if _classes(kind)}
     numbers = {name: hint for name, hint in given.items() if hint in (float, typing.Optional[float])}
 
     @functools.wraps(function)
@@ -27,11 +29,14 @@ def _checked(function):
             if name in hints and not isinstance(value, hints[name]):
                 wanted = hints[name][0].__name__
                 raise TypeError(f"{name} is of class {type(value).__name__}; it must be of class {wanted}")
+            if name in items and not (hasattr(value, "__iter__") and all(
+                    isinstance(one, items[name]) for one in (value if hasattr(value, "__len__") else ()))):
+                raise TypeError(f"{name} must be a sequence of class {items[name].__name__}")
             if name in numbers and not (hasattr(value, "__float__") or hasattr(value, "__index__")
                                         or value is None and numbers[name] is not float):
                 raise TypeError(f"{name} is {value!r}; it must be a number")
         return function(*args, **keywords)
-    return call if hints or numbers else function
+    return call if hints or items or numbers else function
 
 
 def _check_methods(cls):

@@ -44,6 +44,13 @@ def test_an_object_of_another_class_is_refused(mesh, body, system):
             mesh, mesh.positions, t="1"), lambda: flesh.Spring(body, (0, 0, 0), b"1", (0, 0, 0), radius="1")):
         with pytest.raises(TypeError, match="^[a-z]+ is b?'1'; it must be a number$"):
             wrong()
+    trajectory, x = flesh.Trajectory(flesh.Integrator(system)), mesh.positions
+    parameter = flesh.Parameter(lambda _: system, 1.0)
+    for wrong in (x, [x], parameter, [parameter, 3]):
+        with pytest.raises(TypeError, match="^parameters must be a sequence of class Parameter$"):
+            trajectory.gradient(wrong, by_x=x)
+    with pytest.raises(TypeError, match="^probes must be a sequence of class Probe$"):
+        flesh.Probes("probes.csv", body, system, "bdf2", probes=["tip"])
     for wrong in ("S", 3, ["S"], [flesh.Material("S", young=1e5, poisson=0.45), None]):
         with pytest.raises(TypeError, match="^material is or has .*; it must be of class Material$"):
             flesh.Body(mesh, wrong)
