@@ -290,8 +290,10 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
 static int make_scene(const char *text, const char *path, int count, const char *const *overrides, int rank, int ranks,
                       flesh_scene **scene)
 {
-  if (count > 0 && !overrides)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there are to be %d overrides, but overrides is NULL", path, count);
+  for (int k = 0; k < count; k++)
+    if (!overrides || !overrides[k])
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there are to be %d overrides, but %s is NULL", path, count,
+                        overrides ? "one of them" : "overrides");
   flesh_scene *made = calloc(1, sizeof *made);
   if (!made) return no_memory(path);
   made->path = flesh_arena_text(&made->arena, path, strlen(path));

@@ -80,8 +80,7 @@ void flesh_varied_tets_add(const flesh_varied_tets *self, const double *lambda, 
 int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *state, double *forces)
 {
   flesh_varied_tets varied;
-  FLESH_NEED({parameter, "parameter"}, {state, "state"}, {forces, "forces"});
-  FLESH_NEED({state->x, "state->x"});
+  FLESH_NEED({parameter, "parameter"}, {state, "state"}, {forces, "forces"}, {state ? state->x : NULL, "state->x"});
   flesh_point point = flesh_point_at(state->t, state->x, state->x, state->x); /* elasticity reads neither v nor a */
   point.multipliers = state->multipliers;
   int status = flesh_varied_tets_open(parameter, NULL, &varied);

@@ -65,7 +65,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
 
 int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
 {
-  FLESH_NEED({self, "problem"}, {state, "state"});
+  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
   flesh_ida_matrices *J = &self->jacobian;
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;

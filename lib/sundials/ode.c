@@ -127,7 +127,7 @@ static int invert_mass(flesh_ode_problem *self)
 
 int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector y)
 {
-  FLESH_NEED({self, "problem"}, {state, "state"});
+  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
   if (!flesh_ida_open(self->motion, y, 0)) return FLESH_ERR_ARGUMENT;
   N_Vector yp = flesh_vector_clone(y);
   int status = yp ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);

@@ -153,7 +153,7 @@ static int read_state(const char *path, int nodes, const wanted *some, flesh_sta
 
 int flesh_state_read(const char *path, int nodes, flesh_state *state)
 {
-  FLESH_NEED({path, "path"}, {state, "state"});
+  FLESH_NEED({path, "path"}, FLESH_STATE(state));
   return read_state(path, nodes, &(wanted){0}, state);
 }
 
@@ -180,8 +180,7 @@ void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const 
 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
 {
-  FLESH_NEED({path, "path"}, {state, "state"});
-  FLESH_NEED({state->x, "state->x"}, {state->v, "state->v"});
+  FLESH_NEED({path, "path"}, FLESH_STATE(state));
   if (!isfinite(state->t))
     return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
   for (int i = 0; i < 3 * nodes; i++)

@@ -261,13 +261,13 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
 int flesh_run(const flesh_system *system, flesh_integrator *integrator,
               const flesh_run_options *options, flesh_state *state, int *steps)
 {
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, FLESH_STATE(state));
   return run(system, integrator, options, (origin){1, 0, state->t}, state, steps);
 }
 
 int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
                      int step, double begin, flesh_state *state, int *steps)
 {
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, FLESH_STATE(state));
   return run(system, integrator, options, (origin){0, step, begin}, state, steps);
 }

@@ -1,0 +1,98 @@
+// TEST quick
+/* test_members.c: states without positions or velocities, stages without a base or with numbers that are none, and overrides
+ * that are NULL are refused before anything is read of them. */
+#include "body.h"
+#include "flesh/ida.h"
+#include "flesh/kinsol.h"
+#include "flesh/ode.h"
+#include "flesh/sensitivity.h"
+#include "sundials/compatibility.h"
+#include "test.h"
+
+static void refused(int status, const char *part)
+{
+  CHECK(status == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), part);
+}
+
+/* A free cube; its parts outlive what is made of it. */
+static void make_cube(test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
+static void states_have_arrays(void)
+{
+  test_body b;
+  SUNContext context;
+  flesh_integrator *integrator;
+  flesh_ida_problem *ida;
+  flesh_ode_problem *ode;
+  flesh_sensitivity *sensitivity;
+  const flesh_solver_options options = test_options(1e-6);
+  const flesh_run_options run = {.h = 1, .end = 1};
+  make_cube(&b);
+  CHECK(!flesh_suncontext_create(&context));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BDF2, &options, &integrator));
+  CHECK_OK(flesh_ida_problem_create(b.system, &options, &ida));
+  CHECK_OK(flesh_ode_problem_create(b.system, &options, &ode));
+  CHECK_OK(flesh_sensitivity_create(b.system, &options, 1e-8, &sensitivity));
+  N_Vector y, yp;
+  CHECK_OK(flesh_ida_vector_create(ida, context, &y));
+  yp = N_VClone(y);
+  const flesh_state states[] = {{.v = b.state.x}, {.x = b.state.x}};
+  for (int k = 0; k < 2; k++) {
+    const char *word = k ? "state->v is NULL" : "state->x is NULL";
+    flesh_state state = states[k];
+    refused(flesh_integrator_step(integrator, &state, 1, NULL), word);
+    refused(flesh_run(b.system, integrator, &run, &state, NULL), word);
+    refused(flesh_run_resume(b.system, integrator, &run, 0, 0, &state, NULL), word);
+    refused(flesh_ida_start(ida, &state, y, yp), word);
+    refused(flesh_ode_start(ode, &state, y), word);
+    refused(flesh_state_read("state.txt", b.n / 3, &state), word);
+    refused(flesh_state_write("state.txt", b.n / 3, &state), word);
+    if (k == 0) refused(flesh_sensitivity_set(sensitivity, &state, NULL), word);
+  }
+  N_VDestroy(y);
+  N_VDestroy(yp);
+  flesh_sensitivity_destroy(&sensitivity);
+  flesh_ode_problem_destroy(&ode);
+  flesh_ida_problem_destroy(&ida);
+  flesh_integrator_destroy(&integrator);
+  SUNContext_Free(&context);
+  test_body_destroy(&b);
+}
+
+static void stages_have_a_base_and_numbers(void)
+{
+  test_body b;
+  flesh_problem *problem;
+  const flesh_solver_options options = test_options(1e-6);
+  make_cube(&b);
+  CHECK_OK(flesh_problem_create(b.system, &options, &problem));
+  const flesh_stage good = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = b.state.x};
+  flesh_stage stage = good;
+  stage.x0 = NULL;
+  refused(flesh_problem_set_stage(problem, &stage), "stage->x0 is NULL");
+  for (int k = 0; k < 4; k++) {
+    stage = good;
+    *(k < 2 ? &stage.shift.x : k < 3 ? &stage.t : &stage.load) = k ? NAN : 0;
+    refused(flesh_problem_set_stage(problem, &stage), k < 2 ? "it must be finite and not 0" : "they must be finite");
+  }
+  CHECK_OK(flesh_problem_set_stage(problem, &good));
+  flesh_problem_destroy(&problem);
+  test_body_destroy(&b);
+}
+
+static void overrides_are_texts(void)
+{
+  flesh_scene *scene;
+  refused(flesh_scene_read_text("{}", "a.yaml", 1, NULL, &scene), "1 overrides, but overrides is NULL");
+  refused(flesh_scene_read_text("{}", "a.yaml", 1, (const char *const[]){NULL}, &scene), "1 overrides, but one of them is NULL");
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(stages_have_a_base_and_numbers), TEST(overrides_are_texts));
+}
