@@ -148,6 +148,10 @@ SELECT printf('  %-18s ', method) || CASE
   ELSE printf('no order yet: the slopes between its %d runs in that range differ', candidates) END
 FROM orders ORDER BY first;
 
+-- to verdict.txt
+SELECT printf('%srefused: %s: %s', char(10), group_concat(method, ', '), message)
+FROM (SELECT DISTINCT method, message FROM runs WHERE price = 'work' AND status = 'refused' ORDER BY number) GROUP BY message;
+
 -- Spurious energy is worse than energy that is lost: it can grow. Runs that it has ended count, too.
 -- to verdict.txt
 SELECT printf('%swarning: %s gains energy, in %% of the motion''s:', char(10), method) || group_concat(

@@ -16,7 +16,7 @@ SELECT f.number AS number, data ->> 'method' AS method, data ->> 'setting' AS se
   coalesce(status_code = 0, 0) AS ended, steps, rejected, residual_evaluations, hessian_assemblies, newton,
   linear_iterations, cpu_s, wall_s_median, wall_s_min,
   iif(typeof(error_position_rms) = 'text', 9e999, error_position_rms) AS error, error_position_max, error_tip,
-  error_volume, energy_drift, energy_gain, coalesce(below_reference, 0) AS below, difference,
+  error_volume, energy_drift, energy_gain, coalesce(below_reference, 0) AS below, difference, r.message AS message,
   min(max(0.1, coalesce(iif(wall_s_min > 0, wall_s_median / wall_s_min - 1, 0), 0)), 0.3) AS noise
 FROM facts f LEFT JOIN wanted USING (number) LEFT JOIN results r ON r.id = wanted.id
 WHERE data ->> 'command' IS NOT NULL ORDER BY f.number;

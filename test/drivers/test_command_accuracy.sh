@@ -140,6 +140,14 @@ worst_is_the_worst_of_all_steps() {
   done
 }
 
+# A method that the scene cannot have says why, once.
+a_refusal_has_its_reason() {
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out refusing --methods bdf2,ida,ida5 --steps 1/25,1/50 --tolerances 1e-2,1e-3 \
+    --set body.element=tet10-mean --set body.material.poisson=0.5 --reference-seconds 0.1 || return 1
+  has refusing/verdict.txt '^refused: ida, ida5: .*cannot judge the error of the pressures of incompressible tets' &&
+    [ "$(grep -c 'cannot judge' refusing/verdict.txt)" -eq 1 ]
+}
+
 # The errors are those of `flesh run`: the named command, compared with a much finer run.
 the_named_command_repeats_a_run() {
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out one --methods midpoint --steps 1/25,1/50,1/100 \
@@ -280,6 +288,7 @@ orders_are_those_of_the_methods
 the_reference_is_known
 a_poor_reference_tells_less
 worst_is_the_worst_of_all_steps
+a_refusal_has_its_reason
 the_named_command_repeats_a_run
 fixed_steps_are_fixed
 shares_are_answered
