@@ -211,12 +211,18 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
   return FLESH_OK;
 }
 
+/* The tolerance of the errors that choose steps; 0: none do. */
+static double tolerance_of_errors(const flesh_integrator *self)
+{
+  return self->control.on ? self->control.options.tolerance : 0;
+}
+
 /* Updates the internal variables of a part that has been accepted, and what touches. Where that changes forces, what was
  * known of the motion is not that of the one to come. */
 static int update_internals(flesh_integrator *self, flesh_state *state)
 {
   int changed, touches_others = 0;
-  int status = flesh_internals_update(&self->internals, &self->watch, state, &changed);
+  int status = flesh_internals_update(&self->internals, &self->watch, state, tolerance_of_errors(self), &changed);
   if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
   if (!changed && !touches_others) return status;
   flesh_evaluation_forces_changed(self->evaluation);
@@ -329,7 +335,7 @@ static int judge_change(flesh_integrator *self, const trial *trial, const flesh_
 {
   int changed;
   const flesh_state end = end_of(self, trial, state);
-  const int status = flesh_internals_foresee(&self->internals, &self->watch, &end, &changed);
+  const int status = flesh_internals_foresee(&self->internals, &self->watch, &end, tolerance_of_errors(self), &changed);
   if (status || !changed) return status;
   const flesh_point point = flesh_energy_watch_point(&self->watch, end.t, &end, NULL);
   self->control.refusal = flesh_error_control_judge_change(&self->control, self->prescribed.fixed, &point, self->internals.next,

@@ -235,14 +235,29 @@ static int report(flesh_energy_watch *watch, const flesh_state *state, double ex
   return gain > watch->limit;
 }
 
-int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance)
+/* The energy may rise by so much beyond what is put in, J. */
+static double most_rise(const flesh_energy_watch *watch, double tolerance)
 {
   const flesh_energy_balance *b = &watch->balance;
-  const double rise = (watch->energy - b->supplied) - (before->energy - before->balance.supplied);
   const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
   const double most = (tolerance > 0 ? fmin(gain_of_controlled, tolerance) : gain_of_fixed * watch->limit) * scale;
-  const double left = fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
-  return before->known && watch->known && !watch->turned && rise > watch->rounding + left;
+  return watch->rounding + fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
+}
+
+int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance)
+{
+  const double rise = (watch->energy - watch->balance.supplied) - (before->energy - before->balance.supplied);
+  return before->known && watch->known && !watch->turned && rise > most_rise(watch, tolerance);
+}
+
+int flesh_energy_watch_puts_off(const flesh_energy_watch *watch, const flesh_state *state, const double *next, double tolerance)
+{
+  double energies[watch->effects + 1], sums[2];
+  flesh_point point = flesh_energy_watch_point(watch, state->t, state, NULL);
+  int status = flesh_system_internal_energies(watch->system, &point, energies, &sums[0]);
+  point.internal = next;
+  if (!status) status = flesh_system_internal_energies(watch->system, &point, energies, &sums[1]);
+  return !status && watch->known && sums[1] - sums[0] > most_rise(watch, tolerance);
 }
 
 int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced)

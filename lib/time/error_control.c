@@ -17,8 +17,12 @@
  * Contact turns a node around within its own period, which the filter takes for a motion that need not be resolved. But
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
- * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show, or
- * less where nothing holds the body, which its momentum then carries on and on.
+ * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
+ *
+ * Where nothing holds a body that may touch something, each bounce turns errors of its vibrations, too, into momentum, which
+ * carries it on. A bounce at the speed v excites vibrations of v P: where L is this over all errors, momentum is off by the
+ * tolerance, and so is the body once it has gone its own length. So both count L/(v P) times, v being the largest speed so
+ * far, by root mean square: a body that has come to rest is no reason for shorter steps.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
  * of it. Their impulse counts like that of contact.
@@ -49,7 +53,7 @@ static const double deeper = 0.1;            /* after each refusal by energy, th
  * back in all steps to come: fewer than such steps in the body's period. What touches does not feel it (`judge`). */
 static const double gap_depth = 0.1;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
-static const double flight = 3;              /* and so many times as long lasts the momentum of a body that nothing holds */
+static const double most_flight = 20;        /* times that errors of a body count at most which nothing holds */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
@@ -121,6 +125,7 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
   FLESH_ARCHIVE(archive, self->before);
   FLESH_ARCHIVE(archive, self->times);
   FLESH_ARCHIVE(archive, self->held);
+  FLESH_ARCHIVE(archive, self->speed);
   FLESH_ARCHIVE(archive, self->first);
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
@@ -162,11 +167,20 @@ double flesh_error_control_propose(const flesh_error_control *self, double left)
   return h >= left * (1 - 1e-9) ? left : fmin(h, left / 2); /* not almost all, which would leave a sliver */
 }
 
-void flesh_error_control_aim(flesh_error_control *self, int order)
+/* How many times errors count because nothing holds the body, of velocities v [n]. */
+static double times_in_flight(flesh_error_control *self, const double *v)
 {
+  if (self->held || !flesh_system_has_role(self->system, FLESH_ROLE_CONTACT)) return 1;
+  self->speed = fmax(self->speed, size_of(self, v));
+  return fmax(1, fmin(most_flight, self->length / (self->speed * self->period)));
+}
+
+void flesh_error_control_aim(flesh_error_control *self, int order, const double *v)
+{
+  const double times = times_in_flight(self, v);
   self->falls = order < 2 ? order + 1 : 3;
-  self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
-  self->impulses = fmax(self->local / (self->held ? 1 : flight), pow(self->options.tolerance, self->falls / (self->falls - 1)));
+  self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order) / times;
+  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)) / times);
 }
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)

@@ -26,6 +26,7 @@ typedef struct flesh_error_control {
   int touches;                    /* some do */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
   int held;                       /* something holds a part of it */
+  double speed;                   /* m/s, the largest so far where nothing does, of what may touch */
   double nodes;                   /* of the body */
   double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
@@ -62,8 +63,8 @@ void flesh_error_control_start(flesh_error_control *control, const flesh_state *
 double flesh_error_control_brief(const flesh_error_control *control, double h);
 /* How long the next step is, of `left` s that are to be gone: all of them, or less than half of them, or what is wanted. */
 double flesh_error_control_propose(const flesh_error_control *control, double left);
-/* A step comes whose error is to add up to the tolerance, by a method of that order. */
-void flesh_error_control_aim(flesh_error_control *control, int order);
+/* A step comes from velocities v [n], whose error is to add up to the tolerance, by a method of that order. */
+void flesh_error_control_aim(flesh_error_control *control, int order, const double *v);
 /* The residual that a stage with this shift may leave, N: so much that it makes a part of the error allowed. */
 double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
 /* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do. */

@@ -49,18 +49,25 @@ int flesh_internals_view(const flesh_internals *self, flesh_state *view)
   return FLESH_OK;
 }
 
-int flesh_internals_foresee(flesh_internals *self, const flesh_energy_watch *watch, const flesh_state *state, int *changed)
+int flesh_internals_foresee(flesh_internals *self, const flesh_energy_watch *watch, const flesh_state *state, double tolerance,
+                            int *changed)
 {
   *changed = 0;
   if (!self->count) return FLESH_OK;
   const flesh_point point = flesh_energy_watch_point(watch, state->t, state, NULL);
   memcpy(self->next, state->internal, (size_t)self->count * sizeof *self->next);
-  return flesh_system_update_internal(self->system, &point, self->next, changed);
+  const int status = flesh_system_update_internal(self->system, &point, self->next, changed);
+  if (status || !*changed || !(tolerance > 0)) return status;
+  if (!flesh_energy_watch_puts_off(watch, state, self->next, tolerance)) return FLESH_OK;
+  memcpy(self->next, state->internal, (size_t)self->count * sizeof *self->next);
+  *changed = 0;
+  return FLESH_OK;
 }
 
-int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, flesh_state *state, int *changed)
+int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, flesh_state *state, double tolerance,
+                           int *changed)
 {
-  int status = flesh_internals_foresee(self, watch, state, changed);
+  int status = flesh_internals_foresee(self, watch, state, tolerance, changed);
   if (status) return status;
   for (int k = 0; k < self->count; k++) { /* what they were stays in `next` */
     const double now = self->next[k];

@@ -24,12 +24,16 @@ void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive)
 /* *view gets internal variables of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
 int flesh_internals_view(const flesh_internals *internals, flesh_state *view);
 
-/* Finds the variables that an update would make of those of the state, in internals->next. A negative status ends the run. */
-int flesh_internals_foresee(flesh_internals *internals, const flesh_energy_watch *watch, const flesh_state *state, int *changed);
+/* Finds the variables that an update would make of those of the state, in internals->next. What would bring in more energy than
+ * steps may gain, as a barrier that stiffens within a collision, waits for a later step; `tolerance`: of the errors that choose
+ * steps, 0: nothing waits. A negative status ends the run. */
+int flesh_internals_foresee(flesh_internals *internals, const flesh_energy_watch *watch, const flesh_state *state,
+                            double tolerance, int *changed);
 
 /* Updates those of an accepted state. *changed: forces or energies are others than before; what energy falls by is counted.
  * A negative status ends the run. */
-int flesh_internals_update(flesh_internals *internals, flesh_energy_watch *watch, flesh_state *state, int *changed);
+int flesh_internals_update(flesh_internals *internals, flesh_energy_watch *watch, flesh_state *state, double tolerance,
+                           int *changed);
 
 /* The state where a static step begins, and the way back to it. */
 void flesh_internals_remember(flesh_internals *internals, const flesh_state *state);
