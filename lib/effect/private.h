@@ -129,8 +129,8 @@ typedef struct flesh_effect_private {
    * call without. NULL: it always may. */
   int (*is_far)(void *near, const double *x0, double shift, const double *u);
   /* Corrects x [3*n], from where a solve may begin whose step begins at x_from, so that what touches there keeps its gaps, as
-   * far as a few corrections node by node go. Returns whether x has changed. */
-  int (*keep_gaps)(void *near, const double *internal, const double *x_from, double *x);
+   * far as a few corrections node by node go. Returns whether x has changed. Collective, where `team` is not NULL. */
+  int (*keep_gaps)(void *near, const struct flesh_team *team, const double *internal, const double *x_from, double *x);
   /* flesh_effect_barrier.tunnelled with the memory and what comes with it, for what this rank has of it. Collective, where
    * `team` is not NULL. */
   int (*tunnelled)(void *near, const struct flesh_team *team, const double *internal, const double *x_from,

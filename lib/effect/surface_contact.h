@@ -103,8 +103,7 @@ typedef struct flesh_surface_near {
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;
   size_t hessian_room;
-  struct flesh_surface_guard *guards; /* [guard_room] room of surface_gaps.c */
-  int guard_room;
+  struct flesh_surface_guard *guards; /* [node_count of the surface + 1] room of surface_gaps.c; NULL: not yet needed */
   unsigned char *bonded;     /* [bonded points + edges] FLESH_HELD, ... by the internal variables; NULL: there are none */
   int seat_count;            /* of points that are FLESH_SEATED, on a rank its own */
   flesh_contact_seat *seats;
@@ -172,8 +171,10 @@ int flesh_surface_contact_release(const flesh_surface_contact *contact, const fl
 /* flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
 /* Corrects x [3*n], where near->static_pairs has all that is within so many m at x_from: nodes and faces that touch there keep
- * their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed. */
-int flesh_surface_near_keep_gaps(flesh_surface_near *near, double within, const double *x_from, double *x);
+ * their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed.
+ * Collective where `team` is not NULL: the same x on all ranks, as it was where one comes with a `status`. */
+int flesh_surface_near_keep_gaps(flesh_surface_near *near, const struct flesh_team *team, int status, double within,
+                                 const double *x_from, double *x);
 size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
 /* Once other features may touch, nothing that is known of the near ones serves. */
 void flesh_surface_near_forget(flesh_surface_near *near);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/team.h"
 #include "effect/surface_contact.h"
 #include "geometry/contact_closest.h"
 #include "math/mat3.h"
@@ -80,7 +81,7 @@ static int guard_of(const near *self, double within, int count, const int *pairs
   return guard->face != NULL;
 }
 
-/* Lists what is to be corrected at x; returns how much. */
+/* Lists what is to be corrected at x, of a rank's own nodes; returns how much. */
 static int list_guards(near *self, double within, const double *x_from, const double *x)
 {
   const flesh_near_pairs *near_pairs = &self->static_pairs;
@@ -88,8 +89,32 @@ static int list_guards(near *self, double within, const double *x_from, const do
   for (int k = 0, of; k < near_pairs->point_count; k += of) {
     const int *pairs = near_pairs->point_faces + 2 * (size_t)k;
     for (of = 1; k + of < near_pairs->point_count && pairs[2 * of] == pairs[0];) of++;
+    if (self->contact->surface.nodes[pairs[0]] >= self->contact->own) continue;
     count += guard_of(self, within, of, pairs, x_from, x, &self->guards[count]);
   }
+  return count;
+}
+
+/* The guards become those of all ranks, in the order of their nodes, as one rank alone has them; returns how many. None where a
+ * rank comes with an error. */
+static int share_guards(near *self, const flesh_team *team, int status, int count)
+{
+  const flesh_contact_surface *s = &self->contact->surface;
+  const int numbers = 2 * s->node_count;
+  double any = count, *all = status ? NULL : calloc((size_t)numbers + 1, sizeof *all);
+  if (flesh_team_sum_agreed(team, all ? FLESH_OK : FLESH_ERR_MEMORY, 1, &any)) any = 0;
+  for (int k = 0; k < count && any > 0; k++) {
+    double *of = all + 2 * (size_t)s->node_place[self->guards[k].node];
+    of[0] = 1 + (double)((self->guards[k].face - s->faces) / 3);
+    of[1] = self->guards[k].gap;
+  }
+  if (any > 0) flesh_team_sum(team, numbers, all);
+  count = 0;
+  for (int p = 0; p < s->node_count && any > 0; p++) {
+    const double *of = all + 2 * (size_t)p;
+    if (of[0] > 0) self->guards[count++] = (struct flesh_surface_guard){s->nodes[p], s->faces + 3 * ((size_t)of[0] - 1), of[1]};
+  }
+  free(all);
   return count;
 }
 
@@ -108,16 +133,13 @@ static int correct(const struct flesh_surface_guard *guard, double *x)
   return 1;
 }
 
-int flesh_surface_near_keep_gaps(near *self, double within, const double *x_from, double *x)
+int flesh_surface_near_keep_gaps(near *self, const flesh_team *team, int status, double within, const double *x_from, double *x)
 {
-  const int wanted = self->static_pairs.point_count;
-  if (wanted > self->guard_room) {
-    struct flesh_surface_guard *grown = realloc(self->guards, 2 * (size_t)wanted * sizeof *grown);
-    if (!grown) return 0; /* then it is not corrected */
-    self->guards = grown;
-    self->guard_room = 2 * wanted;
-  }
-  const int count = list_guards(self, within, x_from, x);
+  const size_t nodes = (size_t)self->contact->surface.node_count;
+  if (!self->guards) self->guards = malloc((nodes + 1) * sizeof *self->guards);
+  if (!self->guards) status = FLESH_ERR_MEMORY; /* then nothing is corrected */
+  int count = status ? 0 : list_guards(self, within, x_from, x);
+  if (team) count = share_guards(self, team, status, count);
   int changed = 0, again = count > 0;
   for (int sweep = 0; again && sweep < SWEEPS; sweep++) {
     again = 0;
@@ -127,4 +149,7 @@ int flesh_surface_near_keep_gaps(near *self, double within, const double *x_from
   return changed;
 }
 
-size_t flesh_surface_guards_memory(const near *self) { return (size_t)self->guard_room * sizeof *self->guards; }
+size_t flesh_surface_guards_memory(const near *self)
+{
+  return self->guards ? ((size_t)self->contact->surface.node_count + 1) * sizeof *self->guards : 0;
+}

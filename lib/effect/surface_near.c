@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/team.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 #include "linear/block_matrix.h"
@@ -125,15 +126,15 @@ static int search_static_pairs(near *self, const double *x)
   return FLESH_OK;
 }
 
-static int keep_gaps(void *memory, const double *internal, const double *x_from, double *x)
+static int keep_gaps(void *memory, const flesh_team *team, const double *internal, const double *x_from, double *x)
 {
   near *self = memory;
   flesh_surface_near_take(self, internal);
   const double touching = self->contact->law.thickness, within = touching + self->contact->slack;
-  if (!flesh_surface_near_is_valid(self, x_from, touching) && search_static_pairs(self, x_from)) return 0;
-  if (!self->static_pairs.point_count) return 0;
-  if (!flesh_surface_near_is_valid(self, x_from, within) && search_static_pairs(self, x_from)) return 0;
-  return flesh_surface_near_keep_gaps(self, within, x_from, x);
+  int status = flesh_surface_near_is_valid(self, x_from, touching) ? FLESH_OK : search_static_pairs(self, x_from);
+  if (!status && self->static_pairs.point_count && !flesh_surface_near_is_valid(self, x_from, within))
+    status = search_static_pairs(self, x_from);
+  return flesh_surface_near_keep_gaps(self, team, status, within, x_from, x);
 }
 
 static flesh_contact_candidates candidates_of(const flesh_near_pairs *pairs)

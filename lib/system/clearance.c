@@ -124,24 +124,30 @@ static int find_far(const flesh_clearance *self, const double *x0, double shift,
   for (int k = 0; k < self->effects && far; k++) {
     void *near = flesh_proximity_of(self->proximity, k);
     const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
-    /* Ranks would have to agree. */
-    if (near) far = !self->system->team && can->is_far && can->is_far(near, x0, shift, u);
+    if (near) far = can->is_far && can->is_far(near, x0, shift, u);
   }
   return far;
 }
 
-int flesh_clearance_is_far(flesh_clearance *self, const double *x0, double shift, const double *u)
+/* Whether this rank's surfaces are far from all at x0 + shift u. */
+static int is_far_here(flesh_clearance *self, const double *x0, double shift, const double *u)
 {
   const size_t size = (size_t)self->n * sizeof *u;
-  if (!self->u) return 1;
-  if (!u || !self->begins_far) return self->stays_far = 0;
+  if (!u) return 0;
   if (u[0] == 0 && !memcmp(u, u + 1, size - sizeof *u)) return 1; /* where the stage begins */
   if (self->u_known && !memcmp(u, self->u, size)) return self->u_far;
   memcpy(self->u, u, size);
   self->u_known = 1;
-  self->u_far = find_far(self, x0, shift, u);
-  self->stays_far &= self->u_far;
-  return self->u_far;
+  return self->u_far = find_far(self, x0, shift, u);
+}
+
+int flesh_clearance_is_far(flesh_clearance *self, const double *x0, double shift, const double *u)
+{
+  if (!self->u) return 1;
+  if (!self->begins_far) return 0;
+  const int far = !flesh_team_any(flesh_system_team(self->system), !is_far_here(self, x0, shift, u));
+  self->stays_far &= far;
+  return far;
 }
 
 /* How much of the effects' clearances is left. */
@@ -173,6 +179,7 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
   self->begins_far = 1;
   for (int k = 0; k < 3 && self->begins_far; k++)
     if (k == 2 || places[k] != x0) self->begins_far = find_far(self, places[k], 0, NULL);
+  if (self->u) self->begins_far = !flesh_team_any(flesh_system_team(self->system), !self->begins_far);
   self->stays_far = self->begins_far;
   self->u_known = 0;
 }

@@ -47,7 +47,8 @@ void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive)
 void flesh_clearance_begin(flesh_clearance *clearance, double t, const double *x0, double t_lag, const double *x_lag,
                            const double *x_from);
 
-/* Whether surfaces are far from each other at x0 + shift u, x0 [n] and shift being the stage's; not where u is NULL. */
+/* Whether surfaces are far from each other at x0 + shift u, x0 [n] and shift being the stage's; not where u is NULL.
+ * Collective: all ranks say the same. */
 int flesh_clearance_is_far(flesh_clearance *clearance, const double *x0, double shift, const double *u);
 
 /* How far dofs that change by u [n] times `shift` take a node at most, m; INFINITY where a number is none, 0 where no

@@ -55,12 +55,11 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
 int flesh_system_keep_gaps(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                             const double *x_from, double *x)
 {
-  const int shared = system->team && system->team->ranks > 1;
   int changed = 0;
-  for (int k = 0; proximity->near && !shared && k < system->entry_count; k++) {
+  for (int k = 0; proximity->near && k < system->entry_count; k++) {
     const flesh_effect_private *can = flesh_effect_private_of(system->entries[k].effect);
     if (can->keep_gaps && proximity->near[k])
-      changed |= can->keep_gaps(proximity->near[k], flesh_internal_of(system, k, internal), x_from, x);
+      changed |= can->keep_gaps(proximity->near[k], system->team, flesh_internal_of(system, k, internal), x_from, x);
   }
   return changed;
 }

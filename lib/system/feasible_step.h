@@ -12,8 +12,7 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
                                       const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from, double t_to, double *x_to);
-/* Corrects x [3*n] so that bodies that touch keep their gaps (flesh_effect_private.keep_gaps); returns whether it has changed.
- * On several ranks nothing is corrected. */
+/* Corrects x [3*n] so that bodies that touch keep their gaps (flesh_effect_private.keep_gaps); returns whether it has changed. */
 int flesh_system_keep_gaps(const flesh_system *system, const flesh_proximity *proximity, const double *internal,
                             const double *x_from, double *x);
 /* Whether a step from x_from to x_to must have tunnelled through an obstacle or another body. */

@@ -81,6 +81,22 @@ static const char plates[] =
     "time: {method: backward-euler, step: 1/50, end: 1}\n"
     "solver: {newton_tolerance: 1e-4}\n";
 
+/* A block that lies half a thickness above another one, and a third one far from both. */
+static const char resting[] =
+    "body: {name: lower, mesh: block.msh, " MATERIAL "}\n"
+    "bodies:\n"
+    "  - {name: upper, mesh: block.msh, translation: [0.03, 0.02, 0.502], " MATERIAL "}\n"
+    "  - {name: distant, mesh: block.msh, translation: [90, 0, 0], " MATERIAL "}\n"
+    "effects: [{inertia: {}}, {contact: {between: all, thickness: 0.004}}]\n"
+    "time: {method: backward-euler, step: 1/100, end: 1}\n";
+
+/* Two blocks, far apart. */
+static const char distant[] =
+    "body: {name: left, mesh: block.msh, " MATERIAL "}\n"
+    "bodies: [{name: right, mesh: block.msh, translation: [90, 0, 0], velocity: [-1, 0, 0], " MATERIAL "}]\n"
+    "effects: [{inertia: {}}, {contact: {between: all}}]\n"
+    "time: {method: backward-euler, step: 1/100, end: 1}\n";
+
 /* A run of a scene on this rank alone, or of this rank's share. */
 typedef struct run {
   flesh_scene *scene;
@@ -177,6 +193,48 @@ static int compare(const char *name, const char *text, int steps, double limit)
   return touching;
 }
 
+/* x [n] from the state, where what is above 0.5 m has come down by a thickness, more so at one side, and keeps its gaps;
+ * whether it has changed. */
+static int come_down(const run *r, double *x)
+{
+  for (int d = 0; d < r->n; d++) {
+    const double *at = r->state.x + d - d % 3;
+    x[d] = r->state.x[d] - (at[2] > 0.501 && d % 3 == 2 ? 0.004 * (1 + at[0]) : 0);
+  }
+  const flesh_proximity *proximity = r->integrator->evaluation->environment.proximity;
+  return flesh_system_keep_gaps(r->system, proximity, r->state.internal, r->state.x, x);
+}
+
+/* To the last bit, although each rank knows the gaps of its own nodes alone. */
+static void gaps_are_kept_as_by_one_rank(void)
+{
+  run alone, shared;
+  open_run(resting, 0, &alone);
+  open_run(resting, 1, &shared);
+  double *x = malloc((size_t)alone.n * sizeof *x), *own = malloc(((size_t)shared.n + 1) * sizeof *own);
+  CHECK(come_down(&alone, x) && come_down(&shared, own));
+  double *all = gather(&shared, alone.n, own);
+  CHECK(!memcmp(all, x, (size_t)alone.n * sizeof *x));
+  free(all);
+  free(own);
+  free(x);
+  close_run(&alone);
+  close_run(&shared);
+}
+
+/* Ranks look at no surfaces that are far apart: all of them know it, and none says so of surfaces that are near. */
+static void ranks_know_what_is_far(void)
+{
+  const char *const texts[] = {distant, resting};
+  for (int k = 0; k < 2; k++) {
+    run shared;
+    open_run(texts[k], 1, &shared);
+    for (int s = 0; s < 3; s++) CHECK_OK(advance(&shared));
+    CHECK(shared.integrator->evaluation->clearance.stays_far == !k);
+    close_run(&shared);
+  }
+}
+
 static void a_block_slides_from_rank_to_rank(void) { CHECK(compare("slide", slide, 40, 1e-7) > 20); }
 
 static void a_fast_impact_is_seen(void) { CHECK(compare("impact", impact, 8, 1e-6) > 0); }
@@ -222,7 +280,8 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   run shared;
   open_run(plates, 1, &shared);
   check_pieces(&shared);
-  const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, under[3] = {0, 0, -0.253}, touching[3] = {-0.17, 0.02, -0.149},
+  const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, under[3] = {0, 0, -0.253},
+               touching[3] = {-0.17, 0.02, -0.149},
                above[3] = {-0.17, 0.02, -0.14};
   CHECK(is_tunnelled(&shared, 0, start, down) && !is_tunnelled(&shared, 0, start, past));
   CHECK(is_tunnelled(&shared, 0, start, under)); /* and touches from below */
@@ -400,6 +459,7 @@ int main(int argc, char **argv)
   make_box("strip.msh", (int[]){24, 2, 1}, (double[]){3, 0.4, 0.1});
   const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(solves_exchange_what_is_near),
                                         TEST(a_block_slides_from_rank_to_rank), TEST(a_fast_impact_is_seen),
+                                        TEST(gaps_are_kept_as_by_one_rank), TEST(ranks_know_what_is_far),
                                         TEST(a_step_does_not_lead_around_what_is_in_its_way),
                                         TEST(a_strip_touches_itself_across_a_cut),
                                         TEST(a_weld_breaks_and_its_faces_meet_again));
