@@ -106,8 +106,8 @@ mesh_error() {
 adapted() {
   blocks drivers/error_bars.md
   "$flesh" run adapted.yaml --to 0.1%:tip.position_z --out adapted --quiet
-  for k in 0 6 12; do "$flesh" run "adapted/to/$k/scene.yaml" --out "adapted_$k" --quiet; done
-  "$flesh" snap adapted_0 adapted_6 adapted_12 --bare --edges --colour none --width 300 --out "$pictures/adapted.png"
+  for k in 0 5 9; do "$flesh" run "adapted/to/$k/scene.yaml" --out "adapted_$k" --quiet; done
+  "$flesh" snap adapted_0 adapted_5 adapted_9 --bare --edges --colour none --width 300 --out "$pictures/adapted.png"
 }
 
 # A block cut through an inclusion: as it is, and by the map that a fit of its surface finds.
