@@ -65,8 +65,8 @@ typedef struct flesh_ida_problem flesh_ida_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
  * max_linear, linear_solver, preconditioner, eigenvalue_filter (a filter that is ALWAYS on clamps
- * negative eigenvalues; with all others the Hessian is the true one) and threads are read.
- * Returns new.
+ * negative eigenvalues; with all others the Hessian is the true one) and threads are read; all
+ * are checked: begin with flesh_solver_options_default. Returns new.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ida_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,

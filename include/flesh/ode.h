@@ -72,8 +72,9 @@ typedef struct flesh_ode_problem flesh_ode_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
  * max_linear, linear_solver, preconditioner, eigenvalue_filter (a filter that is ALWAYS on clamps
- * negative eigenvalues in the matrix and the preconditioner, not in products) and threads are read.
- * Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+ * negative eigenvalues in the matrix and the preconditioner, not in products) and threads are read;
+ * all are checked: begin with flesh_solver_options_default. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
                                        flesh_ode_problem **problem);

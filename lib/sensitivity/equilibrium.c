@@ -102,7 +102,6 @@ static int check_balance(flesh_sensitivity *self)
 int flesh_sensitivity_set(flesh_sensitivity *self, const flesh_state *state, const flesh_lagged *lagged)
 {
   FLESH_NEED({self, "sensitivity"}, {state, "state"}, {state ? state->x : NULL, "state->x"});
-  FLESH_NEED({state->x, "state->x"});
   const size_t bytes = (size_t)self->n * sizeof(double);
   self->is_set = 0;
   int status = take_state(self, state);

@@ -240,6 +240,13 @@ END
         { echo "$method, $energy:"; cat stderr.txt; return 1; }
     done
   done
+  scene lower '  - inertia: {}
+  - pin: {body: body, box: [[-1, -1, -1], [1, 1, 1]]}
+  - prescribed_motion: {body: upper, box: [[-1, -1, -1], [1, 1, 1]], motion: [{time: 0}, {time: 1, translation: [0, 0, -0.1]}]}
+  - contact: {between: all, thickness: 0.005}' 'step: 1/10, end: 1'
+  echo 'bodies: [{name: upper, mesh: block.msh, translation: [0.005, 0.007, 0.12]}]' >>lower.yaml
+  expect 4 "$flesh" run lower.yaml --out lower --no-frames && has stderr.txt 'surfaces in contact intersect' &&
+    has stderr.txt 'advice: nodes start or are held in an obstacle'
 }
 
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
