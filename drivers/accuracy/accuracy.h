@@ -145,6 +145,7 @@ typedef struct flesh_accuracy_plan {
   int mesh;              /* the error of the mesh is measured too */
   double mesh_seconds;   /* to spend on it */
   const flesh_texts *coarser; /* further meshes for it */
+  int tets;                   /* of the scene's own */
   const flesh_texts *overrides;
   int method_count, methods[FLESH_ACCURACY_LIMIT];
   int step_count, tolerance_count; /* steps from the longest to the shortest */

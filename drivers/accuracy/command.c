@@ -166,6 +166,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   if (!status && !in_time) plan->method_count = 0, plan->representative = -1, plan->grid = (flesh_accuracy_grid){.count = 1};
   plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
                                                                   : "body.mass=consistent";
+  plan->tets = flesh_mesh_tet_count(mesh);
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   for (int c = 0; c < 3; c++)
@@ -174,11 +175,15 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   return status;
 }
 
-static int check_scene(const flesh_accuracy_plan *plan, const char *path)
+static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
 {
   flesh_scene *scene = NULL;
   int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
   if (!status) status = spare_inputs(plan, path, scene);
+  const int tets = status ? 0 : flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  if (tets > plan->tets)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--coarser %s has %d tets, and is finer than %s with its %d; it must not have more",
+                        path, tets, plan->scene, plan->tets);
   flesh_scene_destroy(&scene);
   return status;
 }
@@ -191,7 +196,7 @@ static int check_others(const flesh_accuracy_plan *plan)
   if (plan->coarser->count >= FLESH_ACCURACY_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
   int status = FLESH_OK;
-  for (int k = 0; k < plan->coarser->count && !status; k++) status = check_scene(plan, plan->coarser->values[k]);
+  for (int k = 0; k < plan->coarser->count && !status; k++) status = check_coarser(plan, plan->coarser->values[k]);
   return status;
 }
 

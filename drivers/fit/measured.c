@@ -20,6 +20,7 @@ typedef struct reading {
   int time;         /* column; -1: none */
   int *value;       /* [quantities] columns */
   int *deviation;   /* [quantities] columns; -1: none */
+  double latest;    /* of the times so far */
   flesh_locator *locator; /* of the places of positions; NULL until there is one */
 } reading;
 
@@ -148,6 +149,21 @@ static int read_datum(reading *r, int row, int quantity, double t)
   return status;
 }
 
+/* A quantity has one number at a time: a run has one, and a table of a run's own, whose start and equilibrium have one time,
+ * would count both. */
+static int check_once(const reading *r, int first)
+{
+  const flesh_fit_datum *data = r->to->data;
+  for (int d = first; d < r->to->count; d++)
+    for (int k = 0; k < first; k++)
+      if (data[k].t == data[d].t && data[k].quantity == data[d].quantity)
+        return flesh_node_fail(r->keys->place,
+                               "%s: rows %d and %d both have %s at t = %g s; it must have one number at a time, as the mean of "
+                               "repeated measurements",
+                               r->to->path, data[k].row + 1, data[d].row + 1, r->to->quantities[data[d].quantity].name, data[d].t);
+  return FLESH_OK;
+}
+
 /* The place of a point at rest, by the tet that holds it or is nearest. */
 static int locate(reading *r, const flesh_mesh *mesh, int row, const double X[3], flesh_fit_point *point)
 {
@@ -204,7 +220,10 @@ static int read_rows(reading *r, const flesh_scene *scene)
     if (!status && r->time >= 0 && isnan(t))
       status = flesh_node_fail(r->keys->place, "%s: row %d: t is empty; it must be a number", to->path, row + 1);
     if (!status && to->points) status = read_point(r, scene, row, &to->points[row]);
+    const int first = to->count, later = t > r->latest;
     for (int q = 0; q < to->quantity_count && !status; q++) status = read_datum(r, row, q, t);
+    if (later) r->latest = t;
+    else if (!status && r->time >= 0) status = check_once(r, first);
   }
   to->row_count = r->csv.rows;
   if (!status && !to->count)
@@ -232,7 +251,7 @@ static int read_table(reading *r, const flesh_scene *scene)
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
                             flesh_fit_measured *to)
 {
-  reading r = {.arena = arena, .keys = keys, .to = to};
+  reading r = {.arena = arena, .keys = keys, .to = to, .latest = -INFINITY};
   int given = 0;
   for (int k = 0; k < 3; k++)
     if (keys->paths[k]) given++, to->table = k, to->path = keys->paths[k];

@@ -294,9 +294,7 @@ static const flesh_effect_operations buoyancy_operations = {
 int flesh_effect_buoyancy(const flesh_body *body, double level, double density, const double acceleration[3],
                           flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({acceleration, "acceleration"});
+  FLESH_NEED_BODY({body, "body"}, {acceleration, "acceleration"});
   const double g = sqrt(flesh_vec3_dot(acceleration, acceleration));
   if (!(density > 0 && density < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);

@@ -182,9 +182,7 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
 int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, flesh_stiffness against,
                          flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({effect, "effect"});
+  FLESH_NEED_BODY({body, "body"});
   if (!(mass >= 0 && mass < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "mass is %g 1/s; it must not be negative", mass);
   if (!(stiffness >= 0 && stiffness < INFINITY))

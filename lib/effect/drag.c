@@ -127,9 +127,7 @@ static const flesh_effect_operations drag_operations = {
 int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, double density,
                       const double velocity[3], double coefficient, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({triangles, "triangles"}, {velocity, "velocity"});
+  FLESH_NEED_BODY({body, "body"}, {triangles, "triangles"}, {velocity, "velocity"});
   if (!(density > 0 && density < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);
   if (!(coefficient > 0 && coefficient < INFINITY))

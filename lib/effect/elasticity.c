@@ -287,9 +287,7 @@ static const flesh_effect_operations holding_operations = {
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({effect, "effect"});
+  FLESH_NEED_BODY({body, "body"});
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
   elasticity *self = flesh_calloc(1, sizeof *self);

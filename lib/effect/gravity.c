@@ -30,9 +30,7 @@ static void weigh(const flesh_body *body, const double acceleration[3], double *
 
 int flesh_effect_gravity(const flesh_body *body, const double acceleration[3], flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({acceleration, "acceleration"});
+  FLESH_NEED_BODY({body, "body"}, {acceleration, "acceleration"});
   flesh_dead_load *load;
   const int nodes = flesh_mesh_node_count(body->mesh);
   int status = flesh_body_check_density(body);

@@ -82,9 +82,7 @@ static const flesh_effect_operations inertia_operations = {
 
 int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({effect, "effect"});
+  FLESH_NEED_BODY({body, "body"});
   flesh_mass_matrix *mass = malloc(sizeof *mass);
   if (!mass) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the inertia effect");
   int status = flesh_mass_matrix_create(body, mass);

@@ -82,9 +82,7 @@ static int check(const double point[3], const double axis[3], double stiffness)
 int flesh_effect_joint(const flesh_body *body, flesh_nodes first, flesh_nodes second, const double point[3],
                        const double axis[3], double stiffness, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({first.nodes, "first"}, {second.nodes, "second"}, {point, "point"});
+  FLESH_NEED_BODY({body, "body"}, {first.nodes, "first"}, {second.nodes, "second"}, {point, "point"});
   int status = flesh_carried_check_groups(body, first, second);
   if (!status) status = check(point, axis, stiffness);
   if (status) return status;

@@ -242,9 +242,7 @@ static int check_length(const double first_point[3], const double second_point[3
 int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point *first,
                               const flesh_carried_point *second, double stiffness, double length, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({first, "first"}, {second, "second"});
+  FLESH_NEED_BODY({body, "body"}, {first, "first"}, {second, "second"});
   const double *first_point = first->point, *second_point = second->point;
   const int *nodes[2] = {first->nodes.nodes, second->nodes.nodes}, first_count = first->nodes.count;
   FLESH_NEED({nodes[0], "first"}, {nodes[1], "second"});

@@ -39,9 +39,7 @@ static int create(const flesh_body *body, int count, const double vector[3], con
 int flesh_effect_force(const flesh_body *body, int count, const int *nodes, const double force[3],
                        const flesh_amplitude *amplitude, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({nodes, "nodes"}, {force, "force"});
+  FLESH_NEED_BODY({body, "body"}, {nodes, "nodes"}, {force, "force"});
   const int total = flesh_mesh_node_count(body->mesh);
   for (int k = 0; k < count; k++)
     if (nodes[k] < 0 || nodes[k] >= total)
@@ -59,9 +57,7 @@ int flesh_effect_force(const flesh_body *body, int count, const int *nodes, cons
 int flesh_effect_traction(const flesh_body *body, int count, const int *triangles, const double traction[3],
                           const flesh_amplitude *amplitude, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({triangles, "triangles"}, {traction, "traction"});
+  FLESH_NEED_BODY({body, "body"}, {triangles, "triangles"}, {traction, "traction"});
   const int total = flesh_mesh_node_count(body->mesh);
   int used = 0;
   flesh_dead_load *load;

@@ -258,9 +258,7 @@ static int take_directions(const flesh_mesh *mesh, int count, const int *tets, c
 int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, const double *fibres,
                         const flesh_fibre *fibre, const flesh_amplitude *activation, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({fibres, "fibres"}, {fibre, "fibre"});
+  FLESH_NEED_BODY({body, "body"}, {fibres, "fibres"}, {fibre, "fibre"});
   static const int none = 0;
   muscle *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");

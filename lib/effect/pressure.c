@@ -318,9 +318,7 @@ static void pressure_take(flesh_effect *effect, const flesh_rank_numbers *number
 int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles, double value,
                           const flesh_amplitude *amplitude, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({triangles, "triangles"});
+  FLESH_NEED_BODY({body, "body"}, {triangles, "triangles"});
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
   if (count < 1 && !body->mesh->split)

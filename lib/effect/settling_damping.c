@@ -152,9 +152,7 @@ static const flesh_effect_operations settling_operations = {
 int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,
                       flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({effect, "effect"});
+  FLESH_NEED_BODY({body, "body"});
   if (!(rate > 0 && rate < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "rate is %g 1/s; it must be positive", rate);
   if (!(speed >= 0 && speed < INFINITY))

@@ -354,9 +354,7 @@ static int check(const double point[3], double radius, double stiffness, double 
 int flesh_effect_spring_within(const flesh_body *body, const double point[3], double radius, double stiffness,
                                const flesh_motion *target, double from, double until, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({point, "point"}, {target, "target"});
+  FLESH_NEED_BODY({body, "body"}, {point, "point"}, {target, "target"});
   int status = check(point, radius, stiffness, from, until);
   if (status) return status;
   spring *self = flesh_calloc(1, sizeof *self);
@@ -379,9 +377,7 @@ int flesh_effect_spring_within(const flesh_body *body, const double point[3], do
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
                       const flesh_motion *target, double from, double until, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({point, "point"}, {target, "target"});
+  FLESH_NEED_BODY({body, "body"}, {point, "point"}, {target, "target"});
   return flesh_effect_spring_within(body, point, 0, stiffness, target, from, until, effect);
 }
 

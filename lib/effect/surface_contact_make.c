@@ -162,9 +162,7 @@ int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *f
 int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options, int pair_count,
                                  const int *pairs, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({options, "options"});
+  FLESH_NEED_BODY({body, "body"}, {options, "options"});
   contact *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
   int status = make(body, options, pair_count, pairs, self);

@@ -157,9 +157,7 @@ static const flesh_effect_operations viscosity_operations = {
 
 int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({effect, "effect"});
+  FLESH_NEED_BODY({body, "body"});
   if (!(shear >= 0 && shear < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "shear is %g Pa s; it must not be negative", shear);
   if (!(bulk >= 0 && bulk < INFINITY))

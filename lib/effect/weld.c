@@ -339,9 +339,7 @@ static int make(making *m, const int count[2], const int *const triangles[2])
 int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_triangles second, double distance,
                       double stiffness, double breaks_at, flesh_effect **effect)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED_BODY({first.corners, "first"}, {second.corners, "second"});
+  FLESH_NEED_BODY({body, "body"}, {first.corners, "first"}, {second.corners, "second"});
   if (first.count < 1 || second.count < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a weld needs triangles of two surfaces; there are %d and %d", first.count,
                       second.count);

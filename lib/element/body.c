@@ -67,8 +67,12 @@ int flesh_body_check(const flesh_body *body)
   for (int e = 0; body->materials && e < (body->tet_material ? flesh_mesh_tet_count(body->mesh) : 1); e++) {
     const int material = body->tet_material ? body->tet_material[e] : 0;
     if (material < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "tet %d has material %d; materials count from 0", e, material);
-    if (!body->materials[material].psi)
+    const flesh_material *m = &body->materials[material];
+    if (!m->psi)
       return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has no psi; it must be made by a flesh_material_from_ function", material);
+    if (m->energy != FLESH_ENERGY_USER && !(m->mu > 0 && m->mu < INFINITY && fabs(m->lambda) < INFINITY))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has mu %g and lambda %g Pa; mu must be positive, and both finite",
+                        material, m->mu, m->lambda);
   }
   const int status = flesh_body_check_element(body);
   return status ? status : check_parts(body);

@@ -44,6 +44,7 @@ int flesh_solver_options_check(const flesh_solver_options *o)
                   {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_VOLUME_PROJECTION},
                   {"eigenvalue_filter", o->eigenvalue_filter, 0, FLESH_FILTER_TRUST_REGION_ALWAYS},
                   {"line_search", o->line_search, 0, FLESH_LINE_SEARCH_RESIDUAL},
+                  {"techniques", o->techniques, 0, FLESH_TECHNIQUES_ALL},
                   {"threads", o->threads, 0, FLESH_THREADS_MAX}};
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     if (integers[k].value < integers[k].low || integers[k].value > integers[k].high)

@@ -9,6 +9,7 @@
  * from_v dv = b1, and cj = -from_x/from_v. */
 #include "base/error.h"
 #include "sundials/ida_problem.h"
+#include "sundials/pair_matrix.h"
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
 
@@ -19,9 +20,11 @@ typedef struct solver {
 
 static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
-  (void)A;
   solver *self = S->content;
-  int status = flesh_ida_condense(self->problem);
+  const flesh_pair_matrix *own = flesh_pair_matrix_of(A);
+  int status = own && own->view && own->ida == self->problem
+                   ? flesh_ida_condense(self->problem)
+                   : flesh_fail(FLESH_ERR_ARGUMENT, "the matrix must be this problem's own of flesh_ida_sunmatrix_create");
   return flesh_sunlinsol_flag(&self->report, status ? status : flesh_ida_factor(self->problem));
 }
 

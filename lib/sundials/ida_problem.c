@@ -274,6 +274,8 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
                        flesh_ida_content content)
 {
   flesh_ida_matrices *J = &self->jacobian;
+  if (!(fabs(cj) > 0 && fabs(cj) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "cj is %g 1/s; it must be finite and not 0", cj);
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   flesh_shift shift = {.x = 1, .filter = self->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;

@@ -26,8 +26,10 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
 
 static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
-  (void)A;
   solver *self = S->content;
+  if (!A || !flesh_problem_owns_matrix(self->problem, A))
+    return self->report.last_flag =
+               flesh_fail(FLESH_ERR_ARGUMENT, "the matrix must be this problem's own of flesh_sunmatrix_create");
   return self->report.last_flag = flesh_newton_prepare(&self->problem->newton, !self->problem->zeroed);
 }
 

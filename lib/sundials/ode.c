@@ -278,6 +278,8 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   flesh_ida_problem *motion = self->motion;
   const double *y = flesh_ida_read(motion, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
+  if (!(fabs(gamma) > 0 && fabs(gamma) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "gamma is %g s; it must be finite and not 0", gamma);
   flesh_ode_condensed *c = &self->condensed;
   int status = flesh_ode_make_condensed(self, 1);
   if (status) return status;

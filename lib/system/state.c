@@ -181,6 +181,7 @@ void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
 {
   FLESH_NEED({path, "path"}, FLESH_STATE(state));
+  if (nodes < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "nodes is %d; it must not be negative", nodes);
   if (!isfinite(state->t))
     return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
   for (int i = 0; i < 3 * nodes; i++)

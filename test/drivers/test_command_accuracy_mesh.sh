@@ -140,7 +140,9 @@ another_start_is_another_motion() {
 bad_usage_is_refused() {
   expect 2 "$flesh" accuracy sag.yaml --out none && has stderr.txt 'no inertia.*--mesh' &&
     expect 2 "$flesh" accuracy swing.yaml --coarser small.yaml --out none && has stderr.txt '--coarser is given without --mesh' &&
-    expect 3 "$flesh" accuracy sag.yaml --mesh --coarser none.yaml --out none && has stderr.txt none.yaml && [ ! -e none ]
+    expect 3 "$flesh" accuracy sag.yaml --mesh --coarser none.yaml --out none && has stderr.txt none.yaml &&
+    expect 2 "$flesh" accuracy small.yaml --mesh --coarser sag.yaml --out none && [ ! -e none ] &&
+    has stderr.txt 'sag.yaml has 192 tets, and is finer than small.yaml with its 24; it must not have more'
 }
 
 run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps \

@@ -285,7 +285,9 @@ bad_specs_are_refused() {
   expect 3 "$flesh" fit bad.yaml --out bad && has stderr.txt '^flesh fit: bad.yaml:3:12: .*no_such.yaml' || return 1
   sed 's/pulled.csv/no_such.csv/' two.yaml >bad.yaml
   expect 3 "$flesh" fit bad.yaml --out bad && has stderr.txt '^flesh fit: bad.yaml:4:25: .*no_such.csv' || return 1
-  table 'row 1, column top.position_z is high; it must be a number' 't [s],top.position_z' '1,high' &&
+  table 'rows 1 and 3 both have top.position_z at t = 1 s; it must have one number at a time' 't [s],top.position_z' '1,1' \
+    '0.5,1' '1,2' &&
+    table 'row 1, column top.position_z is high; it must be a number' 't [s],top.position_z' '1,high' &&
     table 't is 3 s; it must be a time of the run, which goes from 0 to 1 s' 't [s],top.position_z' '3,1' &&
     table 'has 2 rows and no column t' 'top.position_z' '1' '2' &&
     table 'has no measured number' 't [s],top.position_z' '1,' &&

@@ -19,6 +19,8 @@ static void bodies_are_refused(void)
   CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   const int tets = flesh_mesh_tet_count(b.mesh);
   const flesh_material unmade = {0};
+  flesh_material vague = b.material, endless = b.material;
+  vague.mu = NAN, endless.lambda = INFINITY;
   int *materials = calloc((size_t)tets, sizeof *materials);
   materials[7] = -1;
   const flesh_body_part beyond = {"beyond", 1, tets}, both[2] = {{"one", 0, 5}, {"other", 4, tets - 4}};
@@ -39,6 +41,8 @@ static void bodies_are_refused(void)
   TRY(element, FLESH_ELEMENT_TET10, "the element is tet10, but the mesh has order 1");
   TRY(tet_material, materials, "tet 7 has material -1");
   TRY(materials, &unmade, "material 0 has no psi");
+  TRY(materials, &vague, "material 0 has mu nan and lambda");
+  TRY(materials, &endless, "lambda inf Pa; mu must be positive, and both finite");
   TRY(part_count, -1, "part_count is -1");
   TRY(part_count, 1, "part_count is 1; parts must be an array of as many");
   TRY(part_count = 1; body.parts, &beyond, "part 0 has 48 tets from tet 1 on; the mesh has the tets 0 to 47");

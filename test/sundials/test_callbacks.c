@@ -209,6 +209,13 @@ static void foreign_matrices_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "this problem's own");
   CHECK(flesh_kinsol_jacobian(u, u, small, o.problem, u, u) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "3 x 3");
+  SUNLinearSolver solver;
+  CHECK_OK(flesh_sunlinsol_create(o.problem, o.context, &solver));
+  for (int k = 0; k < 3; k++) {
+    CHECK(SUNLinSolSetup(solver, (SUNMatrix[]){A, small, NULL}[k]) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "must be this problem's own of flesh_sunmatrix_create");
+  }
+  SUNLinSolFree(solver);
   N_VDestroy(u);
   SUNMatDestroy(A);
   SUNMatDestroy(small);

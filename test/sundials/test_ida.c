@@ -289,7 +289,17 @@ static void indefinite_matrices_are_recoverable(void)
   open_owned(&b, FLESH_LINEAR_PCG, 0, &o);
   for (int d = 0; d < b.n; d++) b.state.x[d] *= d % 3 == 0 ? 0.3 : 1; /* squashed: it would buckle */
   CHECK_OK(flesh_ida_start(o.problem, &b.state, o.y, o.yp));
+  for (int k = 0; k < 3; k++) { /* no step has these */
+    const double cj = (double[]){0, NAN, INFINITY}[k];
+    CHECK(flesh_ida_jacobian(0, cj, o.y, o.yp, NULL, o.A, o.problem, NULL, NULL, NULL) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "it must be finite and not 0");
+    CHECK(flesh_ida_preconditioner_setup(0, o.y, o.yp, NULL, cj, o.problem) == FLESH_ERR_ARGUMENT);
+  }
   CHECK_OK(flesh_ida_jacobian(0, 1e-3, o.y, o.yp, NULL, o.A, o.problem, NULL, NULL, NULL));
+  SUNMatrix other = SUNMatClone(o.A);
+  CHECK(SUNLinSolSetup(o.solver, other) < 0);
+  CHECK_TEXT(flesh_error_text(), "must be this problem's own of flesh_ida_sunmatrix_create");
+  SUNMatDestroy(other);
   N_Vector right = N_VClone(o.y), x = N_VClone(o.y);
   N_VConst(1, right);
   test_jitter(2 * b.n, 1, 3, N_VGetArrayPointer(right));

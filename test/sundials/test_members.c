@@ -85,6 +85,18 @@ static void stages_have_a_base_and_numbers(void)
   test_body_destroy(&b);
 }
 
+static void numbers_have_a_meaning(void)
+{
+  test_body b;
+  flesh_problem *problem = NULL;
+  flesh_solver_options options = test_options(1e-6);
+  make_cube(&b);
+  refused(flesh_state_write("state.txt", -1, &b.state), "nodes is -1; it must not be negative");
+  options.techniques = ~0u;
+  refused(flesh_problem_create(b.system, &options, &problem), "techniques is 4294967295; it must be in 0 to 131071");
+  test_body_destroy(&b);
+}
+
 static void overrides_are_texts(void)
 {
   flesh_scene *scene;
@@ -94,5 +106,6 @@ static void overrides_are_texts(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(stages_have_a_base_and_numbers), TEST(overrides_are_texts));
+  return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(stages_have_a_base_and_numbers), TEST(numbers_have_a_meaning),
+                   TEST(overrides_are_texts));
 }

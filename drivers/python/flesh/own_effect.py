@@ -128,6 +128,9 @@ class OwnEffect(Effect):
                 setattr(operations, table, part)
         if not isinstance(self.internal_count, (int, np.integer)) or self.internal_count < 0:
             raise ArgumentError(f"{type(self).__name__}.internal_count is {self.internal_count!r}; it must be a count")
+        if isinstance(self.report_names, str):
+            raise ArgumentError(f"{type(self).__name__}.report_names is {self.report_names!r}; "
+                                "it must be a list of texts")
         self._internals, self._reports = int(self.internal_count), len(self.report_names)
         if self._internals:
             if not self._defines("update"):

@@ -11,6 +11,7 @@ from ._arrays import Field, Names, Record
 from ._callbacks import Const, call, create, owned
 from ._library import ffi, free, lib, path_bytes, text
 from .body import Body
+from .errors import ArgumentError
 from .integrator import Integrator
 from .material import Material
 from .mesh import Mesh
@@ -68,7 +69,13 @@ def _flow(value):
         return "[" + ", ".join(_flow(item) for item in value) + "]"
     if isinstance(value, float) and not math.isfinite(value):
         return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    return json.dumps(os.fspath(value) if isinstance(value, os.PathLike) else value, ensure_ascii=False)
+    if isinstance(value, os.PathLike):
+        value = os.fspath(value)
+    try:
+        return json.dumps(value, ensure_ascii=False)
+    except TypeError:
+        valid = "a dict, a list, a text, a number, True, False or None"
+        raise ArgumentError(f"a scene has {value!r}; it must be {valid}") from None
 
 
 def _overrides(given):

@@ -383,6 +383,9 @@ def test_an_effect_that_is_wrongly_made_is_refused(system, mesh):
         Numbered(mesh)
     with pytest.raises(flesh.ArgumentError, match="^Reporting.report_names has 3; it must be a text$"):
         Reporting(mesh)
+    Reporting.report_names = "ab"
+    with pytest.raises(flesh.ArgumentError, match="^Reporting.report_names is 'ab'; it must be a list of texts$"):
+        Reporting(mesh)
     for count in (-1, 1.5, "2"):
         counted = type("Counted", (Forgetful,), {"__init__": flesh.OwnEffect.__init__, "internal_count": count})
         with pytest.raises(flesh.ArgumentError, match="^Counted.internal_count is .*; it must be a count$"):

@@ -136,6 +136,8 @@ def test_overrides_and_their_errors(folder):
     for overrides, words in (({"time.step": -1}, "time.step"), ({"time.stp": 1}, "did you mean step")):
         with pytest.raises(flesh.ArgumentError, match=words):
             flesh.Scene(BAR, overrides, folder)
+    with pytest.raises(flesh.ArgumentError, match="^a scene has <object .*>; it must be a dict, a list, a text"):
+        flesh.Scene({"body": object()})
     with pytest.raises(flesh.ArgumentError, match="note:2:9: body.densty is unknown; did you mean density"):
         flesh.Scene.from_text("\nbody: {{densty: 3}}".replace("{{", "{ ").replace("}}", "}"), name="note")
     with pytest.raises(flesh.FileError, match="nowhere.yaml"):
