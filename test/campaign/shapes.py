@@ -3,6 +3,7 @@ import subprocess
 
 KERNEL = "SetFactory(\"OpenCASCADE\");\n"
 NEAR, FAR = -1e-6, 1e-6
+THIN = ["angle", "clip", "strip", "tube", "arch"]
 
 
 def less(last, solids):
@@ -30,6 +31,44 @@ def angle(length, thick, fillet):
             f"Point(8) = {{{inner}, 0, {inner}}};\nCircle(4) = {{4, 8, 5}};\n")
     return text + (f"Curve Loop(1) = {{1:{count}}}; Plane Surface(1) = {{1}}; Extrude {{0, .5, 0}} {{ Surface{{1}}; }}\n"
                    + ("Delete { Point{8}; }\n" if fillet else ""))
+
+
+def draw_thin(kind, rng):
+    """What `draw` gives, of a body one or two tets across."""
+    thick, wide = rng.uniform(.06, .1), rng.uniform(.2, .35)
+    root, end = [[NEAR, -9, -9], [FAR, 9, 9]], lambda x: [[x + NEAR, -9, -9], [9, 9, 9]]
+    if kind == "angle":
+        high, hole = rng.uniform(.6, .9), rng.uniform(.18, .28) * wide
+        solids = (f"Box(4) = {{0, 0, 0, 1, {wide}, {thick}}}; Box(5) = {{0, 0, 0, {thick}, {wide}, {high}}};\n"
+                  f"BooleanUnion(1) = {{ Volume{{4}}; Delete; }}{{ Volume{{5}}; Delete; }};\n"
+                  f"Cylinder(2) = {{.7, {wide / 2}, -1, 0, 0, 2, {hole}}};")
+        return (less(2, solids), [[-9, -9, high + NEAR], [9, 9, 9]], end(1), [.97, .45 * wide, .45 * thick],
+                [.4, .45 * wide, .4 * thick], 1 + high, thick, .9 * thick)
+    if kind == "clip":
+        length, high = rng.uniform(.6, .8), rng.uniform(.18, .3) + 2 * thick
+        return (f"Box(4) = {{0, 0, 0, {length}, {wide}, {thick}}}; Box(5) = {{0, 0, 0, {thick}, {wide}, {high}}};\n"
+                f"Box(6) = {{0, 0, {high - thick}, {length}, {wide}, {thick}}};\n"
+                "BooleanUnion(8) = { Volume{4}; Delete; }{ Volume{5:6}; Delete; };\n",
+                [[length + NEAR, -9, -9], [9, 9, thick + FAR]], [[length + NEAR, -9, high - thick + NEAR], [9, 9, 9]],
+                [.97 * length, .45 * wide, high - .45 * thick], [.4 * thick, .45 * wide, .5 * high], 2 * length + high, thick,
+                .95 * thick)
+    if kind == "strip":
+        length, wide = rng.uniform(.9, 1.2), 1.8 * wide
+        solids = (f"Box(1) = {{0, 0, 0, {length}, {wide}, {thick}}};"
+                  f"Cylinder(2) = {{{.35 * length}, {.5 * wide}, -1, 0, 0, 2, {rng.uniform(.2, .3) * wide}}};"
+                  f"Cylinder(3) = {{{.72 * length}, {.6 * wide}, -1, 0, 0, 2, {rng.uniform(.12, .2) * wide}}};")
+        return (less(3, solids), root, end(length), [.97 * length, .3 * wide, .45 * thick], [.1 * length, .4 * wide, .4 * thick],
+                length, thick, 1.35 * thick)
+    if kind == "tube":
+        length, r = rng.uniform(.9, 1.3), rng.uniform(.2, .28)
+        solids = (f"Cylinder(1) = {{0, 0, 0, {length}, 0, 0, {r}}};"
+                  f"Cylinder(2) = {{0, 0, 0, {length}, 0, 0, {r - thick}}};")
+        return (less(2, solids), root, end(length), [.97 * length, .0002, r - .5 * thick], [.4 * length, .0002, r - .5 * thick],
+                length, thick, 1.6 * thick)
+    r = .5
+    solids = f"Cylinder(1) = {{0, 0, 0, 0, {wide}, 0, {r}}}; Cylinder(2) = {{0, 0, 0, 0, {wide}, 0, {r - thick}}};"
+    return (less(2, solids) + half(-9, -9, 9), [[NEAR, -9, -9], [FAR, 9, 0]], [[NEAR, -9, 0], [FAR, 9, 9]],
+            [.02, .45 * wide, r - .55 * thick], [r - .5 * thick, .45 * wide, .01], 3.14 * r, thick, 1.25 * thick)
 
 
 def draw(kind, rng):
@@ -66,7 +105,7 @@ def draw(kind, rng):
 
 def mesh(kind, rng, stem):
     """Writes stem.geo and stem.msh; how many tets it has, and what `draw` gives beside the geometry."""
-    text, *rest, edge = draw(kind, rng)
+    text, *rest, edge = (draw_thin if kind in THIN else draw)(kind, rng)
     with open(stem + ".geo", "w", encoding="utf-8") as file:
         file.write(f"{KERNEL}{text}Mesh.MeshSizeMax = {edge};\nMesh.MeshSizeMin = {edge};\nMesh.Optimize = 1;\n")
     subprocess.run(["gmsh", "-3", "-nopopup", stem + ".geo", "-o", stem + ".msh", "-v", "1"], check=True, capture_output=True)
