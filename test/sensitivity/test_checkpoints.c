@@ -27,7 +27,7 @@ static const kept_case by_errors = {
     BODY "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0.5, 0, -1]}\n"
     "effects:\n  - inertia: {}\n  - gravity: {acceleration: [0, 0, -9.81]}\n"
     "  - contact: {plane: {point: [0, 0, -0.012]}, friction: 0.3, thickness: 0.01, stiffness: 1e5}\n"
-    TIME("0.05", "0.1", ", adaptive: true, tolerance: 1e-2")};
+    TIME("0.05", "0.1", ", adaptive: true, tolerance: 0.1")};
 
 static const kept_case others[] = {
     {"impact with friction",
