@@ -1,5 +1,6 @@
-# TEST full memory program seconds=120 needs=flesh
-# test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene.
+# TEST full memory program seconds=20 needs=flesh
+# TEST name=test_fast_sheets_run full program seconds=60 needs=flesh builds=plain args: fast
+# test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene. `fast`: a step that is hard.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -173,8 +174,10 @@ END
     has stdout.txt 'contact .* 0.0e+00  zero$'
 }
 
+case ${1-} in
+fast) run_tests fast_sheets_end_their_steps; exit ;;
+esac
 run_tests loose_tolerances_gain_no_energy jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball \
-  a_scene_that_touches_checks fast_sheets_end_their_steps \
-  bodies_are_told_to_pass_through_each_other \
+  a_scene_that_touches_checks bodies_are_told_to_pass_through_each_other \
   bodies_that_begin_crossed_are_refused bodies_that_begin_crossed_are_let_apart gaps_that_never_close_are_told \
   a_scene_with_contact_repeats bad_contacts_are_refused
