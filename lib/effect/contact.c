@@ -40,7 +40,9 @@ static node_friction friction_of(const contact *self, const flesh_frame *lagged,
   double y[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
   if (!(push > 0)) return result;
   flesh_frame_enter(lagged, point->lagged.x + i, y);
-  flesh_obstacle_velocity(self->obstacle, point->t, y, v);
+  /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
+  const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
+  flesh_obstacle_velocity(self->obstacle, t, y, v);
   for (int c = 0; c < 3; c++) result.normal[c] = barrier.gradient[c] / push;
   if (lagged->moved) {
     memcpy(y, result.normal, sizeof y);

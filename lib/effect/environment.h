@@ -32,6 +32,7 @@ typedef struct flesh_environment {
   /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
    * bonds hold (flesh_bond.variable); NULL everywhere else. */
   const double *all_internal;
+  int starts; /* 1: steps begin at the point; velocities that jump there are those that follow, else those before */
   int within_step; /* 1: an update of internal variables is not that at a step's end, or at an event, but of a part of it */
 } flesh_environment;
 
@@ -40,6 +41,13 @@ static inline const flesh_environment *flesh_environment_of(const flesh_point *p
 {
   static const flesh_environment none = {0};
   return point->environment ? point->environment : &none;
+}
+
+/* The part of an environment that holds for the effects of another system at the same point, too. */
+static inline const flesh_environment *flesh_environment_elsewhere(const flesh_point *point)
+{
+  static const flesh_environment start = {.starts = 1};
+  return flesh_environment_of(point)->starts ? &start : NULL;
 }
 
 /* Positions of which differences alone count. */

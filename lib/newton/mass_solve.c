@@ -50,7 +50,9 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   point.multipliers = state->multipliers;
   point.internal = state->internal;
   self->stats.residuals++;
+  e->environment.starts = 1;
   status = flesh_system_residual(e->system, &point, r);
+  e->environment.starts = 0;
   if (status) return status;
   for (int d = 0; d < n; d++) r[d] = constrained->is[d] ? 0 : -r[d];
   status = solve_mass(self, r, correction);

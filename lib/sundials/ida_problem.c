@@ -235,6 +235,7 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
       e->a[d] = held->a[d];
     }
   flesh_point point = flesh_point_at(t, e->x, e->v, e->a);
+  e->environment.starts = t == held->begin;
   point.threads = self->threads;
   point.environment = &e->environment;
   return point;

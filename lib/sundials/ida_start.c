@@ -52,6 +52,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
   for (int d = 0; d < e->n; d++) a[d] = held->fixed[d] ? held->a[d] : 0;
   flesh_point point = flesh_point_at(t, x, v, a);
   point.environment = &e->environment;
+  e->environment.starts = 1;
   self->stats.residuals++;
   int status = flesh_system_residual(e->system, &point, r);
   if (status) return status;
