@@ -96,27 +96,58 @@ static int is_outer(const smoothing *s, int n)
   return flesh_vec3_dot(normal, normal) > 0;
 }
 
-/* Holds those of a cell's nodes, in a tet the inner ones, that are in a set which not all of them are in. */
-static void hold_at_edge(smoothing *s, const int *inside, int count, const int *nodes)
+/* The normal of a triangle of the surface, of length 1. */
+static void find_normal(const smoothing *s, int triangle, double normal[3])
 {
-  int in = 0;
-  for (int a = 0; a < count; a++) in += inside[nodes[a]];
-  for (int a = 0; a < count && in < count; a++)
-    s->held[nodes[a]] |= inside[nodes[a]] && (count == 3 || !is_outer(s, nodes[a]));
+  const double *X = s->mesh->positions;
+  const int *nodes = s->mesh->surface + 3 * (size_t)triangle;
+  double edges[2][3];
+  for (int e = 0; e < 2; e++)
+    for (int d = 0; d < 3; d++) edges[e][d] = X[3 * (size_t)nodes[e + 1] + (size_t)d] - X[3 * (size_t)nodes[0] + (size_t)d];
+  flesh_vec3_cross(edges[0], edges[1], normal);
+  const double length = sqrt(flesh_vec3_dot(normal, normal));
+  for (int d = 0; d < 3; d++) normal[d] /= length;
 }
 
-/* A set is the same region with moved nodes where all tets around an inner one are in it, of the surface all triangles. */
-static void hold_set(smoothing *s, const flesh_mesh_set *set, int *inside)
+/* A node's bits: it is in a set; of the triangles around it in its first plane some have all their nodes in the set, some
+ * have not. Bits of the second plane are SECOND times those. */
+enum { IN = 1, WHOLE = 2, PART = 4, SECOND = 4 };
+
+static void note_triangle(const smoothing *s, int triangle, int *known)
+{
+  const int *nodes = s->mesh->surface + 3 * (size_t)triangle;
+  const int kind = known[nodes[0]] & known[nodes[1]] & known[nodes[2]] & IN ? WHOLE : PART;
+  double normal[3];
+  find_normal(s, triangle, normal);
+  for (int a = 0; a < 3; a++)
+    known[nodes[a]] |= fabs(flesh_vec3_dot(s->normals + 6 * (size_t)nodes[a] + 3, normal)) > plane ? SECOND * kind : kind;
+}
+
+/* Holds those of a tet's inner nodes that are in a set which not all of them are in. */
+static void hold_in_tet(smoothing *s, const int *known, const int *nodes)
+{
+  const int all = known[nodes[0]] & known[nodes[1]] & known[nodes[2]] & known[nodes[3]] & IN;
+  for (int a = 0; a < 4 && !all; a++) s->held[nodes[a]] |= known[nodes[a]] & IN && !is_outer(s, nodes[a]);
+}
+
+/* A set is the same region with moved nodes where all tets around an inner one are in it; of the surface all triangles in a
+ * plane around it, where another plane may have none, as at a straight edge that the set ends at. */
+static void hold_set(smoothing *s, const flesh_mesh_set *set, int *known)
 {
   const flesh_mesh *mesh = s->mesh;
   const size_t most = (size_t)(mesh->nodes > mesh->tets ? mesh->nodes : mesh->tets);
-  memset(inside, 0, most * sizeof *inside);
-  for (int k = 0; k < set->nodes.count; k++) inside[set->nodes.values[k]] = 1;
-  for (int k = 0; k < mesh->triangles && set->nodes.count; k++) hold_at_edge(s, inside, 3, mesh->surface + 3 * (size_t)k);
-  for (int t = 0; t < mesh->tets && set->nodes.count; t++) hold_at_edge(s, inside, 4, mesh->tet_nodes + 4 * (size_t)t);
-  memset(inside, 0, most * sizeof *inside);
-  for (int k = 0; k < set->tets.count; k++) inside[set->tets.values[k]] = 1;
-  if (set->tets.count) hold_between(s, inside);
+  memset(known, 0, most * sizeof *known);
+  for (int k = 0; k < set->nodes.count; k++) known[set->nodes.values[k]] = IN;
+  for (int k = 0; k < mesh->triangles && set->nodes.count; k++) note_triangle(s, k, known);
+  for (int k = 0; k < set->nodes.count; k++) {
+    const int n = set->nodes.values[k], first = known[n] & (WHOLE | PART), second = known[n] / SECOND & (WHOLE | PART);
+    const int mixed = first == (WHOLE | PART) || second == (WHOLE | PART);
+    s->held[n] |= is_outer(s, n) && (mixed || !((first | second) & WHOLE));
+  }
+  for (int t = 0; t < mesh->tets && set->nodes.count; t++) hold_in_tet(s, known, mesh->tet_nodes + 4 * (size_t)t);
+  memset(known, 0, most * sizeof *known);
+  for (int k = 0; k < set->tets.count; k++) known[set->tets.values[k]] = 1;
+  if (set->tets.count) hold_between(s, known);
 }
 
 /* Adds the plane of a triangle to those of a node, which is held where there are more than two. */
@@ -135,29 +166,23 @@ static void add_plane(smoothing *s, int n, const double normal[3])
 /* Nodes of the surface slide in a plane, or along the edge between two. */
 static void hold_surface(smoothing *s)
 {
-  const double *X = s->mesh->positions;
   for (int k = 0; k < s->mesh->triangles; k++) {
-    const int *nodes = s->mesh->surface + 3 * (size_t)k;
-    double edges[2][3], normal[3];
-    for (int e = 0; e < 2; e++)
-      for (int d = 0; d < 3; d++) edges[e][d] = X[3 * (size_t)nodes[e + 1] + (size_t)d] - X[3 * (size_t)nodes[0] + (size_t)d];
-    flesh_vec3_cross(edges[0], edges[1], normal);
-    const double length = sqrt(flesh_vec3_dot(normal, normal));
-    for (int d = 0; d < 3; d++) normal[d] /= length;
-    for (int a = 0; a < 3; a++) add_plane(s, nodes[a], normal);
+    double normal[3];
+    find_normal(s, k, normal);
+    for (int a = 0; a < 3; a++) add_plane(s, s->mesh->surface[3 * (size_t)k + (size_t)a], normal);
   }
 }
 
 static int hold(smoothing *s)
 {
   const flesh_mesh *mesh = s->mesh;
-  int *inside = flesh_malloc((size_t)(mesh->nodes + mesh->tets) * sizeof *inside);
-  if (!inside) return flesh_fail(FLESH_ERR_MEMORY, "out of memory to smooth a mesh of %d tets", mesh->tets);
+  int *known = flesh_malloc((size_t)(mesh->nodes + mesh->tets) * sizeof *known);
+  if (!known) return flesh_fail(FLESH_ERR_MEMORY, "out of memory to smooth a mesh of %d tets", mesh->tets);
   hold_surface(s);
   for (int k = 0; k < 4 * mesh->tets; k++) s->held[mesh->tet_nodes[k]] |= mesh->curved[k / 4];
   hold_between(s, mesh->regions);
-  for (int c = 0; c < mesh->sets.count; c++) hold_set(s, &mesh->sets.sets[c], inside);
-  flesh_free(inside);
+  for (int c = 0; c < mesh->sets.count; c++) hold_set(s, &mesh->sets.sets[c], known);
+  flesh_free(known);
   return FLESH_OK;
 }
 

@@ -7,17 +7,19 @@
 #include "quadratic.h"
 
 /* Irregular tets in the box [0, 1] x [0, 1] x [0, 1] with straight faces, whose halves at random are worse; of two regions
- * at z = 0.5 and with a set of the nodes of x < 0.55. */
+ * at z = 0.5, with a set of the nodes of x < 0.55, one of the face z = 0, and one of half the edge y = z = 0. */
 static flesh_mesh *worse(int order)
 {
   flesh_mesh *grid, *made, *ten, *finer;
   CHECK_OK(flesh_mesh_box((int[]){4, 4, 4}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &grid));
   const int nodes = flesh_mesh_node_count(grid), tets = flesh_mesh_tet_count(grid);
   double *x = malloc(3 * (size_t)nodes * sizeof *x);
-  int *regions = malloc((size_t)tets * sizeof *regions), set;
+  int *regions = malloc((size_t)tets * sizeof *regions), set, face, edge;
   unsigned long long seed = 4;
   flesh_mesh_sets sets = {0};
   CHECK_OK(flesh_mesh_sets_take(&sets, "near", 4, &set));
+  CHECK_OK(flesh_mesh_sets_take(&sets, "face", 4, &face));
+  CHECK_OK(flesh_mesh_sets_take(&sets, "edge", 4, &edge));
   for (int i = 0; i < 3 * nodes; i++) {
     const double at = flesh_mesh_positions(grid)[i];
     x[i] = at == 0 || at == 1 || (i % 3 == 2 && at == 0.5) ? at : at + 0.14 * (test_uniform(&seed) - 0.5);
@@ -27,6 +29,11 @@ static flesh_mesh *worse(int order)
     double z = 0;
     for (int a = 0; a < 4; a++) z += flesh_mesh_positions(grid)[3 * flesh_mesh_tets(grid)[4 * t + a] + 2] / 4;
     regions[t] = z > 0.5;
+  }
+  for (int n = 0; n < nodes; n++) {
+    const double *X = flesh_mesh_positions(grid) + 3 * n;
+    if (X[2] == 0) CHECK_OK(flesh_members_add(&sets.sets[face].nodes, n));
+    if (X[2] == 0 && X[1] == 0 && X[0] < 0.55) CHECK_OK(flesh_members_add(&sets.sets[edge].nodes, n));
   }
   CHECK_OK(flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = x, .regions = regions,
                                                 .tet_nodes = flesh_mesh_tets(grid), .sets = &sets}, NULL, &made));
@@ -113,7 +120,31 @@ static void regions_and_sets_stay_what_they_are(void)
   CHECK_NEAR(after[0], 0.5, 1e-13);
   CHECK(before[1] > 0.3);
   CHECK_NEAR(after[1], before[1], 1e-13);
-  CHECK(smooth->sets.count == 1 && smooth->sets.sets[0].nodes.count == mesh->sets.sets[0].nodes.count);
+  CHECK(smooth->sets.count == 3 && smooth->sets.sets[0].nodes.count == mesh->sets.sets[0].nodes.count);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&smooth);
+}
+
+/* At the straight edges around a face that is a set nodes slide, as the face stays the same; where a set ends on the way
+ * along an edge they do not. */
+static void nodes_slide_along_the_ends_of_sets(void)
+{
+  flesh_mesh *mesh = worse(1), *smooth;
+  int slid = 0;
+  CHECK_OK(flesh_mesh_smooth(mesh, 0.5, &smooth));
+  for (int k = 0; k < mesh->sets.sets[1].nodes.count; k++) {
+    const int n = mesh->sets.sets[1].nodes.values[k];
+    const double *X = mesh->positions + 3 * n, *Y = smooth->positions + 3 * n;
+    CHECK(Y[2] == 0);
+    slid += (X[0] == 0 || X[0] == 1 || X[1] == 0 || X[1] == 1) && memcmp(X, Y, 3 * sizeof *X);
+  }
+  printf("# %d slid along the ends of the face\n", slid);
+  CHECK(slid > 0);
+  CHECK(mesh->sets.sets[2].nodes.count > 2);
+  for (int k = 0; k < mesh->sets.sets[2].nodes.count; k++) {
+    const size_t n = 3 * (size_t)mesh->sets.sets[2].nodes.values[k];
+    CHECK(!memcmp(mesh->positions + n, smooth->positions + n, 3 * sizeof(double)));
+  }
   flesh_mesh_destroy(&mesh);
   flesh_mesh_destroy(&smooth);
 }
@@ -156,5 +187,5 @@ static void corners_stay(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(shapes_are_better_in_the_same_body), TEST(regions_and_sets_stay_what_they_are),
-                   TEST(the_rest_stays), TEST(corners_stay));
+                   TEST(nodes_slide_along_the_ends_of_sets), TEST(the_rest_stays), TEST(corners_stay));
 }
