@@ -24,29 +24,20 @@ static double square(const flesh_system *system, const flesh_block_matrix *A, co
   return flesh_system_product(system, u, Au);
 }
 
-/* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
- * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
-static void bent_shape(const flesh_system *system, double *u)
+/* s being the longest side of the box and z the shortest. */
+void flesh_bent_shape(const double box[6], const double X[3], double u[3])
 {
-  const flesh_mesh *mesh = flesh_system_mesh(system);
-  const double *X = flesh_mesh_positions(mesh);
-  const uint8_t *used = flesh_mesh_node_used(mesh);
-  double box[6], side[3];
+  double side[3], p[3];
   int s = 0, z = 2;
-  flesh_body_rest_box(mesh, flesh_system_team(system), box);
-  for (int c = 0; c < 3; c++) side[c] = box[3 + c] - box[c];
+  for (int c = 0; c < 3; c++) side[c] = box[3 + c] - box[c], p[c] = X[c] - (box[c] + box[3 + c]) / 2;
   for (int c = 0; c < 3; c++)
     if (side[c] > side[s]) s = c;
   for (int c = 0; c < 3; c++)
     if (c != s && (z == s || side[c] < side[z])) z = c;
-  int y = 3 - s - z;
-  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
-    double p[3];
-    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (box[c] + box[3 + c]) / 2;
-    u[3 * i + s] = used[i] ? -2 * p[s] * p[z] : 0;
-    u[3 * i + y] = used[i] ? p[y] * p[z] : 0;
-    u[3 * i + z] = used[i] ? p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2 : 0;
-  }
+  const int y = 3 - s - z;
+  u[s] = -2 * p[s] * p[z];
+  u[y] = p[y] * p[z];
+  u[z] = p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2;
 }
 
 double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matrix *K,
@@ -54,11 +45,16 @@ double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matri
 {
   const int n = flesh_system_unknowns(system);
   const double L = flesh_system_length_scale(system);
-  double *u = room[0], *Ku = room[1], *zero = room[2], *M_one = room[3], *one = room[4], stiffness = 0, load = 0;
+  const uint8_t *used = flesh_mesh_node_used(flesh_system_mesh(system));
+  const double *X = flesh_mesh_positions(flesh_system_mesh(system));
+  double *u = room[0], *Ku = room[1], *zero = room[2], *M_one = room[3], *one = room[4], stiffness = 0, load = 0, box[6];
   memset(zero, 0, (size_t)n * sizeof *zero);
-  const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(flesh_system_mesh(system)), zero, zero);
+  const flesh_point rest = flesh_point_at(0, X, zero, zero);
   *mass = 0;
-  bent_shape(system, u);
+  memset(u, 0, (size_t)n * sizeof *u);
+  flesh_body_rest_box(flesh_system_mesh(system), flesh_system_team(system), box);
+  for (int i = 0; i < n / 3; i++)
+    if (used[i]) flesh_bent_shape(box, X + 3 * i, u + 3 * i);
   if (!flesh_system_jacobian(system, &rest, &(flesh_shift){.x = 1, .filter = 1}, K)) stiffness = square(system, K, u, Ku);
   if (flesh_system_jacobian(system, &rest, &(flesh_shift){.a = 1}, K)) return L;
   double bent = square(system, K, u, Ku), total = 0;

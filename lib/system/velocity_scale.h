@@ -8,6 +8,10 @@
 /* The longest side L of the box around the body at rest, m. Collective, as is the next. */
 double flesh_system_length_scale(const flesh_system *system);
 
+/* Incompressible bending of a beam along s in the plane of s and z about the centre of its box:
+ * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2) at X. */
+void flesh_bent_shape(const double box[6], const double X[3], double u[3]);
+
 /* L over the period of bending, m/s: L omega / (2 pi), omega^2 being the Rayleigh quotient of a bent shape; without
  * stiffness the speed that the load gives along L; else L per second. *mass: the body's, kg; 0 where it has no value.
  * Overwrites K, of the system's pattern, and `room` [n] each. */

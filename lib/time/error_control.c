@@ -19,10 +19,7 @@
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
  * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
  *
- * Where nothing holds a body that may touch something, each bounce turns errors of its vibrations, too, into momentum, which
- * carries it on. A bounce at the speed v excites vibrations of v P: where L is this over all errors, momentum is off by the
- * tolerance, and so is the body once it has gone its own length. So both count L/(v P) times, v being the largest speed so
- * far, by root mean square: a body that has come to rest is no reason for shorter steps.
+ * Errors of parts that nothing holds count as often as part_weights.c says.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
  * of it. Their impulse counts like that of contact.
@@ -53,7 +50,6 @@ static const double deeper = 0.1;            /* after each refusal by energy, th
  * back in all steps to come: fewer than such steps in the body's period. What touches does not feel it (`judge`). */
 static const double gap_depth = 0.1;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
-static const double most_flight = 20;        /* times that errors of a body count at most which nothing holds */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
@@ -67,6 +63,7 @@ static void clear_vectors(flesh_error_control *self)
 {
   free(self->e);
   free(self->touching);
+  flesh_part_weights_clear(&self->weights);
   self->e = self->force = self->filtered = NULL;
   self->touching = NULL;
 }
@@ -89,11 +86,13 @@ void flesh_error_control_measure(flesh_error_control *self)
   for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
   self->mass = mass_square(self, self->e);
   self->nodes = team ? team->all : self->n / 3;
+  flesh_part_weights_measure(&self->weights, self->system, self->length, self->period,
+                             (double *[]){self->e, self->force, self->filtered});
   flesh_nonlinear_set_depth(self->nonlinear, 1, of_load * self->options.tolerance, self->mass / self->nodes);
 }
 
-int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
-                            flesh_error_control *self)
+int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system,
+                            const flesh_rigid_parts *parts, flesh_nonlinear *nonlinear, flesh_error_control *self)
 {
   const size_t n = (size_t)flesh_system_unknowns(system);
   clear_vectors(self);
@@ -105,7 +104,7 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
-  return FLESH_OK;
+  return flesh_part_weights_create(parts, system, &self->weights);
 }
 
 void flesh_error_control_clear(flesh_error_control *self)
@@ -116,7 +115,7 @@ void flesh_error_control_clear(flesh_error_control *self)
 
 size_t flesh_error_control_memory(const flesh_error_control *self)
 {
-  return self->e ? 3 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 : 0;
+  return self->e ? 3 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 + flesh_part_weights_memory(&self->weights) : 0;
 }
 
 void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
@@ -124,8 +123,7 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
   FLESH_ARCHIVE(archive, self->h);
   FLESH_ARCHIVE(archive, self->before);
   FLESH_ARCHIVE(archive, self->times);
-  FLESH_ARCHIVE(archive, self->held);
-  FLESH_ARCHIVE(archive, self->speed);
+  flesh_part_weights_archive(&self->weights, archive);
   FLESH_ARCHIVE(archive, self->first);
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
@@ -147,7 +145,7 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
 {
   const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
   const double force = a ? size_of(self, a) : 0;
-  self->held = flesh_team_any(flesh_system_team(self->system), flesh_system_holds(self->system, state->t));
+  flesh_part_weights_hold(&self->weights, self->system, state->t);
   /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. */
   double h = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
   if (!(h < INFINITY)) h = 0.1 * ahead;
@@ -167,20 +165,13 @@ double flesh_error_control_propose(const flesh_error_control *self, double left)
   return h >= left * (1 - 1e-9) ? left : fmin(h, left / 2); /* not almost all, which would leave a sliver */
 }
 
-/* How many times errors count because nothing holds the body, of velocities v [n]. */
-static double times_in_flight(flesh_error_control *self, const double *v)
+void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_state *state, double h)
 {
-  if (self->held || !flesh_system_has_role(self->system, FLESH_ROLE_CONTACT)) return 1;
-  self->speed = fmax(self->speed, size_of(self, v));
-  return fmax(1, fmin(most_flight, self->length / (self->speed * self->period)));
-}
-
-void flesh_error_control_aim(flesh_error_control *self, int order, const double *v)
-{
-  const double times = times_in_flight(self, v);
   self->falls = order < 2 ? order + 1 : 3;
-  self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order) / times;
-  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)) / times);
+  self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
+  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)));
+  self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
+                                         self->local * self->length, self->force);
 }
 
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
@@ -189,7 +180,7 @@ double flesh_error_control_target(const flesh_error_control *self, const flesh_s
    * many steps add up like errors, but less in step: two thirds of the power. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
   const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
-  return part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
+  return part * self->local / self->largest * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
 
 double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1, self->impulses / self->local); }
@@ -198,7 +189,7 @@ int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return 
 
 double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, int swings)
 {
-  return gap_depth * self->local * (swings ? fmin(1, 1 / (sqrt(shift->a) * self->period)) : 1);
+  return gap_depth * self->local / self->largest * (swings ? fmin(1, 1 / (sqrt(shift->a) * self->period)) : 1);
 }
 
 /* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
@@ -226,6 +217,7 @@ void flesh_error_control_clear_contact(flesh_error_control *self)
 {
   if (self->touches) memset(self->touching, 0, (size_t)self->n / 3);
   self->touches = 0;
+  flesh_part_weights_clear_contact(&self->weights);
 }
 
 void flesh_error_control_touch(flesh_error_control *self, const double *forces)
@@ -234,13 +226,22 @@ void flesh_error_control_touch(flesh_error_control *self, const double *forces)
   for (int d = 0; d < self->n; d++)
     if (forces[d] != 0) pushes = self->touching[d / 3] = 1;
   self->touches |= flesh_team_any(flesh_system_team(self->system), pushes);
+  flesh_part_weights_touch(&self->weights, forces);
 }
 
-/* The size of the velocity error e/h of the nodes that touch something, where they are not fixed. Overwrites `filtered`. */
-static double size_of_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
+/* The size of e [n] as often as it counts, of velocities times their parts' periods. Overwrites `force`. */
+static double counted(const flesh_error_control *self, const double *e, int velocities)
+{
+  flesh_part_weights_count(&self->weights, e, velocities, self->force);
+  return size_of(self, self->force);
+}
+
+/* How far the velocity error e/h leads astray of the nodes that touch something, where they are not fixed. Overwrites
+ * `filtered`. */
+static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
 {
   for (int d = 0; d < self->n; d++) self->filtered[d] = self->touching[d / 3] && !(fixed && fixed[d]) ? self->e[d] / h : 0;
-  return size_of(self, self->filtered);
+  return counted(self, self->filtered, 1);
 }
 
 /* How many times an error counts that the filter has left: with the frequency w by its Rayleigh quotient,
@@ -265,17 +266,17 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->e[d] *= of_prescribed;
   self->times = 1;
-  self->error = size_of(self, self->e) / allowed;
+  self->error = counted(self, self->e, 0) / allowed;
   if (self->error > negligible && filter_error(self, fixed, shift, &product, stats)) {
     self->times = times_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
-    const double filtered = size_of(self, self->filtered) / allowed;
+    const double filtered = counted(self, self->filtered, 0) / allowed;
     if (filtered < self->error) self->error = self->times * filtered;
   }
   if (self->touches && self->error > 0) flesh_nonlinear_keep_volumes(self->nonlinear, self->e, stats);
   if (self->touches)
-    self->error = hypot(self->error, self->period * size_of_impulses(self, fixed, h) / (self->impulses * self->length));
+    self->error = hypot(self->error, drift_by_impulses(self, fixed, h) / (self->impulses * self->length));
   return refusal_of(self);
 }
 
@@ -292,8 +293,8 @@ flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const 
   for (int d = 0; d < self->n; d++)
     self->force[d] = fixed && fixed[d] ? 0 : sqrt(shift->a) * h * (self->force[d] - self->e[d]);
   if (!status && filter(self, &product, stats)) {
-    const double velocity = sqrt(shift->a) * size_of(self, self->filtered);
-    self->error = hypot(self->error, self->period * velocity / (self->impulses * self->length));
+    const double drift = sqrt(shift->a) * counted(self, self->filtered, 1);
+    self->error = hypot(self->error, drift / (self->impulses * self->length));
   }
   return refusal_of(self);
 }
@@ -336,6 +337,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     return;
   }
   const double next = h * change(self);
+  self->weights.forget = h;
   /* An output or an event has cut the step where it is shorter than was wanted: the error did not ask for it. */
   self->h = h < 0.9 * self->h ? fmax(self->h, next) : next;
   if (!isnan(self->error)) self->before = fmax(self->error, least_error);

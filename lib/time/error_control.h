@@ -6,6 +6,7 @@
 #include "base/archive.h"
 #include "flesh/integrator.h"
 #include "sundials/kinsol.h"
+#include "time/part_weights.h"
 
 /* Why a step was not accepted. */
 typedef enum flesh_refusal {
@@ -25,8 +26,8 @@ typedef struct flesh_error_control {
   uint8_t *touching;              /* [n/3] nodes that contact has pushed in a stage of the step */
   int touches;                    /* some do */
   double length, period, mass;    /* m, s over 2 pi of bending, kg */
-  int held;                       /* something holds a part of it */
-  double speed;                   /* m/s, the largest so far where nothing does, of what may touch */
+  flesh_part_weights weights;     /* how often errors of each of its parts count */
+  double largest;                 /* of the weights of a step */
   double nodes;                   /* of the body */
   double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
@@ -44,8 +45,8 @@ typedef struct flesh_error_control {
 } flesh_error_control;
 
 /* Takes the options, without the other ranks. FLESH_ERR_MEMORY. */
-int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system, flesh_nonlinear *nonlinear,
-                            flesh_error_control *control);
+int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system,
+                            const flesh_rigid_parts *parts, flesh_nonlinear *nonlinear, flesh_error_control *control);
 /* Measures the body where the options want control, once all ranks have taken them. Collective. */
 void flesh_error_control_measure(flesh_error_control *control);
 void flesh_error_control_clear(flesh_error_control *control);
@@ -63,8 +64,8 @@ void flesh_error_control_start(flesh_error_control *control, const flesh_state *
 double flesh_error_control_brief(const flesh_error_control *control, double h);
 /* How long the next step is, of `left` s that are to be gone: all of them, or less than half of them, or what is wanted. */
 double flesh_error_control_propose(const flesh_error_control *control, double left);
-/* A step comes from velocities v [n], whose error is to add up to the tolerance, by a method of that order. */
-void flesh_error_control_aim(flesh_error_control *control, int order, const double *v);
+/* A step of h comes from the state, whose error is to add up to the tolerance, by a method of that order. */
+void flesh_error_control_aim(flesh_error_control *control, int order, const flesh_state *state, double h);
 /* The residual that a stage with this shift may leave, N: so much that it makes a part of the error allowed. */
 double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
 /* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do. */

@@ -247,7 +247,8 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   const flesh_method_row *row = taken.control ? controlled : own;
   status = row == integrator->row ? FLESH_OK : take_row(integrator, row);
   if (!status)
-    status = flesh_error_control_set(&taken, integrator->evaluation->system, integrator->nonlinear, &integrator->control);
+    status = flesh_error_control_set(&taken, integrator->evaluation->system, &integrator->first.parts, integrator->nonlinear,
+                                     &integrator->control);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
   integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);

@@ -1,0 +1,254 @@
+/* part_weights.c: how often errors of each connected part of a body count.
+ *
+ * Where nothing holds a part that may touch something, each bounce turns errors of its vibrations, too, into momentum, which
+ * carries it on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi P being the part's period: an error of
+ * the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So errors count T/P times.
+ *
+ * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
+ * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
+ * flights, each by a factor r as fast as the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So
+ * are those that are pressed between others, by forces that cancel each other: g is the acceleration by them, where that is
+ * larger. A bounce lasts for half a period, within which its speed is remembered. */
+#include "time/part_weights.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "math/mat3.h"
+#include "system/one_effect.h"
+#include "system/system.h"
+#include "system/velocity_scale.h"
+
+static const double most_times = 20; /* that errors count */
+static const double bounces = 4;     /* 1/(1 - r); 1 to 6 tried on blocks that slide and that lie on each other */
+static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
+static const double pi = 3.141592653589793;
+enum { SUMS = 14 }; /* over a part */
+
+int flesh_part_weights_create(const flesh_rigid_parts *parts, const flesh_system *system, flesh_part_weights *weights)
+{
+  const int count = flesh_system_has_role(system, FLESH_ROLE_OTHER) || parts->count < 1 ? 1 : parts->count;
+  *weights = (flesh_part_weights){.parts = parts, .count = count, .of = calloc((size_t)count, sizeof *weights->of),
+                                  .sums = calloc((size_t)count * SUMS, sizeof *weights->sums)};
+  return weights->of && weights->sums ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d parts of a body", count);
+}
+
+void flesh_part_weights_clear(flesh_part_weights *weights)
+{
+  free(weights->of);
+  free(weights->sums);
+  *weights = (flesh_part_weights){0};
+}
+
+size_t flesh_part_weights_memory(const flesh_part_weights *weights)
+{
+  return (size_t)weights->count * (sizeof *weights->of + SUMS * sizeof *weights->sums);
+}
+
+void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, weights->of, (size_t)weights->count * sizeof *weights->of);
+  FLESH_ARCHIVE(archive, weights->forget);
+  FLESH_ARCHIVE(archive, weights->stages);
+}
+
+/* Which part a node is of; -1: none. */
+static int part_of(const flesh_part_weights *weights, int node)
+{
+  return weights->count > 1 ? weights->parts->part[node] : 0;
+}
+
+/* The sums [SUMS] of a node's part; NULL: it has none, or the node is another rank's. */
+static double *sums_of(const flesh_part_weights *weights, int node)
+{
+  const int part = node < weights->parts->own ? part_of(weights, node) : -1;
+  return part < 0 ? NULL : weights->sums + SUMS * part;
+}
+
+static void clear_sums(const flesh_part_weights *weights, double value)
+{
+  for (int k = 0; k < SUMS * weights->count; k++) weights->sums[k] = value;
+}
+
+/* Lengths of parts, and in u [3*nodes] incompressible bending of each. */
+static void bend(flesh_part_weights *weights, const flesh_system *system, double *u)
+{
+  const flesh_rigid_parts *parts = weights->parts;
+  const double *X = flesh_mesh_positions(parts->mesh);
+  const int nodes = flesh_system_unknowns(system) / 3;
+  clear_sums(weights, -INFINITY);
+  for (int i = 0; i < nodes; i++) {
+    double *box = sums_of(weights, i); /* -least, most: the largest of all ranks' are the part's */
+    for (int c = 0; box && c < 3; c++) {
+      box[c] = fmax(box[c], -X[3 * i + c]);
+      box[3 + c] = fmax(box[3 + c], X[3 * i + c]);
+    }
+  }
+  flesh_team_largest(parts->team, SUMS * weights->count, weights->sums);
+  for (int k = 0; k < SUMS * weights->count; k++)
+    if (k % SUMS < 3) weights->sums[k] *= -1;
+  for (int p = 0; p < weights->count; p++)
+    for (int c = 0; c < 3; c++)
+      weights->of[p].length = fmax(weights->of[p].length, weights->sums[SUMS * p + 3 + c] - weights->sums[SUMS * p + c]);
+  for (int i = 0; i < nodes; i++) {
+    const int part = part_of(weights, i);
+    for (int c = 0; c < 3; c++) u[3 * i + c] = 0;
+    if (part >= 0) flesh_bent_shape(weights->sums + SUMS * part, X + 3 * i, u + 3 * i);
+  }
+}
+
+/* The forces of elasticity at X + scale u, into r. */
+static int strain(const flesh_part_weights *weights, const flesh_system *system, const double *u, double scale, double *x,
+                  double *r)
+{
+  const double *X = flesh_mesh_positions(weights->parts->mesh);
+  const int n = flesh_system_unknowns(system);
+  for (int d = 0; d < n; d++) x[d] = X[d] + scale * u[d];
+  const flesh_point point = flesh_point_at(0, x, u, u);
+  return flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &point, r);
+}
+
+void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system *system, double length, double period,
+                                double *const room[3])
+{
+  static const double little = 1e-6; /* strain */
+  const double scale = little / length;
+  double *u = room[0], *r = room[2];
+  for (int p = 0; p < weights->count; p++) weights->of[p] = (flesh_part_weight){.length = length, .period = period, .times = 1};
+  if (weights->count == 1) return;
+  bend(weights, system, u);
+  clear_sums(weights, 0); /* of u.K u, masses, u.M u, M u */
+  for (int sign = -1; sign <= 1; sign += 2) {
+    if (strain(weights, system, u, sign * scale, room[1], r)) return;
+    for (int d = 0; d < flesh_system_unknowns(system); d++) {
+      double *sums = sums_of(weights, d / 3);
+      if (sums) sums[0] += sign * u[d] * r[d] / (2 * scale);
+    }
+  }
+  for (int d = 0; d < flesh_system_unknowns(system); d++) {
+    double *sums = sums_of(weights, d / 3);
+    if (!sums) continue;
+    const double Mu = weights->parts->mass[d / 3] * u[d];
+    sums[1] += d % 3 ? 0 : weights->parts->mass[d / 3];
+    sums[2] += u[d] * Mu;
+    sums[3 + d % 3] += Mu;
+  }
+  flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
+  for (int p = 0; p < weights->count; p++) {
+    const double *s = weights->sums + SUMS * p;
+    const double bent = s[2] - (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]) / s[1]; /* without its mean, a rigid motion */
+    if (s[0] > 0 && bent > 0) weights->of[p].period = sqrt(bent / s[0]);
+  }
+}
+
+void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t)
+{
+  uint8_t *fixed = weights->parts->constrained;
+  const int holds = flesh_system_holds(system, t);
+  clear_sums(weights, weights->count == 1 && holds);
+  if (weights->count > 1 && holds) flesh_system_fixed(system, t, fixed);
+  for (int d = 0; weights->count > 1 && holds && d < flesh_system_unknowns(system); d++) {
+    double *sums = sums_of(weights, d / 3);
+    if (sums && fixed[d]) sums[0] = 1;
+  }
+  flesh_team_largest(weights->parts->team, SUMS * weights->count, weights->sums);
+  for (int p = 0; p < weights->count; p++) weights->of[p].held = weights->sums[SUMS * p];
+}
+
+void flesh_part_weights_clear_contact(flesh_part_weights *weights)
+{
+  for (int p = 0; p < weights->count; p++)
+    for (int k = 0; k < 4; k++) weights->of[p].push[k] = 0;
+  weights->stages = 0;
+}
+
+void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
+{
+  for (int i = 0; i < weights->parts->own; i++) {
+    const int p = part_of(weights, i);
+    if (p < 0) continue;
+    for (int c = 0; c < 3; c++) weights->of[p].push[c] += forces[3 * i + c];
+    weights->of[p].push[3] += sqrt(flesh_vec3_dot(forces + 3 * i, forces + 3 * i));
+  }
+  weights->stages++;
+}
+
+/* A part's sums [SUMS]: mass, load, forces of contact, the sum of their sizes, and m v v. */
+typedef struct figures {
+  double mass, load[3], push[3], pushes, vv[6]; /* vv: 11, 12, 13, 22, 23, 33 */
+} figures;
+
+static void add_node(double mass, const double v[3], const double load[3], figures *f)
+{
+  f->mass += mass;
+  for (int c = 0, k = 0; c < 3; c++) {
+    f->load[c] += load[c];
+    for (int b = c; b < 3; b++) f->vv[k++] += mass * v[c] * v[b];
+  }
+}
+
+/* The speed of a part, by root mean square, and along its load where there is one. */
+static void find_speeds(const figures *f, double *speed, double *along)
+{
+  const double *l = f->load, *q = f->vv, pull = flesh_vec3_dot(l, l);
+  *speed = *along = sqrt((q[0] + q[3] + q[5]) / f->mass);
+  if (pull > 0)
+    *along = sqrt(fmax(0, l[0] * l[0] * q[0] + l[1] * l[1] * q[3] + l[2] * l[2] * q[5] +
+                          2 * (l[0] * l[1] * q[1] + l[0] * l[2] * q[2] + l[1] * l[2] * q[4])) / (pull * f->mass));
+}
+
+/* The acceleration that ends flights: of a load, or of forces that cancel each other. */
+static double find_press(const figures *f)
+{
+  const double all[3] = {f->load[0] + f->push[0], f->load[1] + f->push[1], f->load[2] + f->push[2]};
+  const double pull = sqrt(flesh_vec3_dot(f->load, f->load));
+  return fmax(pull, (pull + f->pushes - sqrt(flesh_vec3_dot(all, all))) / 2) / f->mass;
+}
+
+/* How often errors of a part count in a step that may err by `allowed`, m, and within h s of which a part begins to fall. */
+static double times_of(flesh_part_weight *part, const figures *f, double h, double forget, double allowed)
+{
+  double speed, along;
+  find_speeds(f, &speed, &along);
+  part->fastest = fmax(part->fastest, speed);
+  part->lately = fmax(along, part->lately * exp(-forget / (pi * part->period)));
+  const double press = find_press(f), far = part->length / part->fastest;
+  const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
+  if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
+  return fmax(1, fmin(most_times, fmin(far, low) / part->period));
+}
+
+double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *system, const flesh_state *state, double h,
+                              double allowed, double *load)
+{
+  const flesh_point point = flesh_point_at(state->t, state->x, state->v, state->v);
+  const int n = flesh_system_unknowns(system);
+  double largest = 1;
+  if (!flesh_system_has_role(system, FLESH_ROLE_CONTACT)) return 1;
+  clear_sums(weights, 0);
+  if (flesh_system_load(system, &point, load)) memset(load, 0, (size_t)n * sizeof *load);
+  for (int i = 0; i < n / 3; i++) {
+    figures *f = (figures *)sums_of(weights, i);
+    if (f) add_node(weights->parts->mass[i], state->v + 3 * i, load + 3 * i, f);
+  }
+  for (int p = 0; p < weights->count && weights->stages > 0; p++)
+    for (int k = 0; k < 4; k++) weights->sums[SUMS * p + 4 + k] = weights->of[p].push[k] / weights->stages;
+  flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
+  for (int p = 0; p < weights->count; p++) {
+    weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed);
+    largest = fmax(largest, weights->of[p].times);
+  }
+  weights->forget = 0;
+  return largest;
+}
+
+void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted)
+{
+  for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh); i++) {
+    const int p = part_of(weights, i);
+    const double times = p < 0 ? 0 : weights->of[p].times * (velocities ? weights->of[p].period : 1);
+    for (int c = 0; c < 3; c++) weighted[3 * i + c] = times * e[3 * i + c];
+  }
+}
