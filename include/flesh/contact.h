@@ -38,8 +38,9 @@ FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
  * not depend on how a flat face is cut into triangles.
  *
  * Friction: r = mu N f(|u|) u/|u| with the relative tangential velocity u, f(y) = 2 y/e - (y/e)^2
- * below the slip speed e, 1 above; normal force N and direction from the lagged state. In statics
- * there is friction with moving obstacles only. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * below the slip speed e, 1 above; normal force N and direction from the lagged state, in statics
+ * of the equilibrium itself. There is friction with moving obstacles only then. Errors:
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_options *options,
                                             flesh_obstacle **obstacle, flesh_effect **effect);
 

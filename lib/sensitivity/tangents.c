@@ -195,7 +195,7 @@ static void end_part(flesh_motion_pass *p, const flesh_recorded_part *part)
 static int part_on(void *data, const flesh_recorded_part *part)
 {
   tangents *t = data;
-  int status = show(t, part->t);
+  int status = part->opens ? show(t, part->t) : FLESH_OK; /* an equilibrium is solved for again at the time it has reached */
   if (status) return status;
   flesh_trajectory_map(part, &t->of[0].map);
   for (int k = 1; k < t->count; k++) t->of[k].map = t->of[0].map;

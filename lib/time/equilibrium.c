@@ -62,18 +62,20 @@ enum {
 };
 
 /* Repeats a solve that has succeeded, with the lagged state that the last one leads to, until none is needed: then the
- * state is its own lagged one. */
-static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+ * state is its own lagged one. `target`, N, is that of the residuals; 0: each solve's own. */
+static int follow(flesh_integrator *self, flesh_state *state, double h, double target, flesh_solve_stats *stats)
 {
   flesh_stage stage;
   double least = INFINITY;
   for (int left = PATIENCE; left > 0; left--) {
-    int status = improve(self, state, stats);
+    int status = self->followers.mixing.n ? improve(self, state, stats) : FLESH_OK;
     const int before = stats->newton;
     if (status < 0) return status;
     if (status && !self->followers.contracts) return STILL_CHANGES;
     self->row->stage(&self->memory, state, state->t, h, &stage);
+    flesh_nonlinear_set_target(self->nonlinear, target);
     status = solve(self, state, &stage, h, 0, 0, stats);
+    flesh_nonlinear_set_target(self->nonlinear, 0);
     if (status || stats->newton == before) return status;
     const double *u = flesh_nonlinear_unknowns(self->nonlinear);
     const double change = flesh_norm(self->evaluation->threads, self->evaluation->n, u);
@@ -204,7 +206,7 @@ static int raise_followers(flesh_integrator *self, flesh_state *state, double h,
   if (!status) do {
     memcpy(self->part.x, state->x, bytes);
     load_followers(self, fraction = increment.to);
-    status = follow(self, state, h, stats);
+    status = follow(self, state, h, 0, stats);
     if (status) memcpy(state->x, self->part.x, bytes);
   } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
   load_followers(self, 1);
@@ -217,14 +219,27 @@ static void return_to_start(flesh_integrator *self, flesh_state *state)
   flesh_evaluation_restore(self->evaluation, state);
 }
 
+/* Repeats a solve that has succeeded, with the normal forces behind friction that it has led to: there is friction at obstacles
+ * that move. Where it does not settle, the normal forces stay those of the solve before. */
+static int follow_friction(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const flesh_system *system = self->evaluation->system;
+  if (!flesh_system_has_role(system, FLESH_ROLE_CONTACT) || !flesh_system_moves(system)) return FLESH_OK;
+  const int status = follow(self, state, h, stats->residual_target, stats);
+  return status < 0 ? status : FLESH_OK;
+}
+
 /* Equilibrium at t+h with a lagged state that is its own, where effects want that. Solves that a tape has are not taken
  * back. */
 static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  if (!flesh_system_has_follower_loads(self->evaluation->system)) return solve_static(self, state, h, stats);
+  if (!flesh_system_has_follower_loads(self->evaluation->system)) {
+    const int status = solve_static(self, state, h, stats);
+    return status ? status : follow_friction(self, state, h, stats);
+  }
   flesh_evaluation_remember(self->evaluation, state);
   int status = self->tape ? solve_static(self, state, h, stats) : solve_whole(self, state, h, 0, stats);
-  if (!status && (status = follow(self, state, h, stats)) > 0 && self->tape) status = fail_to_follow(self, 1, status);
+  if (!status && (status = follow(self, state, h, 0, stats)) > 0 && self->tape) status = fail_to_follow(self, 1, status);
   if (status > 0 && !self->tape) {
     return_to_start(self, state);
     status = raise_followers(self, state, h, stats);

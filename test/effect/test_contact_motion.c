@@ -362,7 +362,7 @@ static void belts_carry_blocks_along(void)
 static void friction_lasts_to_the_last_keyframe(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {1, 0, 0}}},
-                              presses[] = {{.t = 0}, {.t = 0.5, .translation = {0, 0, 0.03}}, {.t = 1, .translation = {1, 0, 0.03}}};
+                              presses[] = {{.t = 0}, {.t = 1, .translation = {1, 0, 0.03}}};
   const double g = 9.81, mu = 0.5;
   const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_NEWMARK, FLESH_METHOD_STATIC};
   for (int k = 0; k < 4; k++) {
@@ -371,14 +371,14 @@ static void friction_lasts_to_the_last_keyframe(void)
     const int hangs = methods[k] == FLESH_METHOD_STATIC;
     make_cube(2, 1e7, &s);
     CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &belt));
-    CHECK_OK(flesh_obstacle_move(belt, &(flesh_motion){hangs ? 3 : 2, hangs ? presses : keys, {0, 0, 0}, 0}));
+    CHECK_OK(flesh_obstacle_move(belt, &(flesh_motion){2, hangs ? presses : keys, {0, 0, 0}, 0}));
     add_contact(&s, belt, 0.02, mu, 1e-3);
     if (hangs) CHECK_OK(test_body_hold(&s.b, 2, 1, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
     else CHECK_OK(test_body_gravity(&s.b, 0, 0, -g));
     CHECK_OK(flesh_system_finalize(s.b.system));
     start(&s, methods[k], 1e-8);
     double v = 0, sums[6], *a = calloc(2 * (size_t)s.b.n, sizeof *a), *r = a + s.b.n;
-    const int steps = hangs ? 8 : 128; /* of exact lengths */
+    const int steps = hangs ? 2 : 128; /* of exact lengths */
     for (int step = 0; step < steps; step++) CHECK_OK(flesh_integrator_step(s.integrator, &s.b.state, 1. / steps, NULL));
     if (hangs) {
       const flesh_effect *elasticity = flesh_system_effect(s.b.system, 1);
@@ -389,7 +389,7 @@ static void friction_lasts_to_the_last_keyframe(void)
       test_sums(&s.b, r, sums);
       printf("# statics: drags by %.5g N, presses by %.5g N\n", sums[0], sums[2]);
       CHECK(sums[2] > 1e4);
-      CHECK_NEAR(sums[0], mu * sums[2], 0.01 * mu * sums[2]);
+      CHECK_NEAR(sums[0], mu * sums[2], 1e-5 * mu * sums[2]);
     } else {
       for (int i = 0; i < s.b.n; i += 3) v += 3 * s.b.state.v[i] / s.b.n;
       printf("# method %d: %.5g m/s at %.3g s\n", (int)methods[k], v, s.b.state.t);
