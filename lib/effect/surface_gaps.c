@@ -71,12 +71,11 @@ static int guard_of(const near *self, double within, int count, const int *pairs
   }
   for (int k = 0; touched && k < count; k++) {
     const int *face = s->faces + 3 * (size_t)pairs[2 * k + 1];
-    if (!find_height(to, face, x, n, w, &height) || height < -DEEPEST * thickness ||
-        height >= guard->gap + LEFT * thickness ||
-        !(flesh_contact_nearest_of_triangle(from, face, x_from, w_from) <= within * within))
+    if (!find_height(to, face, x, n, w, &height) || height < -DEEPEST * thickness || height >= guard->gap + LEFT * thickness)
       continue;
     const double off = is_above(w) ? fabs(height) : face == touched ? DBL_MAX : INFINITY;
-    if (off < nearest) nearest = off, guard->face = face;
+    if (off < nearest && flesh_contact_nearest_of_triangle(from, face, x_from, w_from) <= within * within)
+      nearest = off, guard->face = face;
   }
   return guard->face != NULL;
 }

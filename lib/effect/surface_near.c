@@ -131,8 +131,8 @@ static int keep_gaps(void *memory, const flesh_team *team, const double *interna
   near *self = memory;
   flesh_surface_near_take(self, internal);
   const double touching = self->contact->law.thickness, within = touching + self->contact->slack;
-  int status = flesh_surface_near_is_valid(self, x_from, touching) ? FLESH_OK : search_static_pairs(self, x_from);
-  if (!status && self->static_pairs.point_count && !flesh_surface_near_is_valid(self, x_from, within))
+  int status = FLESH_OK;
+  if (!flesh_surface_near_is_valid(self, x_from, self->static_pairs.point_count ? within : touching))
     status = search_static_pairs(self, x_from);
   return flesh_surface_near_keep_gaps(self, team, status, within, x_from, x);
 }

@@ -16,7 +16,7 @@ enum { TIGHTENED = 2 };
  * collision detection is not exact: by nothing that is further apart than what moves relative to each other, over this. */
 static const double LOST = 0.8;
 
-/* Proofs that the pairs suffice cover this much more than needed, over the slack, so that the next places need no
+/* Proofs that the pairs suffice cover up to this much more than needed, over the slack, so that the next places need no
  * proof. */
 static const double MARGIN = 0.25;
 
@@ -130,16 +130,6 @@ static flesh_surface_drift drift_since_search(near *self, const double *x)
   return since->drift;
 }
 
-/* Shows that what is at most `within` apart at x was found, and keeps x. */
-static int show(near *self, const double *x, double within)
-{
-  const double left = self->static_pairs.distance - within;
-  if (!(left > 0) || !(flesh_near_drift_bound(&self->drift, self->finder, self->x_static, x, within) <= left)) return 0;
-  flesh_surface_near_keep(self, x, self->x_shown);
-  self->shown = within;
-  return 1;
-}
-
 /* Whether it is known without a proof cube by cube that static_pairs have all that is at most `within` apart at x. */
 static int is_known(near *self, const double *x, double within)
 {
@@ -158,7 +148,13 @@ int flesh_surface_near_is_valid(near *self, const double *x, double within)
 {
   if (!self->static_known) return 0;
   if (is_known(self, x, within)) return 1;
-  return show(self, x, within + MARGIN * self->contact->slack) || show(self, x, within);
+  const double margin = MARGIN * self->contact->slack, left = self->static_pairs.distance - within;
+  if (!(left > 0)) return 0;
+  const double spare = left - flesh_near_drift_bound(&self->drift, self->finder, self->x_static, x, within + margin);
+  if (!(spare >= 0)) return 0;
+  flesh_surface_near_keep(self, x, self->x_shown);
+  self->shown = within + fmin(margin, spare);
+  return 1;
 }
 
 /* Whether close_pairs have what is so far apart at x. */

@@ -9,6 +9,9 @@
 #include "geometry/contact_closest.h"
 #include "math/mat3.h"
 
+/* Functions that all pairs go through are compiled for each number of corners. */
+#define INLINE static inline __attribute__((always_inline))
+
 /* Tolerance of an advancement's end, over the distance at the start. */
 static const double near_enough = 0.02;
 
@@ -29,7 +32,7 @@ typedef struct plane {
   const double (*others)[3];
 } plane;
 
-static double gap_along(const motion *m, const double y[4][3], const double unit[3])
+INLINE double gap_along(const motion *m, const double y[4][3], const double unit[3])
 {
   double least = INFINITY, most = -INFINITY, h;
   for (int k = 0; k < m->first; k++) {
@@ -44,7 +47,7 @@ static double gap_along(const motion *m, const double y[4][3], const double unit
 }
 
 /* Whether the gap along a vector of any length is more than `needed`. */
-static int is_wide(const motion *m, const double y[4][3], const double along[3], double needed)
+INLINE int is_wide(const motion *m, const double y[4][3], const double along[3], double needed)
 {
   const double gap = gap_along(m, y, along);
   return gap > 0 && gap * gap > needed * needed * flesh_vec3_dot(along, along);
@@ -191,8 +194,7 @@ static void connect_triangle(const double y[4][3], double connection[3])
     connection[c] = y[0][c] - weights[0] * y[1][c] - weights[1] * y[2][c] - weights[2] * y[3][c];
 }
 
-int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
-                           double distance)
+INLINE int keep_apart(int first, int second, const int nodes[4], const double *x0, const double *x1, double distance)
 {
   motion m = {.first = first, .all = first + second};
   double size = 0;
@@ -215,8 +217,15 @@ int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const doub
   return separate(&m, y, x1 ? end : NULL, needed).gap > needed || (x1 && separate(&m, end, y, needed).gap > needed);
 }
 
+int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
+                           double distance)
+{
+  if (x1 || first + second < 4) return keep_apart(first, second, nodes, x0, x1, distance);
+  return first == 2 ? keep_apart(2, 2, nodes, x0, NULL, distance) : keep_apart(1, 3, nodes, x0, NULL, distance);
+}
+
 /* 0: not finite. */
-static int begin(motion *m, const double *const x0[4], const double *const x1[4])
+INLINE int begin(motion *m, const double *const x0[4], const double *const x1[4])
 {
   double size = 0, speed = 0, place = 0;
   for (int k = 0; k < m->all; k++)
@@ -317,7 +326,7 @@ static double time_to_turned(const motion *m, double y[4][3], double t, double f
 }
 
 /* The largest of the differences of velocities of two corners that are not of the same hull. */
-static double largest_approach(const motion *m)
+INLINE double largest_approach(const motion *m)
 {
   double largest = 0;
   for (int i = 0; i < m->first; i++)
@@ -331,12 +340,12 @@ static double largest_approach(const motion *m)
 
 /* Whether the hulls stay more than `distance` apart along a vector, in its sense: on straight ways the gap along it is
  * nowhere less than at both ends. */
-static int stay_apart(const motion *m, const double end[4][3], const double along[3], double distance)
+INLINE int stay_apart(const motion *m, const double end[4][3], const double along[3], double distance)
 {
   return is_wide(m, (const double(*)[3])m->y, along, distance) && is_wide(m, end, along, distance);
 }
 
-int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
+INLINE int move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
 {
   motion m = {.first = first, .all = first + second};
   double between[3], e[3], f[3], normal[3], end[4][3];
@@ -358,6 +367,12 @@ int flesh_hulls_move_little(int first, int second, const double *const x0[4], co
   const double sense = flesh_vec3_dot(normal, between) < 0 ? -1 : 1;
   for (int c = 0; c < 3; c++) normal[c] *= sense;
   return stay_apart(&m, (const double(*)[3])end, normal, needed);
+}
+
+int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
+{
+  if (first + second < 4) return move_little(first, second, x0, x1, keep);
+  return first == 2 ? move_little(2, 2, x0, x1, keep) : move_little(1, 3, x0, x1, keep);
 }
 
 double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],

@@ -69,9 +69,11 @@ static void visit_leaves(const walk *w, flesh_near_part *part, const flesh_box_b
   const int *order = self->tree->order;
   for (int p = a->begin; p < a->end; p++) {
     const int f = order[p];
+    const flesh_near_box *box = &self->face_boxes[f];
+    if (!flesh_boxes_meet(box->low, box->high, b->low, b->high)) continue;
     for (int q = b->begin > p ? b->begin : p + 1; q < b->end; q++) {
       const int g = order[q];
-      if (flesh_near_boxes_meet(&self->face_boxes[f], &self->face_boxes[g])) w->visit(w->data, part, f, g);
+      if (flesh_near_boxes_meet(box, &self->face_boxes[g])) w->visit(w->data, part, f, g);
     }
   }
 }
