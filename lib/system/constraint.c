@@ -34,9 +34,10 @@ void flesh_system_holders(const flesh_system *system, double t, int *holder)
 
 int flesh_system_holds(const flesh_system *system, double t)
 {
+  int axes = 0;
   for (int k = 0; k < system->constraint_count; k++)
-    if (t >= system->constraints[k].from && t < system->constraints[k].until) return 1;
-  return 0;
+    if (t >= system->constraints[k].from && t < system->constraints[k].until) axes |= (int)system->constraints[k].axes;
+  return axes;
 }
 
 void flesh_system_prescribe(const flesh_system *system, double t, double *x)

@@ -30,7 +30,7 @@ int flesh_system_freezes(const flesh_system *system);
  * Cannot fail. */
 int flesh_system_has_follower_loads(const flesh_system *system);
 
-/* Whether any constraint acts at time t. Cannot fail. */
+/* The axes, of 1, 2 and 4, along which any constraint acts at time t. Cannot fail. */
 int flesh_system_holds(const flesh_system *system, double t);
 
 /* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;

@@ -1,8 +1,9 @@
 /* part_weights.c: how often errors of each connected part of a body count.
  *
- * Where nothing holds a part that may touch something, each bounce turns errors of its vibrations, too, into momentum, which
- * carries it on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi P being the part's period: an error of
- * the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So errors count T/P times.
+ * Where nothing holds a part that may touch something, along one axis at least, each bounce turns errors of its vibrations,
+ * too, into momentum, which carries it on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi P being the
+ * part's period: an error of the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So
+ * errors count T/P times.
  *
  * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
  * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
@@ -146,15 +147,19 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
 void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t)
 {
   uint8_t *fixed = weights->parts->constrained;
-  const int holds = flesh_system_holds(system, t);
-  clear_sums(weights, weights->count == 1 && holds);
-  if (weights->count > 1 && holds) flesh_system_fixed(system, t, fixed);
-  for (int d = 0; weights->count > 1 && holds && d < flesh_system_unknowns(system); d++) {
+  const int axes = flesh_system_holds(system, t);
+  clear_sums(weights, 0); /* whether something holds a part along each axis */
+  for (int c = 0; c < 3; c++) weights->sums[c] = weights->count == 1 && axes >> c & 1;
+  if (weights->count > 1 && axes) flesh_system_fixed(system, t, fixed);
+  for (int d = 0; weights->count > 1 && axes && d < flesh_system_unknowns(system); d++) {
     double *sums = sums_of(weights, d / 3);
-    if (sums && fixed[d]) sums[0] = 1;
+    if (sums && fixed[d]) sums[d % 3] = 1;
   }
   flesh_team_largest(weights->parts->team, SUMS * weights->count, weights->sums);
-  for (int p = 0; p < weights->count; p++) weights->of[p].held = weights->sums[SUMS * p];
+  for (int p = 0; p < weights->count; p++) {
+    const double *along = weights->sums + SUMS * p;
+    weights->of[p].held = fmin(along[0], fmin(along[1], along[2]));
+  }
 }
 
 void flesh_part_weights_clear_contact(flesh_part_weights *weights)

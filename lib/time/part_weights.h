@@ -7,7 +7,7 @@
 
 typedef struct flesh_part_weight {
   double length, period; /* m, its longest side at rest; s over 2 pi, of its bending */
-  double held;           /* 1: something holds it, 0 */
+  double held;           /* 1: along each axis something holds it, 0 */
   double fastest;        /* m/s, by root mean square, so far */
   double lately;         /* m/s, likewise, along its load where there is one, and not long ago */
   double push[4];        /* N, of contact on this rank's nodes, summed over the last step's stages; the sum of the sizes */
