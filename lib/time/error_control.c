@@ -104,7 +104,7 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
-  return flesh_part_weights_create(parts, system, &self->weights);
+  return flesh_part_weights_create(parts, &self->weights);
 }
 
 void flesh_error_control_clear(flesh_error_control *self)

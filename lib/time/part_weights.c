@@ -3,7 +3,7 @@
  * Where nothing holds a part that may touch something, along one axis at least, each bounce turns errors of its vibrations,
  * too, into momentum, which carries it on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi P being the
  * part's period: an error of the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So
- * errors count T/P times.
+ * errors count T/P times. What welds and joints tie to a held part is held.
  *
  * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
  * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
@@ -28,24 +28,27 @@ static const double unseen = 0.1;    /* of the error that a step may make: what 
 static const double pi = 3.141592653589793;
 enum { SUMS = 14 }; /* over a part */
 
-int flesh_part_weights_create(const flesh_rigid_parts *parts, const flesh_system *system, flesh_part_weights *weights)
+int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights)
 {
-  const int count = flesh_system_has_role(system, FLESH_ROLE_OTHER) || parts->count < 1 ? 1 : parts->count;
+  const int count = parts->count < 1 ? 1 : parts->count;
   *weights = (flesh_part_weights){.parts = parts, .count = count, .of = calloc((size_t)count, sizeof *weights->of),
-                                  .sums = calloc((size_t)count * SUMS, sizeof *weights->sums)};
-  return weights->of && weights->sums ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d parts of a body", count);
+                                  .sums = calloc((size_t)count * SUMS, sizeof *weights->sums),
+                                  .tied = calloc((size_t)count, sizeof *weights->tied)};
+  if (weights->of && weights->sums && weights->tied) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d parts of a body", count);
 }
 
 void flesh_part_weights_clear(flesh_part_weights *weights)
 {
   free(weights->of);
   free(weights->sums);
+  free(weights->tied);
   *weights = (flesh_part_weights){0};
 }
 
 size_t flesh_part_weights_memory(const flesh_part_weights *weights)
 {
-  return (size_t)weights->count * (sizeof *weights->of + SUMS * sizeof *weights->sums);
+  return (size_t)weights->count * (sizeof *weights->of + SUMS * sizeof *weights->sums + sizeof *weights->tied);
 }
 
 void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive)
@@ -100,6 +103,46 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
   }
 }
 
+/* Ties the parts that a cell has nodes of; whether any was tied to a part with a larger number. */
+static int tie_cell(flesh_part_weights *weights, int count, const int *nodes)
+{
+  int least = weights->count, changed = 0;
+  for (int pass = 0; pass < 2; pass++)
+    for (int a = 0; a < count; a++) {
+      const int part = part_of(weights, nodes[a]);
+      if (part < 0) continue;
+      if (pass == 0 && weights->tied[part] < least) least = weights->tied[part];
+      changed |= pass && weights->tied[part] > least;
+      if (pass) weights->tied[part] = least;
+    }
+  return changed;
+}
+
+/* Parts that welds, joints and the like tie to each other. */
+static void tie(flesh_part_weights *weights, const flesh_system *system)
+{
+  int changed;
+  for (int p = 0; p < weights->count; p++) weights->tied[p] = p;
+  do {
+    changed = 0;
+    for (int k = 0; k < flesh_system_effect_count(system); k++) {
+      const flesh_effect *effect = flesh_system_effect(system, k);
+      const flesh_effect_operations *operations = effect->operations;
+      if (operations->role != FLESH_ROLE_OTHER || !operations->cells) continue;
+      const flesh_cells *cells = operations->cells(effect);
+      for (int c = 0; cells && c < cells->count; c++)
+        changed |= tie_cell(weights, cells->nodes_per_cell, cells->nodes + (size_t)cells->nodes_per_cell * (size_t)c);
+    }
+    for (int p = 0; p < weights->count; p++) weights->sums[p] = -weights->tied[p];
+    flesh_team_largest(weights->parts->team, weights->count, weights->sums);
+    for (int p = 0; p < weights->count; p++) {
+      const int least = (int)-weights->sums[p];
+      changed |= weights->tied[p] > least;
+      weights->tied[p] = least;
+    }
+  } while (flesh_team_any(weights->parts->team, changed));
+}
+
 /* The forces of elasticity at X + scale u, into r. */
 static int strain(const flesh_part_weights *weights, const flesh_system *system, const double *u, double scale, double *x,
                   double *r)
@@ -119,6 +162,7 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   double *u = room[0], *r = room[2];
   for (int p = 0; p < weights->count; p++) weights->of[p] = (flesh_part_weight){.length = length, .period = period, .times = 1};
   if (weights->count == 1) return;
+  tie(weights, system);
   bend(weights, system, u);
   clear_sums(weights, 0); /* of u.K u, masses, u.M u, M u */
   for (int sign = -1; sign <= 1; sign += 2) {
@@ -156,8 +200,12 @@ void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *sy
     if (sums && fixed[d]) sums[d % 3] = 1;
   }
   flesh_team_largest(weights->parts->team, SUMS * weights->count, weights->sums);
+  for (int k = 0; k < 3 * weights->count; k++) {
+    double *all = &weights->sums[SUMS * weights->tied[k / 3] + k % 3];
+    *all = fmax(*all, weights->sums[SUMS * (k / 3) + k % 3]);
+  }
   for (int p = 0; p < weights->count; p++) {
-    const double *along = weights->sums + SUMS * p;
+    const double *along = weights->sums + SUMS * weights->tied[p];
     weights->of[p].held = fmin(along[0], fmin(along[1], along[2]));
   }
 }

@@ -7,7 +7,7 @@
 
 typedef struct flesh_part_weight {
   double length, period; /* m, its longest side at rest; s over 2 pi, of its bending */
-  double held;           /* 1: along each axis something holds it, 0 */
+  double held;           /* 1: along each axis something holds it or what is tied to it, 0 */
   double fastest;        /* m/s, by root mean square, so far */
   double lately;         /* m/s, likewise, along its load where there is one, and not long ago */
   double push[4];        /* N, of contact on this rank's nodes, summed over the last step's stages; the sum of the sizes */
@@ -16,7 +16,8 @@ typedef struct flesh_part_weight {
 
 typedef struct flesh_part_weights {
   const flesh_rigid_parts *parts; /* borrowed */
-  int count;                      /* of them; 1 where others than contact may tie parts: they are one */
+  int count;                      /* of them */
+  int *tied;                      /* [count] the first part that effects other than contact tie each to */
   flesh_part_weight *of;          /* [count] */
   double *sums;                   /* room for sums over each */
   double forget;                  /* s since `lately` was found */
@@ -24,7 +25,7 @@ typedef struct flesh_part_weights {
 } flesh_part_weights;
 
 /* FLESH_ERR_MEMORY. */
-int flesh_part_weights_create(const flesh_rigid_parts *parts, const flesh_system *system, flesh_part_weights *weights);
+int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights);
 void flesh_part_weights_clear(flesh_part_weights *weights);
 size_t flesh_part_weights_memory(const flesh_part_weights *weights);
 void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive);

@@ -1,6 +1,6 @@
 // TEST full memory seconds=30
-/* test_impact_errors.c: errors of steps that errors choose follow the tolerance where motions of many frequencies count, against the
- * midpoint rule with steps that resolve them.
+/* test_impact_errors.c: errors of steps that errors choose follow the tolerance where motions of many frequencies count,
+ * against the midpoint rule with steps that resolve them.
  *
  * A cube meets a plane askew, and another cube. A node bounces in the barrier within some 1e-4 s, and what its momentum is off
  * by stays in the body: the control must see momenta. A cube that grazes a sphere flies on for five of its lengths: what its
@@ -34,6 +34,18 @@ static const char *const beside =
     "bodies: [{name: held, mesh: ../meshes/cube_3x3x3.mesh, translation: [0, 0.2, 0]}]\n"
     "effects:\n  - inertia: {}\n  - pin: {box: [[-1, 0.15, -1], [1, 1, 1e-6]]}\n"
     "  - contact: {sphere: {centre: [0.2, 0.08, 0.06], radius: 0.08}}\n"
+    "start: {velocity: [10, 0, 0]}\n";
+#define CUBE "mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 5e6, poisson: 0.45}}"
+static const char *const welded =
+    "body: {name: held, " CUBE "\nbodies: [{name: hangs, translation: [0, 0.1, 0], " CUBE "]\n"
+    "effects:\n  - inertia: {}\n  - pin: {body: held, box: [[-1, -1, -1], [1, 1, 1e-6]]}\n  - weld: {bodies: [hangs, held]}\n"
+    "  - contact: {sphere: {centre: [0.2, 0.08, 0.06], radius: 0.08}}\n"
+    "start: {velocity: [3, 0, 0]}\n";
+static const char *const beside_welded =
+    "body: {name: held, " CUBE "\nbodies: [{name: hangs, translation: [0, 0.1, 0], " CUBE ",\n"
+    "  {name: flies, translation: [0, -0.2, 0], " CUBE "]\n"
+    "effects:\n  - inertia: {}\n  - pin: {body: held, box: [[-1, -1, -1], [1, 1, 1e-6]]}\n  - weld: {bodies: [hangs, held]}\n"
+    "  - contact: {sphere: {centre: [0.2, -0.12, 0.06], radius: 0.08}}\n"
     "start: {velocity: [10, 0, 0]}\n";
 static const char *const half =
     "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 5e6, poisson: 0.45}}\n"
@@ -149,6 +161,17 @@ static void errors_of_a_cube_beside_a_held_one_follow_the_tolerance(void) { foll
 
 static void errors_of_half_a_body_follow_the_tolerance(void) { follow_the_tolerance(half, 0.1, 1e-6, 14); }
 
+/* A weld makes a part as held as what it is welded to, and no other part: errors of that count often. */
+static void parts_are_held_by_what_they_are_welded_to(void)
+{
+  int n, newton[2];
+  free(run(welded, "adaptive, tolerance: 1e-2", 0.05, &n, &newton[0]));
+  free(run(beside_welded, "adaptive, tolerance: 1e-2", 0.05, &n, &newton[1]));
+  printf("# %d Newton iterations, %d beside a free cube\n", newton[0], newton[1]);
+  CHECK(newton[0] < 150);
+  CHECK(newton[1] > 450);
+}
+
 static void errors_of_waves_follow_the_tolerance(void) { follow_the_tolerance(stopped, 4, 1e-5, 3); }
 static void errors_at_incompressibility_follow_the_tolerance(void) { follow_the_tolerance(incompressible, 0.1, 1e-4, 1); }
 
@@ -250,6 +273,7 @@ int main(int argc, char **argv)
                    TEST_LONG(errors_of_a_cube_that_flies_on_follow_the_tolerance),
                    TEST_LONG(errors_of_a_cube_beside_a_held_one_follow_the_tolerance),
                    TEST_LONG(errors_of_half_a_body_follow_the_tolerance),
+                   TEST(parts_are_held_by_what_they_are_welded_to),
                    TEST_LONG(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
                    TEST(rebounds_are_resolved_by_every_method),
                    TEST(rebounds_gain_no_more_energy_than_the_tolerance), TEST(gaps_are_no_errors_of_what_touches),
