@@ -165,11 +165,17 @@ double flesh_error_control_propose(const flesh_error_control *self, double left)
   return h >= left * (1 - 1e-9) ? left : fmin(h, left / 2); /* not almost all, which would leave a sliver */
 }
 
+/* How much the impulses of a step may be off by, so that all add up to the tolerance. */
+static double impulses_of(const flesh_error_control *self)
+{
+  return pow(self->options.tolerance, self->falls / (self->falls - 1));
+}
+
 void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_state *state, double h)
 {
   self->falls = order < 2 ? order + 1 : 3;
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
-  self->impulses = fmax(self->local, pow(self->options.tolerance, self->falls / (self->falls - 1)));
+  self->impulses = fmax(self->local, impulses_of(self));
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
                                          self->local * self->length, self->force);
 }
@@ -177,9 +183,10 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
 double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
 {
   /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. Residuals of
-   * many steps add up like errors, but less in step: two thirds of the power. */
+   * many steps add up like errors, but less in step: two thirds of the power. In what flies they add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
-  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
+  const double momentum = self->largest > 1 ? fmin(1, impulses_of(self) / self->local) : 1;
+  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth * momentum;
   return part * self->local / self->largest * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
 }
 

@@ -4,11 +4,12 @@
  *
  * A cube meets a plane askew, and another cube. A node bounces in the barrier within some 1e-4 s, and what its momentum is off
  * by stays in the body: the control must see momenta. A cube that grazes a sphere flies on for five of its lengths: what its
- * vibrations are off by in the collision is momentum after it, which leads 9 to 33 tolerances astray where errors of free
- * bodies count but once, and, beside a cube that is held, 8 to 74; half a cube, held along one axis, 51 to 199. Waves of all
- * lengths go through a bar that is stopped at its end. The shorter steps are, the faster are those that they resolve, and the
- * more periods those go through: errors must count as they add up, else they grow from 1.0 to 6.3 tolerances down to 1e-5. An
- * incompressible body begins by a short stage, whose error does not fall with the tolerance unless its length does.
+ * vibrations are off by in the collision is momentum after it, which leads 15 to 240 tolerances astray where errors of free
+ * bodies count but once, and 12 to 59 where residuals add up like errors; beside a cube that is held 8 to 74, and half a cube,
+ * held along one axis, 51 to 199 where these count as held. Waves of all lengths go through a bar that is stopped at its end.
+ * The shorter steps are, the faster are those that they resolve, and the more periods those go through: errors must count as
+ * they add up, else they grow from 1.0 to 6.3 tolerances down to 1e-5. An incompressible body begins by a short stage, whose
+ * error does not fall with the tolerance unless its length does.
  *
  * A stiff residual that moves nothing is not solved for: a soft block rubs on another in two thirds of the iterations. And
  * a bar whose end is turned about its centre begins every solve as it goes on: with the free nodes left where they were, the
@@ -27,7 +28,7 @@ static const char *const later =
     "start: {velocity: [0.2, 0, -1]}\n";
 static const char *const grazing =
     "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 5e6, poisson: 0.45}}\n"
-    "effects: [inertia, contact: {sphere: {centre: [0.2, 0.08, 0.06], radius: 0.08}}]\n"
+    "effects: [inertia, contact: {sphere: {centre: [0.2, 0.12, 0], radius: 0.08}}]\n"
     "start: {velocity: [10, 0, 0]}\n";
 static const char *const beside =
     "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 5e6, poisson: 0.45}}\n"
@@ -156,10 +157,10 @@ static void follow_the_tolerance(const char *scene, double length, double step, 
 
 static void errors_of_a_cube_on_a_plane_follow_the_tolerance(void) { follow_the_tolerance(plane, 0.1, 1e-5, 2); }
 static void errors_of_two_cubes_follow_the_tolerance(void) { follow_the_tolerance(cubes, 0.1, 1e-5, 2); }
-static void errors_of_a_cube_that_flies_on_follow_the_tolerance(void) { follow_the_tolerance(grazing, 0.1, 1e-6, 8); }
+static void errors_of_a_cube_that_flies_on_follow_the_tolerance(void) { follow_the_tolerance(grazing, 0.1, 5e-7, 9); }
 static void errors_of_a_cube_beside_a_held_one_follow_the_tolerance(void) { follow_the_tolerance(beside, 0.3, 1e-6, 5); }
 
-static void errors_of_half_a_body_follow_the_tolerance(void) { follow_the_tolerance(half, 0.1, 1e-6, 14); }
+static void errors_of_half_a_body_follow_the_tolerance(void) { follow_the_tolerance(half, 0.1, 1e-6, 8); }
 
 /* A weld makes a part as held as what it is welded to, and no other part: errors of that count often. */
 static void parts_are_held_by_what_they_are_welded_to(void)
