@@ -239,6 +239,7 @@ void flesh_error_control_touch(flesh_error_control *self, const double *forces)
 /* The size of e [n] as often as it counts, of velocities times their parts' periods. Overwrites `force`. */
 static double counted(const flesh_error_control *self, const double *e, int velocities)
 {
+  if (!velocities && self->largest <= 1) return size_of(self, e);
   flesh_part_weights_count(&self->weights, e, velocities, self->force);
   return size_of(self, self->force);
 }

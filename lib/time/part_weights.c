@@ -16,6 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "math/mat3.h"
 #include "system/one_effect.h"
@@ -23,7 +24,7 @@
 #include "system/velocity_scale.h"
 
 static const double most_times = 20; /* that errors count */
-static const double bounces = 4;     /* 1/(1 - r); 1 to 6 tried on blocks that slide and that lie on each other */
+static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
 static const double pi = 3.141592653589793;
 enum { SUMS = 14 }; /* over a part */
@@ -103,44 +104,32 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
   }
 }
 
-/* Ties the parts that a cell has nodes of; whether any was tied to a part with a larger number. */
-static int tie_cell(flesh_part_weights *weights, int count, const int *nodes)
-{
-  int least = weights->count, changed = 0;
-  for (int pass = 0; pass < 2; pass++)
-    for (int a = 0; a < count; a++) {
-      const int part = part_of(weights, nodes[a]);
-      if (part < 0) continue;
-      if (pass == 0 && weights->tied[part] < least) least = weights->tied[part];
-      changed |= pass && weights->tied[part] > least;
-      if (pass) weights->tied[part] = least;
-    }
-  return changed;
-}
-
-/* Parts that welds, joints and the like tie to each other. */
+/* Parts that welds, joints and the like tie to each other, also by way of other ranks. */
 static void tie(flesh_part_weights *weights, const flesh_system *system)
 {
-  int changed;
-  for (int p = 0; p < weights->count; p++) weights->tied[p] = p;
+  int *tied = weights->tied, changed;
+  for (int p = 0; p < weights->count; p++) tied[p] = p;
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    const flesh_effect_operations *operations = effect->operations;
+    if (operations->role != FLESH_ROLE_OTHER || !operations->cells) continue;
+    const flesh_cells *cells = operations->cells(effect);
+    const int m = cells ? cells->nodes_per_cell : 1;
+    for (int a = 0; cells && a < cells->count * m; a++) {
+      const int first = part_of(weights, cells->nodes[a - a % m]), part = part_of(weights, cells->nodes[a]);
+      if (first >= 0 && part >= 0) flesh_sets_join(tied, first, part);
+    }
+  }
   do {
     changed = 0;
-    for (int k = 0; k < flesh_system_effect_count(system); k++) {
-      const flesh_effect *effect = flesh_system_effect(system, k);
-      const flesh_effect_operations *operations = effect->operations;
-      if (operations->role != FLESH_ROLE_OTHER || !operations->cells) continue;
-      const flesh_cells *cells = operations->cells(effect);
-      for (int c = 0; cells && c < cells->count; c++)
-        changed |= tie_cell(weights, cells->nodes_per_cell, cells->nodes + (size_t)cells->nodes_per_cell * (size_t)c);
-    }
-    for (int p = 0; p < weights->count; p++) weights->sums[p] = -weights->tied[p];
+    for (int p = 0; p < weights->count; p++) weights->sums[p] = -flesh_set_of(tied, p);
     flesh_team_largest(weights->parts->team, weights->count, weights->sums);
     for (int p = 0; p < weights->count; p++) {
-      const int least = (int)-weights->sums[p];
-      changed |= weights->tied[p] > least;
-      weights->tied[p] = least;
+      changed |= flesh_set_of(tied, p) != (int)-weights->sums[p];
+      flesh_sets_join(tied, p, (int)-weights->sums[p]);
     }
   } while (flesh_team_any(weights->parts->team, changed));
+  for (int p = 0; p < weights->count; p++) tied[p] = flesh_set_of(tied, p);
 }
 
 /* The forces of elasticity at X + scale u, into r. */
