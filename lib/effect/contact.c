@@ -30,7 +30,26 @@ typedef struct node_friction {
   double u[3], speed;        /* m/s */
 } node_friction;
 
-static node_friction friction_of(const contact *self, const flesh_frame *lagged, const flesh_point *point, int k)
+/* The velocity of the obstacle under a node that touched it at y when lagged. Where it has turned since, a node that stuck is
+ * carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's mean velocity
+ * counts: y itself would turn friction as far as the obstacle turns. */
+static void velocity_under(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
+                           const flesh_point *point, int i, double y[3], double v[3])
+{
+  /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
+  const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
+  const double half = (point->t - point->lagged.t) / 2, *was = point->lagged.x + i, *speed = point->lagged.v + i;
+  if (memcmp(frame->R, lagged->R, sizeof frame->R)) {
+    double slip = 0, now[3];
+    flesh_obstacle_velocity(self->obstacle, point->lagged.t, y, v);
+    for (int c = 0; c < 3; c++) slip += (speed[c] - v[c]) * (speed[c] - v[c]), now[c] = was[c] + half * speed[c];
+    if (slip > self->slip_speed * self->slip_speed) flesh_frame_enter(frame, now, y);
+  }
+  flesh_obstacle_velocity(self->obstacle, t, y, v);
+}
+
+static node_friction friction_of(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
+                                 const flesh_point *point, int k)
 {
   node_friction result = {0};
   flesh_barrier barrier;
@@ -40,9 +59,7 @@ static node_friction friction_of(const contact *self, const flesh_frame *lagged,
   double y[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
   if (!(push > 0)) return result;
   flesh_frame_enter(lagged, point->lagged.x + i, y);
-  /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
-  const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
-  flesh_obstacle_velocity(self->obstacle, t, y, v);
+  velocity_under(self, frame, lagged, point, i, y, v);
   for (int c = 0; c < 3; c++) result.normal[c] = barrier.gradient[c] / push;
   if (lagged->moved) {
     memcpy(y, result.normal, sizeof y);
@@ -138,7 +155,7 @@ static void residual_of_part(void *data, int task)
       for (int c = 0; c < 3; c++) j->r[i + c] += flesh_contact_weight(self, k) * gradient[c];
     }
     if (!j->rubbing) continue;
-    const node_friction of_node = friction_of(self, &j->lagged, j->point, k);
+    const node_friction of_node = friction_of(self, &j->frame, &j->lagged, j->point, k);
     if (of_node.force == 0) continue;
     const double ratio = of_node.force * flesh_slip_ratio(of_node.speed, self->slip_speed);
     for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * of_node.u[c];
@@ -262,7 +279,7 @@ static void jacobian_of_part(void *data, int task)
       for (int e = 0; e < 9; e++) block[e] += scale * placed[e];
     }
     if (!j->rubbing || shift->v == 0) continue;
-    const node_friction of_node = friction_of(self, &j->lagged, j->point, k);
+    const node_friction of_node = friction_of(self, &j->frame, &j->lagged, j->point, k);
     if (of_node.force > 0) add_friction(self, &of_node, shift->v, to_rest, block);
   }
 }

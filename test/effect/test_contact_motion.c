@@ -1,7 +1,7 @@
 // TEST name=test_contact_motion_quick quick excerpt args: nothing_passes_with_fixed_steps
 // TEST+ nothing_passes_with_methods_of_second_order nothing_passes_with_adaptive_steps
 // TEST+ nothing_passes_without_the_guard what_moves_pushes a_handle_into_an_obstacle_says_so blocks_slip_at_mu
-// TEST+ belts_carry_blocks_along friction_lasts_to_the_last_keyframe
+// TEST+ belts_carry_blocks_along friction_lasts_to_the_last_keyframe turning_floors_drag_and_carry
 // TEST full seconds=120
 /* test_contact_motion.c: bodies thrown at obstacles and obstacles that move: nothing passes, under fixed and adaptive
  * steps; blocks on slopes hold and slip as Coulomb's law says. */
@@ -400,11 +400,51 @@ static void friction_lasts_to_the_last_keyframe(void)
   }
 }
 
+/* A floor that turns by 1.6 rad in a step drags a hanging cube along its own velocity where the cube is, as Coulomb's law says,
+ * and carries a block that sticks to it around its axis: steps of backward Euler lead it neither in nor out. */
+static void turning_floors_drag_and_carry(void)
+{
+  static const flesh_keyframe lift[] = {{.t = 0}, {.t = 1, .translation = {0, 0, 0.03}, .rotation = {0, 0, 96}}},
+                              turn[] = {{.t = 0}, {.t = 1, .rotation = {0, 0, 1}}};
+  const double centre[3] = {0.5, -3, 0}, mu = 0.5;
+  for (int hangs = 0; hangs < 2; hangs++) {
+    scene s;
+    flesh_obstacle *floor = NULL;
+    make_cube(2, 1e7, &s);
+    CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &floor));
+    CHECK_OK(flesh_obstacle_move(floor, &(flesh_motion){2, hangs ? lift : turn, {centre[0], centre[1], 0}, 0}));
+    add_contact(&s, floor, 0.02, mu, 1e-3);
+    if (hangs) CHECK_OK(test_body_hold(&s.b, 2, 1, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
+    else CHECK_OK(test_body_gravity(&s.b, 0, 0, -9.81));
+    CHECK_OK(flesh_system_finalize(s.b.system));
+    start(&s, FLESH_METHOD_BACKWARD_EULER, 1e-6);
+    for (int i = 0; i < s.b.n && !hangs; i += 3)
+      s.b.state.v[i] = centre[1] - s.b.state.x[i + 1], s.b.state.v[i + 1] = s.b.state.x[i] - centre[0];
+    for (int step = 0; step < 60; step++) CHECK_OK(flesh_integrator_step(s.integrator, &s.b.state, 1. / 60, NULL));
+    double sums[6], *a = calloc(2 * (size_t)s.b.n, sizeof *a), *r = a + s.b.n, middle[2] = {0};
+    const flesh_effect *elasticity = flesh_system_effect(s.b.system, 1);
+    const flesh_point point = flesh_point_at(1, s.b.state.x, a, a);
+    CHECK_OK(elasticity->operations->residual(elasticity, &point, r));
+    for (int i = 0; i < s.b.n; i += 3) {
+      for (int c = 0; c < 2; c++) middle[c] += 3 * (s.b.state.x[i + c] - centre[c]) / s.b.n;
+      if (flesh_mesh_positions(s.b.mesh)[i + 2] > 0.99) r[i] = r[i + 1] = r[i + 2] = 0;
+    }
+    test_sums(&s.b, r, sums);
+    if (hangs) {
+      CHECK_NEAR(sums[0], -mu * sums[2], 0.05 * mu * sums[2]);
+      CHECK_NEAR(sums[1], 0, 0.05 * mu * sums[2]);
+    } else CHECK_NEAR(hypot(middle[0], middle[1]), 3.5, 0.01);
+    free(a);
+    finish(&s);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(nothing_passes_through_soft_bodies), TEST(nothing_passes_with_fixed_steps),
                    TEST(nothing_passes_with_methods_of_second_order),
                    TEST(nothing_passes_with_adaptive_steps), TEST(nothing_passes_without_the_guard),
                    TEST(what_moves_pushes), TEST(a_handle_into_an_obstacle_says_so), TEST(blocks_slip_at_mu),
-                   TEST(belts_carry_blocks_along), TEST(friction_lasts_to_the_last_keyframe));
+                   TEST(belts_carry_blocks_along), TEST(friction_lasts_to_the_last_keyframe),
+                   TEST(turning_floors_drag_and_carry));
 }
