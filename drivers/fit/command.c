@@ -10,7 +10,6 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "fit/fit.h"
-#include "picture/plot.h"
 
 static const char details[] =
     "Finds the parameters with which scenes come closest to measurements, as SPEC, in YAML, says: experiments (each a\n"
@@ -56,7 +55,6 @@ static int find(flesh_fit *fit, int resume)
   if (status) flesh_fit_write_ended(fit, status);
   else status = flesh_fit_judge(fit, &found, &statistics);
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
-  if (!status) status = flesh_plot_accept("fit", flesh_fit_draw(fit, found.values));
   if (!status && !found.converged)
     status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
   flesh_fit_statistics_close(&statistics);

@@ -258,10 +258,9 @@ void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __
  * or more. */
 void flesh_fit_tell_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);
 
-/* Writes result.json, tables and the fitted scenes, and prints a table. */
-int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
+/* Writes result.json, tables, the picture and the fitted scenes, and prints a table. */
+int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
 /* result.json of a fit that has ended early. */
 int flesh_fit_write_ended(const flesh_fit *fit, int status);
-int flesh_fit_draw(const flesh_fit *fit, const double *values);
 
 #endif

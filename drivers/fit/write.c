@@ -1,16 +1,21 @@
-/* write.c: writes what a fit has found: result.json, fit.csv, the fitted scenes, and words. */
+/* write.c: writes what a fit has found: result.json, the fitted scenes, words, and, by data/studies/fit.sql, fit.csv and the
+ * picture. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
 #include "fit/map.h"
+#include "picture/plot.h"
 #include "run/provenance.h"
 #include "run/result.h"
-#include "study/table.h"
+#include "study/database.h"
+#include "study/embedded.h"
+#include "study/results.h"
 
 static json_t *matrix_json(int n, const double *matrix)
 {
@@ -111,33 +116,30 @@ int flesh_fit_write_ended(const flesh_fit *fit, int status)
   return written;
 }
 
-static int write_table(const flesh_fit *fit, const double *values)
+/* The table of SQL. */
+static int tabulate(flesh_fit *fit, const double *values)
 {
-  flesh_file file;
-  int status = flesh_table_open(fit->out, "fit.csv", &file), i = 0;
-  if (status) return status;
-  fputs("experiment,measured,row,quantity,unit,t [s],value,deviation,fitted,residual\n", file.stream);
-  for (int e = 0; e < fit->experiment_count; e++)
-    for (int k = 0; k < fit->experiments[e].measured_count; k++) {
+  static const char table[] = "CREATE TEMP TABLE numbers (file, experiment, measured, row, place, quantity, unit, t, value, "
+                              "deviation, fitted, residual)";
+  sqlite3_stmt *insert = NULL;
+  int i = 0, file = 0, code = SQLITE_DONE, status = flesh_study_store_execute(&fit->store, table);
+  if (!status && sqlite3_prepare_v2(fit->store.database, "INSERT INTO numbers VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", -1,
+                                    &insert, NULL))
+    status = flesh_no_memory();
+  for (int e = 0; e < fit->experiment_count && !status; e++)
+    for (int k = 0; k < fit->experiments[e].measured_count; k++, file++) {
       const flesh_fit_measured *m = &fit->experiments[e].measured[k];
       const char *slash = strrchr(m->path, '/');
-      for (int d = 0; d < m->count; d++, i++) {
+      for (int d = 0; d < m->count && code == SQLITE_DONE; d++, i++) {
         const flesh_fit_datum *datum = &m->data[d];
-        fprintf(file.stream, "%s,", fit->experiments[e].name);
-        flesh_csv_print(file.stream, slash ? slash + 1 : m->path);
-        fprintf(file.stream, ",%d,", datum->row + 1);
-        flesh_csv_print(file.stream, m->quantities[datum->quantity].name);
-        putc(',', file.stream);
-        flesh_csv_print(file.stream, m->quantities[datum->quantity].unit);
-        flesh_table_field(file.stream, datum->t);
-        flesh_table_field(file.stream, datum->value);
-        flesh_table_field(file.stream, datum->deviation);
-        flesh_table_field(file.stream, values[i]);
-        flesh_table_field(file.stream, flesh_fit_residual(fit, i, values));
-        putc('\n', file.stream);
+        const flesh_fit_quantity *q = &m->quantities[datum->quantity];
+        code = flesh_database_put(insert, "ittiittddddd", file, fit->experiments[e].name, slash ? slash + 1 : m->path,
+                                  datum->row + 1, datum->quantity, q->name, q->unit, datum->t, datum->value, datum->deviation,
+                                  values[i], flesh_fit_residual(fit, i, values));
       }
     }
-  return flesh_file_commit(&file);
+  sqlite3_finalize(insert);
+  return status || code == SQLITE_DONE ? status : flesh_no_memory();
 }
 
 /* The scene of each experiment with the parameters that were found. */
@@ -183,12 +185,16 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
   printf("results: %s\n", fit->out);
 }
 
-int flesh_fit_write(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
+int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
 {
-  int status = write_table(fit, found->values);
+  flesh_plot_outcome drawn = {0};
+  const char *const sql[] = {flesh_own_text("fit"), NULL};
+  const flesh_results to = {.out = fit->out, .draw = flesh_plot_draw_noted, .data = &drawn};
+  int status = tabulate(fit, found->values);
+  if (!status) status = flesh_results_make(fit->store.database, fit->store.path, sql, &to);
   if (!status) status = write_scenes(fit, found->p);
   if (!status && fit->map) status = flesh_fit_map_tables(fit, found);
   if (!status) status = write_found(fit, found, statistics);
   if (!status && !fit->quiet) print(fit, found, statistics);
-  return status;
+  return status ? status : flesh_plot_accept("fit", flesh_plot_ended(&drawn));
 }

@@ -16,18 +16,6 @@ static const char tables[] =
     "CREATE TABLE materials (line INTEGER PRIMARY KEY, energy, constants, label, colour, mu, lambda, twice);"
     "CREATE TABLE samples (path, line, point, s, psi, psi_minus_rest, stress, smallest_eigenvalue);";
 
-/* Adds a row: whole numbers, texts, numbers. */
-static void insert(sqlite3_stmt *row, int wholes, const int *whole, int texts, const char *const *text, int numbers,
-                   const double *number)
-{
-  int at = 1;
-  for (int k = 0; k < wholes; k++) sqlite3_bind_int(row, at++, whole[k]);
-  for (int k = 0; k < texts; k++) sqlite3_bind_text(row, at++, text[k], -1, SQLITE_TRANSIENT);
-  for (int k = 0; k < numbers; k++) sqlite3_bind_double(row, at++, number[k]); /* NaN is NULL */
-  sqlite3_step(row);
-  sqlite3_reset(row);
-}
-
 static void insert_samples(sqlite3_stmt *row, int path, int line, const flesh_curves *all)
 {
   const flesh_path *p = &all->paths[path];
@@ -36,38 +24,34 @@ static void insert_samples(sqlite3_stmt *row, int path, int line, const flesh_cu
     flesh_curve_sample(&all->curves[line], p, values[0], &values[1], values + 2);
     for (int v = 0; v < 2 + FLESH_CURVE_QUANTITIES; v++)
       if (!isfinite(values[v])) values[v] = NAN;
-    insert(row, 3, (int[]){path, line, k}, 0, NULL, 2 + FLESH_CURVE_QUANTITIES, values);
+    flesh_database_put(row, "iiiddddd", path, line, k, values[0], values[1], values[2], values[3], values[4]);
   }
 }
 
 static void fill(sqlite3_stmt *const rows[4], const flesh_curves *all)
 {
-  insert(rows[0], 0, NULL, 0, NULL, 4, (double[]){all->mu, all->lambda, all->young, all->poisson});
+  flesh_database_put(rows[0], "dddd", all->mu, all->lambda, all->young, all->poisson);
   for (int c = 0; c < all->count; c++) {
     const flesh_material *m = &all->curves[c].material;
-    const char *const texts[] = {flesh_energy_name(m->energy), flesh_constants_name(m->constants), all->curves[c].label,
-                                 flesh_forms[m->energy].colour};
-    insert(rows[2], 2, (int[]){c, flesh_form_takes(m->energy, FLESH_CONSTANTS_AS_E)}, 4, texts, 2,
-           (double[]){m->mu, m->incompressible ? NAN : m->lambda});
+    flesh_database_put(rows[2], "ittttddi", c, flesh_energy_name(m->energy), flesh_constants_name(m->constants),
+                       all->curves[c].label, flesh_forms[m->energy].colour, m->mu, m->incompressible ? NAN : m->lambda,
+                       flesh_form_takes(m->energy, FLESH_CONSTANTS_AS_E));
   }
   for (int p = 0; p < FLESH_PATHS; p++) {
     const flesh_path *path = &all->paths[p];
-    const char *const texts[] = {path->name, path->title, path->parameter, path->stress};
-    insert(rows[1], 1, &p, 4, texts, 2, (double[]){fmin(path->start, path->end), fmax(path->start, path->end)});
+    flesh_database_put(rows[1], "ittttdd", p, path->name, path->title, path->parameter, path->stress,
+                       fmin(path->start, path->end), fmax(path->start, path->end));
     for (int c = 0; c < all->count; c++) insert_samples(rows[3], p, c, all);
   }
 }
-
-static void draw(void *outcome, const char *folder, const char *name) { flesh_plot_note(outcome, flesh_plot_draw(folder, name)); }
 
 int flesh_curves_write(const char *folder, const flesh_curves *all, flesh_plot_outcome *outcome)
 {
   static const char *const inserts[] = {
       "INSERT INTO given VALUES (?, ?, ?, ?)", "INSERT INTO paths VALUES (?, ?, ?, ?, ?, ?, ?)",
-      "INSERT INTO materials (line, twice, energy, constants, label, colour, mu, lambda) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-      "INSERT INTO samples VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
+      "INSERT INTO materials VALUES (?, ?, ?, ?, ?, ?, ?, ?)", "INSERT INTO samples VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
   const char *const sql[] = {flesh_own_text("plot_same"), flesh_own_text("material"), NULL};
-  const flesh_results to = {.out = folder, .draw = draw, .data = outcome};
+  const flesh_results to = {.out = folder, .draw = flesh_plot_draw_noted, .data = outcome};
   sqlite3_stmt *rows[4] = {NULL};
   sqlite3 *database = NULL;
   int bad = sqlite3_open(":memory:", &database) || sqlite3_exec(database, tables, NULL, NULL, NULL);

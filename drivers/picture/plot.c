@@ -82,6 +82,12 @@ void flesh_plot_note(flesh_plot_outcome *outcome, int status)
   snprintf(outcome->words, sizeof outcome->words, "%s", flesh_error_text());
 }
 
+void flesh_plot_draw_noted(void *outcome, const char *folder, const char *name)
+{
+  ((flesh_plot_outcome *)outcome)->count++;
+  flesh_plot_note(outcome, flesh_plot_draw(folder, name));
+}
+
 int flesh_plot_ended(const flesh_plot_outcome *outcome)
 {
   return outcome->status ? flesh_fail(outcome->status, "%s", outcome->words) : FLESH_OK;

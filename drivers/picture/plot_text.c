@@ -69,12 +69,7 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
   return status;
 }
 
-void flesh_plot_begin(FILE *stream, const char *name, int width, int height)
-{
-  flesh_plot_begin_as(stream, name, ".png", width, height);
-}
-
-void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height)
+void flesh_plot_begin(FILE *stream, const char *name, const char *suffix, int width, int height)
 {
   static const char font[] = "font 'DejaVu Sans,11' background '#ffffff'";
   fputs("# Draws the picture that is named here: gnuplot ./THIS_FILE\nif (!exists('picture')) picture = ", stream);

@@ -11,10 +11,9 @@
  * character, or beginning with | or <. */
 int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file);
 
-/* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot has `picture`). */
-void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
-/* Like flesh_plot_begin, with the output NAME.svg, .pdf (of 96 pixels an inch) or .png. */
-void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height);
+/* Terminal of width x height pixels, and the output NAME.svg, .pdf (of 96 pixels an inch) or .png (elsewhere when gnuplot has
+ * `picture`). */
+void flesh_plot_begin(FILE *stream, const char *name, const char *suffix, int width, int height);
 
 /* The look of all plots: border, tics, grid; a legend outside at the right. With `of_csv` data are columns of CSV, in which
  * empty cells are left out. */

@@ -10,6 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "study/database.h"
 #include "study/embedded.h"
 
 enum { TABLES = 7, LABEL = 200 };
@@ -115,15 +116,9 @@ static int add_headers(sqlite3_stmt *insert, const source *sources, int count)
       for (int c = 0; c < sources[k].tables[t].columns && code == SQLITE_DONE; c++) {
         const flesh_csv *csv = &sources[k].tables[t];
         char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-        const char *const texts[] = {sources[k].path, sources[k].label, csv->path, csv->names[c], name, unit};
         flesh_csv_label(csv, c, name, unit);
-        sqlite3_bind_int(insert, 1, k);
-        sqlite3_bind_int(insert, 2, t);
-        sqlite3_bind_int(insert, 3, c);
-        sqlite3_bind_int(insert, 4, csv->rows);
-        for (int i = 0; i < 6; i++) sqlite3_bind_text(insert, 5 + i, texts[i], -1, SQLITE_TRANSIENT);
-        code = sqlite3_step(insert);
-        sqlite3_reset(insert);
+        code = flesh_database_put(insert, "iiiitttttt", k, t, c, csv->rows, sources[k].path, sources[k].label, csv->path,
+                                  csv->names[c], name, unit);
       }
   return code == SQLITE_DONE ? FLESH_OK : flesh_no_memory();
 }
@@ -134,16 +129,13 @@ static int add_cells(sqlite3_stmt *insert, const source *sources, sqlite3_stmt *
   int code = SQLITE_DONE;
   while (code == SQLITE_DONE && sqlite3_step(query) == SQLITE_ROW) {
     const flesh_csv *csv = &sources[sqlite3_column_int(query, 1)].tables[sqlite3_column_int(query, 2)];
-    sqlite3_bind_int(insert, 1, sqlite3_column_int(query, 0));
+    const int id = sqlite3_column_int(query, 0), column = sqlite3_column_int(query, 3);
     for (int row = 0; row < csv->rows && code == SQLITE_DONE; row++) {
-      const int column = sqlite3_column_int(query, 3);
+      const char *cell = flesh_csv_cell(csv, row, column);
       double value;
-      sqlite3_bind_int(insert, 2, row);
-      sqlite3_bind_text(insert, 3, flesh_csv_cell(csv, row, column), -1, SQLITE_STATIC);
-      if (!flesh_csv_number(csv, row, column, &value)) sqlite3_bind_text(insert, 4, "word", -1, SQLITE_STATIC);
-      else sqlite3_bind_double(insert, 4, isfinite(value) ? value : NAN); /* NaN is NULL */
-      code = sqlite3_step(insert);
-      sqlite3_reset(insert);
+      code = flesh_csv_number(csv, row, column, &value)
+                 ? flesh_database_put(insert, "iitd", id, row, cell, isfinite(value) ? value : NAN)
+                 : flesh_database_put(insert, "iitt", id, row, cell, "word");
     }
   }
   return code == SQLITE_DONE ? FLESH_OK : flesh_no_memory();

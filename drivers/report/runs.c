@@ -7,6 +7,7 @@
 #include "report/csv.h"
 #include "report/report.h"
 #include "run/run_folder.h"
+#include "study/database.h"
 
 typedef struct runs {
   int count;
@@ -20,12 +21,7 @@ static int insert_run(sqlite3_stmt *run, int number, const char *folder)
   const int status = name ? flesh_report_json(folder, "result.json", &result) : flesh_report_no_memory();
   if (json_is_object(result)) text = json_dumps(result, JSON_COMPACT);
   json_t *shown = flesh_json_text(name ? name : "");
-  sqlite3_bind_int(run, 1, number);
-  sqlite3_bind_text(run, 2, folder, -1, SQLITE_TRANSIENT);
-  sqlite3_bind_text(run, 3, json_string_value(shown), -1, SQLITE_TRANSIENT);
-  sqlite3_bind_text(run, 4, text, -1, SQLITE_TRANSIENT);
-  sqlite3_step(run);
-  sqlite3_reset(run);
+  flesh_database_put(run, "ittt", number, folder, json_string_value(shown), text);
   json_decref(shown);
   json_decref(result);
   free(name);

@@ -58,6 +58,23 @@ int flesh_database_fail(sqlite3 *database, const char *path, const char *doing)
                     sqlite3_errmsg(database));
 }
 
+int flesh_database_put(sqlite3_stmt *statement, const char *kinds, ...)
+{
+  int code = SQLITE_OK;
+  va_list values;
+  va_start(values, kinds);
+  for (int at = 1; kinds[at - 1] && !code; at++) switch (kinds[at - 1]) {
+    case 'i': code = sqlite3_bind_int(statement, at, va_arg(values, int)); break;
+    case 'l': code = sqlite3_bind_int64(statement, at, va_arg(values, sqlite3_int64)); break;
+    case 'd': code = sqlite3_bind_double(statement, at, va_arg(values, double)); break;
+    default: code = sqlite3_bind_text(statement, at, va_arg(values, const char *), -1, SQLITE_TRANSIENT);
+    }
+  va_end(values);
+  if (!code) code = sqlite3_step(statement);
+  sqlite3_reset(statement);
+  return code;
+}
+
 int flesh_study_store_fail(const flesh_study_store *store, const char *doing)
 {
   return flesh_database_fail(store->database, store->path, doing);

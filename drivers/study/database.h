@@ -16,4 +16,8 @@ int flesh_database_allow(const char *path);
  * cannot be done. */
 int flesh_database_fail(sqlite3 *database, const char *path, const char *doing);
 
+/* Executes a statement that has no results with a value for each parameter, by a letter of `kinds`: i an int, l an
+ * sqlite3_int64, d a double, NaN as NULL, t a text or NULL. Returns SQLite's code, SQLITE_DONE where that goes well. */
+int flesh_database_put(sqlite3_stmt *statement, const char *kinds, ...);
+
 #endif

@@ -63,8 +63,8 @@ static void write_plot(FILE *stream, int count, sqlite3_value **values)
   static const char *const axes[] = {"x", "y"};
   const char *texts[6];
   for (int k = 0; k < 6; k++) texts[k] = (const char *)sqlite3_value_text(values[k]);
-  flesh_plot_begin_as(stream, texts[0], count < 8 ? ".png" : (const char *)sqlite3_value_text(values[7]),
-                      sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
+  flesh_plot_begin(stream, texts[0], count < 8 ? ".png" : (const char *)sqlite3_value_text(values[7]),
+                   sqlite3_value_int(values[1]), sqlite3_value_int(values[2]));
   if (count < 7 || sqlite3_value_type(values[6]) != SQLITE_NULL)
     flesh_plot_style(stream, count < 7 || sqlite3_value_int(values[6]));
   if (texts[3]) flesh_plot_title(stream, texts[3]);

@@ -212,24 +212,12 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
              : FLESH_OK;
 }
 
-/* The pictures of a study. */
-typedef struct pictures {
-  int count;
-  flesh_plot_outcome outcome;
-} pictures;
-
-static void draw(void *data, const char *folder, const char *name)
-{
-  pictures *p = data;
-  p->count++;
-  flesh_plot_note(&p->outcome, flesh_plot_draw(folder, name));
-}
-
 /* The study's SQL makes them, and says which bodies are drawn. */
 static int make_results(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran,
-                        pictures *made)
+                        flesh_plot_outcome *made)
 {
-  const flesh_results to = {options->out, !ran || ran == FLESH_ERR_INTERRUPTED, options->quiet, NULL, ran ? NULL : draw, made};
+  const flesh_results to = {options->out, !ran || ran == FLESH_ERR_INTERRUPTED, options->quiet, NULL,
+                            ran ? NULL : flesh_plot_draw_noted, made};
   int status = flesh_study_store_make_views(store);
   if (study->facts && !status)
     status = flesh_study_store_execute(store, "CREATE TEMP TABLE IF NOT EXISTS facts (number INTEGER PRIMARY KEY, data TEXT)");
@@ -243,23 +231,23 @@ static int make_results(const flesh_study *study, flesh_study_store *store, cons
     free(text);
   }
   if (!status) status = flesh_results_make(store->database, store->path, study->results, &to);
-  if (!status && !ran && study->body) flesh_study_draw_bodies(study, store->database, options->out, &made->outcome);
+  if (!status && !ran && study->body) flesh_study_draw_bodies(study, store->database, options->out, made);
   return status;
 }
 
 int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran)
 {
   char words[1024];
-  pictures made = {0};
+  flesh_plot_outcome made = {0};
   const char *out = options->out;
   snprintf(words, sizeof words, "%s", flesh_error_text());
   int status = make_results(study, store, options, ran, &made);
   if (ran) return flesh_fail(ran, "%s", words);
-  if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made.outcome));
+  if (!status) status = flesh_plot_accept(study->name, flesh_plot_ended(&made));
   if (!status && !options->quiet && (study->body || made.count))
     printf("\nresults: %s/%s.csv, %s/%s, %s %s/*.png\n", out, study->table ? study->table : study->name, out,
            study->words ? study->words : "verdict.txt",
-           made.outcome.status ? "what could be drawn of the pictures" : "pictures", out);
+           made.status ? "what could be drawn of the pictures" : "pictures", out);
   return status;
 }
 

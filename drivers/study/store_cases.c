@@ -10,6 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/json_memory.h"
+#include "study/database.h"
 #include "study/tables.h"
 
 static int claim(flesh_study_store *store, int *number)
@@ -41,11 +42,7 @@ static int write_rows(flesh_study_store *store, int number, const json_t *rows)
   const json_t *row;
   json_array_foreach((json_t *)rows, index, row) {
     char *text = json_dumps(row, JSON_COMPACT);
-    sqlite3_bind_int(store->row, 1, number);
-    sqlite3_bind_int64(store->row, 2, (sqlite3_int64)index + 1);
-    sqlite3_bind_text(store->row, 3, text, -1, SQLITE_STATIC);
-    int code = sqlite3_step(store->row);
-    sqlite3_reset(store->row);
+    const int code = flesh_database_put(store->row, "iit", number, (int)index + 1, text);
     free(text);
     if (code != SQLITE_DONE) return flesh_study_store_fail(store, "cannot be written");
   }
@@ -56,16 +53,11 @@ static int write_record(flesh_study_store *store, int number, const json_t *reco
 {
   const json_t *result = json_object_get(record, "result"), *rows = json_object_get(record, "rows");
   char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
-  sqlite3_stmt *finish = store->finish;
-  sqlite3_bind_text(finish, 1, json_string_value(json_object_get(record, "status")), -1, SQLITE_STATIC);
-  sqlite3_bind_int64(finish, 2, json_integer_value(json_object_get(record, "exit_code")));
-  sqlite3_bind_text(finish, 3, json_string_value(json_object_get(record, "message")), -1, SQLITE_STATIC);
-  sqlite3_bind_double(finish, 4, seconds);
-  sqlite3_bind_text(finish, 5, text, -1, SQLITE_STATIC);
-  sqlite3_bind_int(finish, 6, number);
-  sqlite3_bind_text(finish, 7, store->worker, -1, SQLITE_STATIC);
-  int status = sqlite3_step(finish) == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
-  sqlite3_reset(finish);
+  const int code = flesh_database_put(store->finish, "titdtit", json_string_value(json_object_get(record, "status")),
+                                      (int)json_integer_value(json_object_get(record, "exit_code")),
+                                      json_string_value(json_object_get(record, "message")), seconds, text, number,
+                                      store->worker);
+  const int status = code == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
   free(text);
   return status || !rows ? status : write_rows(store, number, rows);
 }

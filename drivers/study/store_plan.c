@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "scene/words.h"
+#include "study/database.h"
 #include "study/tables.h"
 
 void flesh_study_case_free(flesh_study_case *made)
@@ -89,12 +90,7 @@ static int plan_case(planner *p, int number)
     code = insert(p, number, &c, key.data, overrides.data);
     id = sqlite3_last_insert_rowid(p->store->database);
   }
-  if (!status && code == SQLITE_DONE) {
-    sqlite3_bind_int64(p->want, 1, id);
-    sqlite3_bind_int(p->want, 2, number);
-    code = sqlite3_step(p->want);
-    sqlite3_reset(p->want);
-  }
+  if (!status && code == SQLITE_DONE) code = flesh_database_put(p->want, "li", id, number);
   if (code != SQLITE_DONE) status = flesh_study_store_fail(p->store, "cannot be written");
   free(key.data);
   free(overrides.data);

@@ -60,15 +60,10 @@ static int make_tables(picture *p)
       p->z ? p->z : p->y, of_cases ? " END" : "", p->table, p->where ? p->where : "1"));
 }
 
-static void note_drawn(void *outcome, const char *folder, const char *name)
-{
-  flesh_plot_note(outcome, flesh_plot_draw(folder, name));
-}
-
 static int draw(picture *p)
 {
   flesh_plot_outcome outcome = {0};
-  const flesh_results to = {.out = p->folder, .picture = p->name, .draw = note_drawn, .data = &outcome};
+  const flesh_results to = {.out = p->folder, .picture = p->name, .draw = flesh_plot_draw_noted, .data = &outcome};
   const char *const sql[] = {flesh_own_text("plot_ticks"),
                              flesh_own_text(p->z ? "plot_heat" : "plot_lines"), NULL};
   int status = make_tables(p);

@@ -33,7 +33,7 @@ static int draw(const char *name, const char *text, const char *csv, const char 
   flesh_file file;
   const int status = flesh_plot_open(folder, name, ".gp", &file);
   if (status) return status;
-  flesh_plot_begin(file.stream, name, 960, 600);
+  flesh_plot_begin(file.stream, name, ".png", 960, 600);
   flesh_plot_style(file.stream, 1);
   flesh_plot_title(file.stream, text);
   flesh_plot_label(file.stream, "x", text);
