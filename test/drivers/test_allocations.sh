@@ -54,29 +54,29 @@ fault_of() { # EXIT CODE
   fi
 }
 
-attempt() { # FAIL_AT ON COMMAND...
-  number_k=$1 further=$2
-  shift 2
+# Runs the program with an allocation that fails, 0: none, and those after it if ON is 1; `ended` is its exit code.
+attempt() { # FAIL_AT ON
   { [ ! -e out ] && [ ! -e made.node ] && [ ! -e made.ele ]; } || rm -rf out made.*
-  timeout -k 1 1800 env FLESH_FAIL_AT="$number_k" FLESH_FAIL_ON="$further" LD_PRELOAD="$shim" "$flesh" "$@" >stdout.txt \
-    2>stderr.txt
+  echo "$1 $2" >&5
+  read -r ended <&6 || ended=127
 }
 
 # every STRIDE COMMAND...: with every STRIDE-th allocation failing.
 every() {
   stride=$1 faults=0 crashes=0 refusals=0
   shift
-  FLESH_FAIL_COUNT=$work/count.txt
-  export FLESH_FAIL_COUNT
-  attempt 0 0 "$@" || { cat stderr.txt; return 1; }
-  unset FLESH_FAIL_COUNT
+  rm -f asked answer
+  mkfifo asked answer || return 1
+  env FLESH_FAIL_EACH=1 FLESH_FAIL_COUNT="$work/count.txt" LD_PRELOAD="$shim" "$flesh" "$@" 3<asked 4>answer &
+  exec 5>asked 6<answer
+  attempt 0 0
+  [ "$ended" -eq 0 ] || { cat stderr.txt; return 1; }
   given >wanted.txt
   count=$(cat count.txt)
   for on in 0 1; do
     k=$((1 + on * stride / 2))
     while [ "$k" -le "$count" ]; do
-      attempt "$k" "$on" "$@"
-      ended=$?
+      attempt "$k" "$on"
       [ "$ended" -lt 124 ] || crashes=$((crashes + 1))
       [ "$ended" -ne 1 ] || refusals=$((refusals + 1))
       fault_of "$ended" >fault.txt
@@ -89,6 +89,8 @@ every() {
       k=$((k + stride))
     done
   done
+  exec 5>&- 6<&-
+  wait
   echo "$1: $count allocations, every $stride: $refusals refused, $crashes crashes of known kinds, $faults faults"
   [ "$refusals" -gt 0 ] && [ "$faults" -eq 0 ]
 }
