@@ -24,6 +24,8 @@
 /* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. With .3 of it the tets to
  * whose errors recovery is blind stayed as they were. */
 static const double marked_share = 0.6;
+/* Where the bar is at most so many times what is allowed, half of that share is enough, and the last mesh has fewer dofs. */
+static const double nearly_allowed = 1.5;
 /* A bar by data/results/error_bars.md: the meshes that it looks back on have at least this share of the last one's dofs, and
  * of the first one's at least so many; factors of the distance from their limit and of their scatter, of the sizes of the
  * estimate by recovery, and of the former two where there is no estimate. */
@@ -277,12 +279,13 @@ static int refine(adapt *a, const double *indicators)
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
   int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : flesh_no_memory();
+  const double share = a->list[a->levels - 1].bar <= nearly_allowed * allowed(a) ? marked_share / 2 : marked_share;
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL, *smooth = NULL;
   for (int t = 0; t < tets && !status; t++) order[t] = t, total += fabs(indicators[t]);
   ordered = indicators;
   if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
-  for (int k = 0; k < tets && !status && (!k || sum < marked_share * total); k++) {
+  for (int k = 0; k < tets && !status && (!k || sum < share * total); k++) {
     halvings[order[k]] = 1;
     sum += fabs(indicators[order[k]]);
   }
