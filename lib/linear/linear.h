@@ -31,7 +31,7 @@ typedef struct flesh_linear {
   void (*pcg_space_destroy)(flesh_pcg_space **space);
   size_t (*pcg_space_memory)(const flesh_pcg_space *space);
   int (*pcg)(flesh_pcg_space *space, const flesh_pcg_request *request, double *x, flesh_pcg_result *result);
-  double (*pcg_model_error)(const flesh_pcg_space *space, const double *r);
+  double (*pcg_model_error)(const flesh_pcg_space *space, const double *weights, const double *r);
   int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
                         flesh_product *product);
   void (*product_clear)(flesh_product *product);

@@ -228,7 +228,7 @@ static int iterate(flesh_pcg_space *self, flesh_pcg_work *w, flesh_pcg_result *r
 
 typedef struct comparison {
   const flesh_pcg_space *space;
-  const double *r;
+  const double *weights, *r;
 } comparison;
 
 static void compare(void *data, int chunk)
@@ -240,17 +240,19 @@ static void compare(void *data, int chunk)
   flesh_pcg_range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const double *r = c->r + 3 * (size_t)self->product.rows[i];
-    const flesh_double4 difference =
+    flesh_double4 difference =
         self->unit * flesh_pcg_get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
+    const double *w = c->weights + 3 * (size_t)self->product.rows[i];
+    if (c->weights) difference *= (flesh_double4){w[0], w[1], w[2], 0};
     square += difference * difference;
   }
   self->squares[chunk] = (square[0] + square[1]) + square[2];
 }
 
-double flesh_pcg_model_error(const flesh_pcg_space *self, const double *r)
+double flesh_pcg_model_error(const flesh_pcg_space *self, const double *weights, const double *r)
 {
   double sum = 0;
-  flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, r});
+  flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, weights, r});
   for (int k = 0; k < self->chunks; k++) sum += self->squares[k];
   flesh_team_sum(self->team, 1, &sum);
   return sqrt(sum);

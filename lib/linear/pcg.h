@@ -24,6 +24,6 @@ FLESH_PER_ISA int flesh_pcg(flesh_pcg_space *space, const flesh_pcg_request *req
 
 /* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model predicts where x
  * leads. Before the first solve || r ||_2. */
-FLESH_PER_ISA double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
+FLESH_PER_ISA double flesh_pcg_model_error(const flesh_pcg_space *space, const double *weights, const double *r);
 
 #endif

@@ -260,6 +260,6 @@ int flesh_direction_precondition(flesh_direction *self, double *z)
 
 double flesh_direction_model_error(const flesh_direction *self, const double *r)
 {
-  return self->pcg && !self->by_factor ? self->linear->pcg_model_error(self->pcg, r)
-                                       : flesh_norm(self->equations->threads, self->equations->n, r);
+  return self->pcg && !self->by_factor ? self->linear->pcg_model_error(self->pcg, self->equations->weights, r)
+                                       : flesh_equations_norm(self->equations, r);
 }

@@ -445,6 +445,6 @@ int flesh_equations_load_norm(flesh_equations *self, const double *u, double *no
   int status = flesh_system_load(self->system, &point, r);
   if (status) return status;
   for (int k = 0; k < self->constrained.count; k++) r[self->constrained.dofs[k]] = 0;
-  *norm = flesh_norm(self->threads, self->n, r);
+  *norm = flesh_equations_norm(self, r);
   return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
 }

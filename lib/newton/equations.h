@@ -34,6 +34,7 @@ typedef struct flesh_equations {
   int patterns; /* how often K has got another pattern */
   int far_away; /* from the origin, so that the elements take positions less those of a node */
   int refused;  /* status of the stage's last residual that had no value; 0: none */
+  const double *weights; /* [n] of residuals in their norms, borrowed; NULL: ones */
   double *scratch; /* [4*n] of the functions that say so */
   /* [n] of what tries a step, one after the other: where it leads, and what else is needed there. */
   double *trial, *work[2], *proposal;
@@ -110,6 +111,8 @@ void flesh_equations_keep_gaps(flesh_equations *equations, double *u);
  * `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);
 
+/* 2-norm of r [n] by the weights of residuals, as are those below. Overwrites `scratch`. */
+double flesh_equations_norm(flesh_equations *equations, const double *r);
 /* 2-norm of the applied load over the free dofs at u. Overwrites `scratch`. */
 int flesh_equations_load_norm(flesh_equations *equations, const double *u, double *norm);
 /* 2-norm of how far round-off in x, v and a moves the residual. Overwrites `scratch`. */

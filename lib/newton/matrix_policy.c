@@ -107,7 +107,7 @@ static int serves_twice(const flesh_matrix_policy *self, double norm)
 
 int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double *r)
 {
-  const double before = self->smallest_norm, norm = flesh_norm(self->equations->threads, self->equations->n, r);
+  const double before = self->smallest_norm, norm = flesh_equations_norm(self->equations, r);
   if (!usable || !(norm > 0)) return 0;
   if (!(before > 0)) {
     if (!uses(self, FLESH_TECHNIQUE_MATRICES_ACROSS_STEPS) || !drifts_little(self, norm)) return 0;

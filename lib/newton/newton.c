@@ -304,11 +304,11 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
 
 /* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
  * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
-static int arrives(const flesh_newton *self, const flesh_step *step)
+static int arrives(flesh_newton *self, const flesh_step *step)
 {
   if (!(self->given_target > 0 && self->given_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
   const double inertia = self->given_mass * self->equations.stage.shift.a;
-  return fmax(inertia * flesh_norm(self->threads, self->equations.n, step->p), self->direction.residual) <= self->policy.target;
+  return fmax(inertia * flesh_equations_norm(&self->equations, step->p), self->direction.residual) <= self->policy.target;
 }
 
 /* Whether the step had to be cut, although the whole of it is less than the last digit of positions: no other one leads on. */
@@ -330,7 +330,7 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   self->direction.iterations = 0;
   if (flesh_newton_asked_to_stop(self)) return self->stopped;
   if (self->search.stalls) return FLESH_NOT_CONVERGED;
-  const double norm = flesh_norm(self->threads, self->equations.n, b);
+  const double norm = flesh_equations_norm(&self->equations, b);
   const int arrived = self->arrived;
   const int at_round_off = !arrived && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->still);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);

@@ -34,7 +34,7 @@ double flesh_equations_residual_round_off(flesh_equations *self, const double *u
   self->stats->residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;
   for (int d = 0; d < self->n; d++) moved[d] = self->constrained.is[d] ? 0 : moved[d] - exact[d];
-  return flesh_norm(self->threads, self->n, moved);
+  return flesh_equations_norm(self, moved);
 }
 
 double flesh_equations_potential_round_off(flesh_equations *self, const double *u)

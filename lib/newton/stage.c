@@ -53,6 +53,13 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   newton->began = guess;
 }
 
+double flesh_equations_norm(flesh_equations *self, const double *r)
+{
+  if (!self->weights) return flesh_norm(self->threads, self->n, r);
+  for (int d = 0; d < self->n; d++) self->scratch[d] = self->weights[d] * r[d];
+  return flesh_norm(self->threads, self->n, self->scratch);
+}
+
 /* Judges the iteration's end at u: FLESH_OK if it has converged or counts as such. */
 static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u, double target,
                  flesh_solve_stats *stats)
@@ -62,7 +69,7 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   if (end == FLESH_ITERATION_UNDEFINED) return equations->refused ? equations->refused : FLESH_NOT_CONVERGED;
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
   if (status) return status;
-  const double norm = flesh_norm(newton->threads, equations->n, equations->evaluation.residual.r);
+  const double norm = flesh_equations_norm(equations, equations->evaluation.residual.r);
   stats->residual_last = norm;
   if (norm <= target || newton->arrived) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
@@ -91,7 +98,7 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
   if (newton->options.line_search == FLESH_LINE_SEARCH_POTENTIAL)
     flesh_equations_evaluate(equations, u, &phi, &size);
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
-  *norm = status ? 0 : flesh_norm(newton->threads, equations->n, equations->evaluation.residual.r);
+  *norm = status ? 0 : flesh_equations_norm(equations, equations->evaluation.residual.r);
   return status;
 }
 
@@ -130,7 +137,7 @@ static int freeze(flesh_stage_solve *self)
   if (self->status) return 0;
   self->stats->residual_last = norm;
   for (int d = 0; d < newton->equations.n && arrived; d++) change[d] -= r[d];
-  newton->arrived = arrived && flesh_norm(newton->threads, newton->equations.n, change) <= self->last_target;
+  newton->arrived = arrived && flesh_equations_norm(&newton->equations, change) <= self->last_target;
   return norm > self->last_target && !newton->arrived && aim(self, norm);
 }
 

@@ -26,7 +26,7 @@ struct flesh_nonlinear {
   void *kinsol;
   SUNMatrix matrix;
   SUNLinearSolver solver;
-  N_Vector u, ones;
+  N_Vector u, scale; /* the weights of residuals */
   flesh_nonlinear *few; /* of the systems of few nodes; NULL: there are none */
   /* All vectors of KINSOL in a solver for systems of few nodes, whose problem is another every time. */
   N_Vector vectors[CLONES + 2];
@@ -68,14 +68,14 @@ static int make_kinsol(flesh_nonlinear *self, int n, const flesh_solver_options 
   self->u = N_VNew_Serial(n, self->context);
   if (self->u && !flesh_vector_quicken(self->u, self->problem->newton.threads)) {
     self->u->ops->nvmaxnorm = two_norm;
-    self->ones = flesh_vector_clone(self->u);
+    self->scale = flesh_vector_clone(self->u);
   }
   self->kinsol = KINCreate(self->context);
-  if (!self->u || !self->ones || !self->kinsol)
+  if (!self->u || !self->scale || !self->kinsol)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
   flesh_sundials_silence(self->context, self->kinsol);
   N_VConst(0, self->u);
-  N_VConst(1, self->ones);
+  N_VConst(1, self->scale);
   int status = flesh_sunmatrix_create(self->problem, self->context, &self->matrix);
   if (!status) status = flesh_sunlinsol_create(self->problem, self->context, &self->solver);
   return status ? status : begin_kinsol(self, options);
@@ -92,7 +92,7 @@ static int create_few(const flesh_solver_options *options, flesh_nonlinear **few
     status = flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL wants more than %d vectors", CLONES);
   if (status) return status;
   self->vectors[self->vector_count++] = self->u;
-  self->vectors[self->vector_count++] = self->ones;
+  self->vectors[self->vector_count++] = self->scale;
   return FLESH_OK;
 }
 
@@ -134,7 +134,7 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
   if (self->kinsol) KINFree(&self->kinsol);
   if (self->solver) SUNLinSolFree(self->solver);
   if (self->matrix) SUNMatDestroy(self->matrix);
-  if (self->ones) N_VDestroy(self->ones);
+  if (self->scale) N_VDestroy(self->scale);
   if (self->u) N_VDestroy(self->u);
   if (self->context) SUNContext_Free(&self->context);
   flesh_problem_destroy(&self->problem);
@@ -173,7 +173,7 @@ void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol;
 
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
 {
-  /* KINSOL clones seven vectors of its own beside u and ones. */
+  /* KINSOL clones seven vectors of its own beside u and scale. */
   return sizeof *self + (self->few ? sizeof *self->few : 0) + flesh_problem_memory(self->problem) +
          9 * (size_t)self->problem->newton.equations.n * sizeof(double);
 }
@@ -194,6 +194,20 @@ int flesh_nonlinear_archive(flesh_nonlinear *self, flesh_archive *archive)
 void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
 {
   self->problem->newton.given_target = target;
+}
+
+void flesh_nonlinear_weigh(flesh_nonlinear *self, const double *weights)
+{
+  flesh_equations *equations = &self->problem->newton.equations;
+  double *own = N_VGetArrayPointer(self->scale);
+  if (weights) memcpy(own, weights, (size_t)equations->n * sizeof *own);
+  else if (equations->weights) N_VConst(1, self->scale);
+  equations->weights = weights ? own : NULL;
+}
+
+double flesh_nonlinear_norm(flesh_nonlinear *self, const double *r)
+{
+  return flesh_equations_norm(&self->problem->newton.equations, r);
 }
 
 void flesh_nonlinear_set_depth(flesh_nonlinear *self, double of_first, double of_load, double of_node)
@@ -238,7 +252,7 @@ static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
   const long left = options->max_newton - allowed->used;
   if (left <= 0) return KIN_MAXITER_REACHED;
   if (left < most) KINSetNumMaxIters(self->kinsol, left);
-  const int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
+  const int flag = KINSol(self->kinsol, self->u, strategy, self->scale, self->scale);
   if (left < most) KINSetNumMaxIters(self->kinsol, most);
   return flag;
 }
@@ -287,7 +301,7 @@ static int hand_system(flesh_nonlinear *few, const flesh_system *system, const f
   double *values = flesh_huge_pages_vectors((size_t)few->vector_count, (size_t)n, &apart);
   if (!values) return flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
   for (int k = 0; k < few->vector_count; k++) flesh_vector_attach(few->vectors[k], n, values + (size_t)k * apart);
-  N_VConst(1, few->ones);
+  N_VConst(1, few->scale);
   few->problem->staged = few->problem->zeroed = 0;
   failed |= KINSetNumMaxIters(few->kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
   failed |= KINSetEtaConstValue(few->kinsol, options->linear_tolerance);

@@ -27,6 +27,10 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
 /* From now on solves go as deep as to a residual of this norm, N: those that follow one whose target it was. 0: as deep
  * as the options say. */
 void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
+/* From now on norms of residuals are by these weights [3*n], which are copied; NULL: by ones. */
+void flesh_nonlinear_weigh(flesh_nonlinear *nonlinear, const double *weights);
+/* The norm of residuals r [3*n]. */
+double flesh_nonlinear_norm(flesh_nonlinear *nonlinear, const double *r);
 /* Solves to such a target go at least as deep as to these shares of their first residual and, where there is a load, of the
  * larger one of both: 1 and INFINITY unless they are set. They end with a step of which the inertia is such a residual, if a
  * node has the mass `of_node`, kg; 0: none does. */

@@ -178,7 +178,7 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
   if (status) return status;
   const double forces = flesh_norm(evaluation->threads, evaluation->n, own);
   for (int d = 0; d < evaluation->n; d++) lagged[d] -= own[d];
-  *off = flesh_norm(evaluation->threads, evaluation->n, lagged) > (allowed > 0 ? allowed : little * forces);
+  *off = flesh_nonlinear_norm(self->nonlinear, lagged) > (allowed > 0 ? allowed : little * forces);
   return FLESH_OK;
 }
 
@@ -263,7 +263,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control, &stage->shift, trial->row->swings)
                                          : self->part.gap;
   if (controlled && !self->part.softer)
-    flesh_nonlinear_set_target(self->nonlinear, flesh_error_control_target(&self->control, &stage->shift));
+    flesh_error_control_set_target(&self->control, &stage->shift);
   int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
@@ -275,6 +275,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
     status = follow_lag(self, stage, &from, end, allowed, stats);
     if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->part.blocked);
   }
+  flesh_nonlinear_weigh(self->nonlinear, NULL);
   return status;
 }
 

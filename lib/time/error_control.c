@@ -180,14 +180,15 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
                                          self->local * self->length, self->force);
 }
 
-double flesh_error_control_target(const flesh_error_control *self, const flesh_shift *shift)
+void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift *shift)
 {
   /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. Residuals of
    * many steps add up like errors, but less in step: two thirds of the power. In what flies they add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
-  const double momentum = self->largest > 1 ? fmin(1, impulses_of(self) / self->local) : 1;
-  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth * momentum;
-  return part * self->local / self->largest * self->length * self->mass / (sqrt(self->nodes) * g * fmax(g, self->period));
+  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
+  const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);
+  if (self->weights.count > 1) flesh_nonlinear_weigh(self->nonlinear, self->force);
+  flesh_nonlinear_set_target(self->nonlinear, part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last));
 }
 
 double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1, self->impulses / self->local); }

@@ -66,8 +66,8 @@ double flesh_error_control_brief(const flesh_error_control *control, double h);
 double flesh_error_control_propose(const flesh_error_control *control, double left);
 /* A step of h comes from the state, whose error is to add up to the tolerance, by a method of that order. */
 void flesh_error_control_aim(flesh_error_control *control, int order, const flesh_state *state, double h);
-/* The residual that a stage with this shift may leave, N: so much that it makes a part of the error allowed. */
-double flesh_error_control_target(const flesh_error_control *control, const flesh_shift *shift);
+/* Stages to come, with this shift, may leave such residuals as make a part of the error allowed. */
+void flesh_error_control_set_target(flesh_error_control *control, const flesh_shift *shift);
 /* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do. */
 double flesh_error_control_slip(const flesh_error_control *control);
 /* Whether steps are refused for their energy time and again: shorter ones do not help. */

@@ -149,7 +149,8 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   static const double little = 1e-6; /* strain */
   const double scale = little / length;
   double *u = room[0], *r = room[2];
-  for (int p = 0; p < weights->count; p++) weights->of[p] = (flesh_part_weight){.length = length, .period = period, .times = 1};
+  const flesh_part_weight like_all = {.length = length, .period = period, .lasts = period, .times = 1};
+  for (int p = 0; p < weights->count; p++) weights->of[p] = like_all;
   if (weights->count == 1) return;
   tie(weights, system);
   bend(weights, system, u);
@@ -173,8 +174,10 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   for (int p = 0; p < weights->count; p++) {
     const double *s = weights->sums + SUMS * p;
     const double bent = s[2] - (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]) / s[1]; /* without its mean, a rigid motion */
-    if (s[0] > 0 && bent > 0) weights->of[p].period = sqrt(bent / s[0]);
+    if (s[0] > 0 && bent > 0) weights->of[p].period = weights->of[p].lasts = sqrt(bent / s[0]);
   }
+  for (int p = 0; p < weights->count; p++)
+    if (weights->tied[p] != p) weights->of[p].lasts = weights->of[weights->tied[p]].lasts = period;
 }
 
 void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t)
@@ -293,4 +296,23 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
     const double times = p < 0 ? 0 : weights->of[p].times * (velocities ? weights->of[p].period : 1);
     for (int c = 0; c < 3; c++) weighted[3 * i + c] = times * e[3 * i + c];
   }
+}
+
+/* For how long the velocity that a residual makes in a stage by g leads a part astray. In what flies residuals add up like
+ * impulses, by up to `most` times as much as errors. */
+static double of_residuals(const flesh_part_weight *part, double g, double most)
+{
+  return part->times * fmin(part->times, most) * fmax(g, part->lasts);
+}
+
+double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double g, double most, double *of)
+{
+  double least = INFINITY;
+  for (int p = 0; p < weights->count; p++) least = fmin(least, of_residuals(&weights->of[p], g, most));
+  for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh) && weights->count > 1; i++) {
+    const int p = part_of(weights, i);
+    const double counts = p < 0 ? 1 : of_residuals(&weights->of[p], g, most) / least;
+    for (int c = 0; c < 3; c++) of[3 * i + c] = counts;
+  }
+  return least;
 }

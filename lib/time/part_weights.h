@@ -7,6 +7,7 @@
 
 typedef struct flesh_part_weight {
   double length, period; /* m, its longest side at rest; s over 2 pi, of its bending */
+  double lasts;          /* s, of velocities: the period, or where it is tied to others the body's */
   double held;           /* 1: along each axis something holds it or what is tied to it, 0 */
   double fastest;        /* m/s, by root mean square, so far */
   double lately;         /* m/s, likewise, along its load where there is one, and not long ago */
@@ -45,5 +46,8 @@ void flesh_part_weights_clear_contact(flesh_part_weights *weights);
 void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces);
 /* weighted [3*nodes] = errors e as often as they count: of positions, m, or, `velocities`, m/s, each for its part's period. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);
+/* For how long, s, residuals of stages by g, s, lead a part astray at least, and where there are several, in of [3*nodes] how
+ * many times that those of each do. They count up to `most` times as often as errors. */
+double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double g, double most, double *of);
 
 #endif

@@ -276,7 +276,7 @@ static void conjugate_gradients(void)
 
     /* How far a residual is from the one predicted. */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
-    CHECK_NEAR(linear->pcg_model_error(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
+    CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
@@ -362,7 +362,7 @@ static void conjugate_gradients_in_single_precision(void)
       }
       /* How far a residual is from the one predicted. */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
-      CHECK_NEAR(linear->pcg_model_error(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
+      CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
       /* A preconditioner of another scale: what was rounded does not serve. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 64;
       CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));

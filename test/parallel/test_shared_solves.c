@@ -137,7 +137,7 @@ static void run(const problem *p, int which, solve *s)
   else memcpy(s->x, x, (size_t)p->whole.n * sizeof *x);
   s->residual = residual_of(p, s, r);
   for (int d = 0; d < p->own.n && which == PART; d++) x[d] = r[3 * flesh_rank_part_nodes(p->part)[d / 3] + d % 3];
-  s->gap = linear->pcg_model_error(space, which == PART ? x : r);
+  s->gap = linear->pcg_model_error(space, NULL, which == PART ? x : r);
   linear->pcg_space_destroy(&space);
   linear->preconditioner_destroy(&preconditioner);
   free(x);

@@ -162,7 +162,8 @@ static void errors_of_a_cube_beside_a_held_one_follow_the_tolerance(void) { foll
 
 static void errors_of_half_a_body_follow_the_tolerance(void) { follow_the_tolerance(half, 0.1, 1e-6, 8); }
 
-/* A weld makes a part as held as what it is welded to, and no other part: errors of that count often. */
+/* A weld makes a part as held as what it is welded to, and no other part: errors of that count often. The residuals of what is
+ * held do not: that would take 730 iterations. */
 static void parts_are_held_by_what_they_are_welded_to(void)
 {
   int n, newton[2];
@@ -170,7 +171,7 @@ static void parts_are_held_by_what_they_are_welded_to(void)
   free(run(beside_welded, "adaptive, tolerance: 1e-2", 0.05, &n, &newton[1]));
   printf("# %d Newton iterations, %d beside a free cube\n", newton[0], newton[1]);
   CHECK(newton[0] < 150);
-  CHECK(newton[1] > 450);
+  CHECK(newton[1] > 450 && newton[1] < 620);
 }
 
 static void errors_of_waves_follow_the_tolerance(void) { follow_the_tolerance(stopped, 4, 1e-5, 3); }
