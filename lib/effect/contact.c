@@ -32,13 +32,19 @@ typedef struct node_friction {
 
 /* The velocity of the obstacle under a node that touched it at y when lagged. Where it has turned since, a node that stuck is
  * carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's mean velocity
- * counts: y itself would turn friction as far as the obstacle turns. */
+ * counts: y itself would turn friction as far as the obstacle turns. Statics take the mean of a step, as at its end the
+ * obstacle may rest. */
 static void velocity_under(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
                            const flesh_point *point, int i, double y[3], double v[3])
 {
   /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
   const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
   const double half = (point->t - point->lagged.t) / 2, *was = point->lagged.x + i, *speed = point->lagged.v + i;
+  const double past = flesh_environment_of(point)->past;
+  if (past > 0) {
+    flesh_obstacle_mean_velocity(self->obstacle, point->t - past, point->t, was, v);
+    return;
+  }
   if (memcmp(frame->R, lagged->R, sizeof frame->R)) {
     double slip = 0, now[3];
     flesh_obstacle_velocity(self->obstacle, point->lagged.t, y, v);

@@ -33,6 +33,7 @@ typedef struct flesh_environment {
    * bonds hold (flesh_bond.variable); NULL everywhere else. */
   const double *all_internal;
   int starts; /* 1: steps begin at the point; velocities that jump there are those that follow, else those before */
+  double past; /* s: velocities of obstacles are their means over so long, a step of statics, before the point; 0: they are not */
   int within_step; /* 1: an update of internal variables is not that at a step's end, or at an event, but of a part of it */
 } flesh_environment;
 
@@ -44,10 +45,10 @@ static inline const flesh_environment *flesh_environment_of(const flesh_point *p
 }
 
 /* The part of an environment that holds for the effects of another system at the same point, too. */
-static inline const flesh_environment *flesh_environment_elsewhere(const flesh_point *point)
+static inline flesh_environment flesh_environment_elsewhere(const flesh_point *point)
 {
-  static const flesh_environment start = {.starts = 1};
-  return flesh_environment_of(point)->starts ? &start : NULL;
+  const flesh_environment *own = flesh_environment_of(point);
+  return (flesh_environment){.starts = own->starts, .past = own->past};
 }
 
 /* Positions of which differences alone count. */

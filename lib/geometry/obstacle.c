@@ -162,6 +162,24 @@ void flesh_obstacle_velocity(const flesh_obstacle *obstacle, double t, const dou
   if (flesh_obstacle_moves(obstacle)) flesh_motion_rates(&obstacle->motion, t, y, v, a);
 }
 
+/* Exact for translations: their velocities are quadratic between keyframes. */
+void flesh_obstacle_mean_velocity(const flesh_obstacle *obstacle, double begin, double end, const double x[3], double v[3])
+{
+  double y[3], part[3], to;
+  flesh_frame frame;
+  v[0] = v[1] = v[2] = 0;
+  for (double from = begin; from < end; from = to) {
+    to = fmin(end, flesh_obstacle_next_event(obstacle, from));
+    for (int k = -1; k <= 1; k += 2) {
+      const double t = (from + to) / 2 + k * (to - from) / sqrt(12); /* Gauss & Legendre's points */
+      flesh_obstacle_frame(obstacle, t, &frame);
+      flesh_frame_enter(&frame, x, y);
+      flesh_obstacle_velocity(obstacle, t, y, part);
+      for (int c = 0; c < 3; c++) v[c] += (to - from) / (2 * (end - begin)) * part[c];
+    }
+  }
+}
+
 double flesh_obstacle_next_event(const flesh_obstacle *obstacle, double t)
 {
   return flesh_motion_next_event(&obstacle->motion, t);

@@ -21,6 +21,8 @@ int flesh_obstacle_moves(const flesh_obstacle *obstacle);
 /* Velocity at time t of the obstacle's point that rests at y. */
 void flesh_obstacle_velocity(const flesh_obstacle *obstacle, double t, const double y[3],
                              double v[3]);
+/* Its mean from begin to end at the place x, of what is there. */
+void flesh_obstacle_mean_velocity(const flesh_obstacle *obstacle, double begin, double end, const double x[3], double v[3]);
 double flesh_obstacle_next_event(const flesh_obstacle *obstacle, double t);
 /* Bytes it holds. */
 size_t flesh_obstacle_memory(const flesh_obstacle *obstacle);

@@ -4,7 +4,6 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "effect/environment.h"
 #include "mesh/pieces.h"
 #include "mesh/torn.h"
 #include "sensitivity/coupling.h"
@@ -75,7 +74,7 @@ flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point
     for (int i = 0; i < apart->n / 3; i++) memcpy(to + 3 * (size_t)i, given[k] + 3 * (size_t)apart->from[i], 3 * sizeof *to);
     *arrays[k] = to;
   }
-  torn.environment = flesh_environment_elsewhere(point);
+  torn.environment = NULL;
   return torn;
 }
 

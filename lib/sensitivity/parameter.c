@@ -171,7 +171,8 @@ int flesh_stage_tangent_force(flesh_stage_tangent *self, const flesh_parameter *
     const flesh_system *other = parameter->systems[k];
     if (!other) continue;
     flesh_point point = self->point;
-    point.environment = flesh_environment_elsewhere(&self->point);
+    const flesh_environment elsewhere = flesh_environment_elsewhere(&self->point);
+    point.environment = &elsewhere;
     status = check_gaps(self, other);
     if (!status && moved) status = find_places(self, other, to, &moved);
     if (!status && moved) point.x = to[0], point.v = to[1], point.a = to[2];

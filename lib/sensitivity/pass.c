@@ -47,7 +47,9 @@ int flesh_pass_force(flesh_motion_pass *p, int k)
 int flesh_pass_linearise(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
-  p->self->tangent.newton->equations.evaluation.environment.starts = 0;
+  flesh_environment *environment = &p->self->tangent.newton->equations.evaluation.environment;
+  environment->starts = 0;
+  environment->past = p->stage.shift.v == 0 ? part->taken.h : 0;
   p->self->tangent.prescribed = part->taken.second && part->taken.own ? &p->self->prescribed : NULL;
   p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
   const double *u = part->solves[solve].u, *at_end = p->self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1];
@@ -69,6 +71,7 @@ int flesh_pass_linearise_start(flesh_motion_pass *p, const flesh_recorded_part *
                            .t_lag = part->taken.begin, .internal = part->internal,
                            .multipliers = part->solves[0].multipliers};
   self->tangent.newton->equations.evaluation.environment.starts = 1;
+  self->tangent.newton->equations.evaluation.environment.past = 0;
   p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
   return flesh_stage_tangent_set(&self->tangent, &p->stage, u, p->follows);
 }

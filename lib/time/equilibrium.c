@@ -308,6 +308,7 @@ static int come_apart(flesh_integrator *self, flesh_state *state, double h, fles
 int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
+  self->evaluation->environment.past = h;
   int status = come_apart(self, state, h, stats);
   if (status || !untangler) return status;
   status = flesh_untangler_after_step(untangler, state, 0);
