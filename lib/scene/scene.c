@@ -260,6 +260,29 @@ static int read_keys(flesh_scene *scene, int count, const char *const *overrides
   return flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
 }
 
+static int has_friction(const flesh_effect_entry *entry)
+{
+  const flesh_key *key = flesh_key_named(entry->row->keys, "friction");
+  return key && *(const double *)((const char *)entry->parameters + key->offset) > 0;
+}
+
+/* Equilibria know no speeds but those of obstacles: friction of all else goes into the scene's warning, as it is 0. */
+static int warn_of_friction(flesh_scene *scene)
+{
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  if (scene->keys.time.method != FLESH_METHOD_STATIC) return FLESH_OK;
+  for (int k = 0; k < scene->keys.effects.count; k++) {
+    if (!has_friction(&entries[k])) continue;
+    const flesh_key *motion = flesh_key_named(entries[k].row->keys, "motion");
+    if (motion && ((const flesh_objects *)((const char *)entries[k].parameters + motion->offset))->count > 1) continue;
+    scene->warning = flesh_arena_print(&scene->arena, "%s%s%s.friction has no effect: in statics there is friction on obstacles "
+                                       "that move only", scene->warning ? scene->warning : "", scene->warning ? "; " : "",
+                                       entries[k].path);
+    if (!scene->warning) return flesh_no_memory();
+  }
+  return FLESH_OK;
+}
+
 static int read_scene(flesh_scene *scene, int count, const char *const *overrides)
 {
   int status = read_keys(scene, count, overrides);
@@ -271,6 +294,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = flesh_scene_make_system(scene);
   if (!status) status = flesh_stop_ask_before((size_t)flesh_mesh_tet_count(scene->mesh));
   if (!status) status = settle_time(scene);
+  if (!status) status = warn_of_friction(scene);
   if (!status) status = read_start(scene);
   if (!status) status = check_output(scene);
   if (!status) status = flesh_scene_make_probes(scene);
@@ -409,19 +433,11 @@ int flesh_scene_write(const flesh_scene *scene, const char *path)
   return status;
 }
 
-static int has_friction(const flesh_scene *scene)
-{
-  const flesh_effect_entry *entries = scene->keys.effects.values;
-  for (int k = 0; k < scene->keys.effects.count; k++) {
-    const flesh_key *key = flesh_key_named(entries[k].row->keys, "friction");
-    if (key && *(const double *)((const char *)entries[k].parameters + key->offset) > 0) return 1;
-  }
-  return 0;
-}
-
 const char *flesh_scene_tangents_refused(const flesh_scene *scene)
 {
   if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
-  if (has_friction(scene)) return "friction makes its equilibria depend on the way to them";
+  for (int k = 0; k < scene->keys.effects.count; k++)
+    if (has_friction(&((const flesh_effect_entry *)scene->keys.effects.values)[k]))
+      return "friction makes its equilibria depend on the way to them";
   return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
 }

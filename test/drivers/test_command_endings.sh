@@ -196,7 +196,8 @@ statics_say_what_holds_no_body() {
   has stderr.txt 'no equilibrium at t = 10 s: with [0-9.]* of the load the part around (.*) m, which' &&
     has stderr.txt 'no pin holds, went 0.[0-9]* m' && has stderr.txt 'in statics friction holds nothing' &&
     has stderr.txt 'advice: a body that no pin holds' &&
-    has stack/result.json '"unfinished_newton": [1-9][0-9][0-9],'
+    has stack/result.json '"unfinished_newton": [1-9][0-9][0-9],' &&
+    has stderr.txt 'effects\[[0-9]\].contact.friction has no effect: in statics there is friction on obstacles that move only'
 }
 
 # Loads that follow a rod's end swing it ever wider: the whole derivative leads to the equilibrium, but is not taken where
@@ -210,6 +211,8 @@ loads_that_follow_for_ever_are_told() {
   sed '/^effects:/r near.txt' rod.yaml >near.yaml && set -- run near.yaml --set body.mesh=rod.msh --no-frames --out
   expect 0 "$flesh" "$@" far --set 'effects.contact.sphere.centre[2]=-50' || return 1
   [ "$(sed 1d far/state.txt)" = "$(sed 1d rod/state.txt)" ] || return 1
+  expect 0 "$flesh" "$@" moved --set 'effects.contact.sphere.centre[2]=-50' --set effects.contact.friction=1 \
+    --set 'effects.contact.motion=[{time: 0}, {time: 1}]' && has moved/result.json '"warning": null' || return 1
   expect 4 "$flesh" "$@" near || return 1
   has stderr.txt 'no equilibrium at t = [0-9.]* s: none is found with 0\.[0-9]* of the loads that follow the surface; ' ||
     return 1
