@@ -24,7 +24,7 @@
 /* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. With .3 of it the tets to
  * whose errors recovery is blind stayed as they were. */
 static const double marked_share = 0.6;
-/* Where the bar is at most so many times what is allowed, half of that share is enough, and the last mesh has fewer dofs. */
+/* Half of that share is enough where the bar is at most so many times the tolerance: the last mesh has fewer dofs. */
 static const double nearly_allowed = 1.5;
 /* A bar by data/results/error_bars.md: the meshes that it looks back on have at least this share of the last one's dofs, and
  * of the first one's at least so many; factors of the distance from their limit and of their scatter, of the sizes of the
