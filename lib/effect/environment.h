@@ -17,12 +17,15 @@ typedef struct flesh_environment {
   const struct flesh_proximity *proximity;
   /* 1: friction is as stiff as its secant to rest (geometry/slip.h), as a step of a solve has been cut. */
   int slips_to_rest;
+  int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
   /* [3*n] positions less those of a node, of a body so far from the origin that x lacks digits of its shape; NULL: x has them
    * all. What depends on differences of positions alone may take these. */
   const double *relative;
-  int tangents; /* 1: of contact, too, derivatives are those at the point, not secants to where a solve may end */
   double unloaded; /* the fraction of loads that follow the shape which is not on yet, as statics raise them alone */
+  double past; /* s: velocities of obstacles are their means over so long, a step of statics, before the point; 0: they are not */
   int update; /* number of the matrix that is predicted for; one is left out where a solve begins */
+  short starts; /* 1: steps begin at the point; velocities that jump there are those that follow, else those before */
+  short within_step; /* 1: an update of internal variables is not that at a step's end, or at an event, but of a part of it */
   /* The flesh_system_ functions set the rest for the effect at hand (system/effect_view.h). */
   void *near;      /* its part of `proximity` */
   void *predicted; /* its memory of predictions (flesh_effect_private.predictions); NULL: there is none */
@@ -32,9 +35,6 @@ typedef struct flesh_environment {
   /* Internal variables of all effects, in which flesh_effect_internal.update of an effect that takes bonds reads whether
    * bonds hold (flesh_bond.variable); NULL everywhere else. */
   const double *all_internal;
-  int starts; /* 1: steps begin at the point; velocities that jump there are those that follow, else those before */
-  double past; /* s: velocities of obstacles are their means over so long, a step of statics, before the point; 0: they are not */
-  int within_step; /* 1: an update of internal variables is not that at a step's end, or at an event, but of a part of it */
 } flesh_environment;
 
 /* The point's environment, never NULL. */
