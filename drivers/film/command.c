@@ -220,9 +220,5 @@ int flesh_command_film(int argc, char **argv)
   flesh_snapshot_close(&f.snapshot);
   free(f.panels);
   free(f.subtitles);
-  if (status == FLESH_ERR_INTERRUPTED) {
-    flesh_command_fail(usage.command, status);
-    return flesh_interrupt_exit_code();
-  }
   return status ? flesh_command_fail(usage.command, status) : 0;
 }

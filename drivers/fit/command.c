@@ -74,7 +74,7 @@ static int read_and_find(const char *path, flesh_fit *fit, int resume)
   const int code = status ? flesh_command_fail("fit", status) : 0;
   flesh_folder_claim_release(&claim);
   flesh_fit_close(fit);
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+  return code;
 }
 
 int flesh_command_fit(int argc, char **argv)

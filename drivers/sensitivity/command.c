@@ -249,7 +249,6 @@ int flesh_command_sensitivity(int argc, char **argv)
     else {
       const int status = answer(&s);
       code = status ? flesh_command_fail(usage.command, status) : 0;
-      if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
     }
   }
   flesh_overrides_close(&s.overrides);

@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/folder.h"
-#include "cli/interrupt.h"
 #include "cli/output.h"
 #include "run/ranks.h"
 
@@ -42,8 +41,7 @@ static int lead(void *data)
   int status = flesh_output_claim(l->out, l->name, &claim);
   if (!status) status = l->compare(l->plan);
   flesh_folder_claim_release(&claim);
-  const int code = status ? flesh_command_fail(l->name, status) : 0;
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+  return status ? flesh_command_fail(l->name, status) : 0;
 }
 
 int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),

@@ -94,8 +94,7 @@ static int sweep_all(void *data)
   }
   if (!status) status = sweep_into(set, &store);
   flesh_study_store_close(&store);
-  const int code = status ? flesh_command_fail("sweep", status) : 0;
-  return status == FLESH_ERR_INTERRUPTED ? flesh_interrupt_exit_code() : code;
+  return status ? flesh_command_fail("sweep", status) : 0;
 }
 
 /* Checks the columns. The reason why no case can be built comes before what its absence makes of them. */

@@ -31,7 +31,7 @@ static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node,
       .name = a->name, .key = a->key, .place = node,
       .values = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)count),
       .nodes = flesh_arena_take(&sweep->arena, sizeof(flesh_node *) * (size_t)count)};
-  return column->values && column->nodes ? FLESH_OK : flesh_sweep_no_memory();
+  return column->values && column->nodes ? FLESH_OK : flesh_no_memory();
 }
 
 static int has_range(const axis *a) { return !isnan(a->from) || !isnan(a->to); }
@@ -86,7 +86,7 @@ static int fill_column(flesh_sweep *sweep, const axis *a, int count)
     column->nodes[k] = node;
     column->values[k] = node ? flesh_setting_value(&sweep->arena, sweep->path, a->key, node)
                              : range_text(sweep, a, count > 1 ? (double)k / (count - 1) : 0);
-    if (!column->values[k]) return flesh_sweep_no_memory();
+    if (!column->values[k]) return flesh_no_memory();
     if (node) node = node->next;
   }
   return FLESH_OK;
@@ -123,7 +123,7 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
   const flesh_node *place = flesh_node_find(node, "axes")->first;
   int dimensions = sample->axes.count, status = FLESH_OK;
   double *points = malloc(sizeof *points * (size_t)dimensions * (size_t)sample->count);
-  if (!points) return flesh_sweep_no_memory();
+  if (!points) return flesh_no_memory();
   status = flesh_sweep_sample(sample->sequence, dimensions, sample->count, sample->skip, sample->seed, points);
   if (status == FLESH_ERR_ARGUMENT) flesh_node_fail_within(status, node, "%s", "");
   for (int d = 0; !status && d < dimensions; d++, place = place->next) {
@@ -140,7 +140,7 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
         column->nodes[k] = flesh_node_item(part->values, item < count ? item : count - 1);
         column->values[k] = flesh_setting_value(&sweep->arena, sweep->path, part->key, column->nodes[k]);
       } else column->values[k] = range_text(sweep, part, u);
-      if (!column->values[k]) status = flesh_sweep_no_memory();
+      if (!column->values[k]) status = flesh_no_memory();
     }
   }
   free(points);
@@ -211,7 +211,7 @@ static int name_columns(flesh_sweep *sweep)
     }
     const char *dot = strrchr(column->key, '.');
     char *whole = flesh_arena_print(&sweep->arena, "%s", column->key);
-    if (!whole) return flesh_sweep_no_memory();
+    if (!whole) return flesh_no_memory();
     for (char *letter = whole; *letter; letter++)
       if (strchr(".[]", *letter)) *letter = '_';
     column->name = whole + (dot ? dot + 1 - column->key : 0);
@@ -230,7 +230,7 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
   const flesh_node *node = flesh_node_find(root, "columns");
   node = node ? node->first : NULL;
   sweep->derived = flesh_arena_take(&sweep->arena, sizeof *sweep->derived * (size_t)s->columns.count);
-  if (!sweep->derived) return flesh_sweep_no_memory();
+  if (!sweep->derived) return flesh_no_memory();
   for (int k = 0; k < s->columns.count; k++, node = node->next) {
     int status = flesh_setting_check_name(node, rows[k].name);
     if (status) return status;
@@ -278,7 +278,7 @@ int flesh_sweep_read(const char *path, flesh_sweep *sweep)
   spec s;
   *sweep = (flesh_sweep){0};
   sweep->path = flesh_arena_print(&sweep->arena, "%s", path);
-  if (!sweep->path) return flesh_sweep_no_memory();
+  if (!sweep->path) return flesh_no_memory();
   int status = flesh_file_load(path, &sweep->text, &size);
   if (status) return status;
   const flesh_keyed_text text = {sweep->path, sweep->text, size, "the spec"};

@@ -39,6 +39,4 @@ int flesh_sweep_check_values(flesh_sweep *sweep);
 /* Computes sweep->fingerprint, a hash of the plan: a sweep may only be gone on with when it is the same. */
 int flesh_sweep_make_fingerprint(flesh_sweep *sweep);
 
-int flesh_sweep_no_memory(void);
-
 #endif

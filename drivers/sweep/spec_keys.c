@@ -95,12 +95,10 @@ void flesh_sweep_describe_keys(FILE *stream)
   flesh_settings_describe(stream, axis_table, axis_table);
 }
 
-int flesh_sweep_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a sweep"); }
-
 int flesh_sweep_check_values(flesh_sweep *sweep)
 {
   const char **overrides = calloc((size_t)sweep->set.count + 1, sizeof *overrides);
-  int status = overrides ? FLESH_OK : flesh_sweep_no_memory();
+  int status = overrides ? FLESH_OK : flesh_no_memory();
   for (int s = 0; !status && s <= sweep->set.count; s++) {
     if (s) overrides[s - 1] = sweep->set.texts[s - 1];
     status = flesh_settings_check(s ? sweep->set.nodes[s - 1] : sweep->scene_node, sweep->scene, s, overrides);
@@ -116,7 +114,7 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
         if ((k > 200 || column->nodes[k] == last) && last) continue;
         last = column->nodes[k];
         char *text = flesh_text_new("%s=%s", column->key, column->values[k]);
-        if (!text) status = flesh_sweep_no_memory();
+        if (!text) status = flesh_no_memory();
         else {
           overrides[sweep->set.count] = text;
           status = flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
