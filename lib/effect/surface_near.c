@@ -257,15 +257,6 @@ static void add_cell(near *self, int count, const int *nodes)
   for (int a = count; a < 4; a++) cell[a] = cell[count - 1];
 }
 
-/* How near the candidate's two features are at x. */
-static double distance(int first, int second, const int *nodes, const double *x)
-{
-  const double *places[4];
-  double unit[3];
-  for (int a = 0; a < first + second; a++) places[a] = x + 3 * (size_t)nodes[a];
-  return flesh_hull_distance(first, second, places, unit);
-}
-
 /* Adds the pairs that are so near that they are likely to touch before the pattern changes for another reason. They
  * depend on the nodes' places alone, so that a resumed run has the same pattern. */
 static void add_candidates(near *self, const double *x)
@@ -273,17 +264,17 @@ static void add_candidates(near *self, const double *x)
   const flesh_surface_contact *contact = self->contact;
   const flesh_contact_surface *surface = &contact->surface;
   const flesh_contact_candidates all = candidates_of(&self->static_pairs), *candidates = &all;
-  const double soon = contact->slack;
+  const double points = contact->law.thickness + contact->slack, edges = contact->law.edge_thickness + contact->slack;
   for (int k = 0; k < candidates->point_count; k++) {
     const int *of = candidates->point_faces + 2 * (size_t)k, *corner = surface->faces + 3 * (size_t)of[1];
     const int nodes[4] = {surface->nodes[of[0]], corner[0], corner[1], corner[2]};
-    if (nodes[0] < contact->own && distance(1, 3, nodes, x) < contact->law.thickness + soon) add_cell(self, 4, nodes);
+    if (nodes[0] < contact->own && !flesh_hulls_stay_apart(1, 3, nodes, x, NULL, points)) add_cell(self, 4, nodes);
   }
   for (int k = 0; k < candidates->edge_count; k++) {
     const int *of = candidates->edge_pairs + 2 * (size_t)k, *a = surface->edges + 2 * (size_t)of[0],
               *b = surface->edges + 2 * (size_t)of[1];
     const int nodes[4] = {a[0], a[1], b[0], b[1]};
-    if (nodes[0] < contact->own && distance(2, 2, nodes, x) < contact->law.edge_thickness + soon) add_cell(self, 4, nodes);
+    if (nodes[0] < contact->own && !flesh_hulls_stay_apart(2, 2, nodes, x, NULL, edges)) add_cell(self, 4, nodes);
   }
 }
 

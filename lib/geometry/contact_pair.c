@@ -169,58 +169,52 @@ static int directions_across(const flesh_contact_closest *at, double m[2][3])
   return 2;
 }
 
-/* The Hessian's few distinct numbers: M [q*q]; Z, which is helmert^T M, for vectors of nodes; directions across. */
+/* The Hessian's few distinct numbers: of the nodes' moves along the normal, of these with moves across it, v, and of moves
+ * across it, T; c are the nodes' parts of the latter. */
 typedef struct small_blocks {
-  double M[25], Z[4][5], m[2][3];
-  int crossing; /* directions across */
-  double across, norm;
+  double along[4][4], v[4][3], T[9], c[4];
 } small_blocks;
 
-/* One block of the Hessian and its transpose: of nodes a and b of those that bear. */
-static void put_block(const flesh_contact_closest *at, const small_blocks *s, int a, int b, double *hessian)
+/* The blocks from M [q*q], whose rows of nodes are in helmert's basis. */
+static small_blocks blocks_of(const flesh_contact_closest *at, const double *M, double across)
 {
+  small_blocks s = {.T = {0}};
+  double m[2][3], norm = 0;
   const int rows = at->count - 1, q = rows + at->dimension;
-  const double *n = at->normal, *M = s->M, (*Z)[5] = s->Z, (*m)[3] = s->m;
-  const double ca = at->share[a] / s->norm, cb = at->share[b] / s->norm;
-  double left[3], right[3] = {0, 0, 0}, of[2][3], nn = 0; /* the block is n left + right n + the sum of t of */
-  for (int j = 0; j < rows; j++) nn += Z[a][j] * helmert[j][b];
-  for (int d = 0; d < 3; d++) {
-    left[d] = nn * n[d];
-    for (int k = 0; k < at->dimension; k++) {
-      left[d] += Z[a][rows + k] * cb * at->tangent[k][d];
-      right[d] += Z[b][rows + k] * ca * at->tangent[k][d];
-      of[k][d] = 0;
-      for (int l = 0; l < at->dimension; l++)
-        of[k][d] += ca * cb * M[q * (rows + k) + rows + l] * at->tangent[l][d];
+  for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
+  for (int a = 0; a < at->count; a++) {
+    s.c[a] = at->share[a] / sqrt(norm);
+    for (int i = 0; i < rows; i++) {
+      for (int j = 0; j < rows; j++)
+        for (int b = a; b < at->count; b++) s.along[a][b] += helmert[i][a] * M[q * i + j] * helmert[j][b];
+      for (int k = 0; k < at->dimension; k++)
+        for (int d = 0; d < 3; d++) s.v[a][d] += helmert[i][a] * M[q * i + rows + k] * at->tangent[k][d];
     }
-    for (int k = 0; k < s->crossing; k++) of[at->dimension + k][d] = ca * cb * s->across * m[k][d];
   }
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++) {
-      double sum = n[c] * left[d] + right[c] * n[d];
-      for (int k = 0; k < 2; k++) sum += (k < at->dimension ? at->tangent[k] : m[k - at->dimension])[c] * of[k][d];
-      const int i = 3 * at->corner[a] + c, j = 3 * at->corner[b] + d;
-      hessian[12 * i + j] = hessian[12 * j + i] = sum;
-    }
+  for (int k = 0; k < at->dimension; k++)
+    for (int l = 0; l < at->dimension; l++)
+      for (int e = 0; e < 9; e++) s.T[e] += M[q * (rows + k) + rows + l] * at->tangent[k][e / 3] * at->tangent[l][e % 3];
+  for (int k = directions_across(at, m); k-- > 0;)
+    for (int e = 0; e < 9; e++) s.T[e] += across * m[k][e / 3] * m[k][e % 3];
+  return s;
 }
 
 static void barrier_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair,
                             flesh_eigenvalue_filter filter, double *hessian)
 {
-  small_blocks s = {.norm = 0};
-  double norm = 0;
-  const int rows = at->count - 1, q = rows + at->dimension;
-  small_hessian(at, pair, s.M, &s.across);
-  filter_matrix(q, filter, s.M);
-  s.across = filtered(s.across, filter);
-  s.crossing = directions_across(at, s.m);
-  for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
-  s.norm = sqrt(norm);
+  double M[25], across;
+  const double *n = at->normal;
+  small_hessian(at, pair, M, &across);
+  filter_matrix(at->count - 1 + at->dimension, filter, M);
+  const small_blocks s = blocks_of(at, M, filtered(across, filter));
   for (int a = 0; a < at->count; a++)
-    for (int i = 0; i < rows; i++)
-      for (int j = 0; j < q; j++) s.Z[a][j] += helmert[i][a] * s.M[q * i + j];
-  for (int a = 0; a < at->count; a++)
-    for (int b = a; b < at->count; b++) put_block(at, &s, a, b, hessian);
+    for (int b = a; b < at->count; b++)
+      for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++) {
+          const int i = 3 * at->corner[a] + c, j = 3 * at->corner[b] + d;
+          hessian[12 * i + j] = hessian[12 * j + i] = n[c] * (s.along[a][b] * n[d] + s.c[b] * s.v[a][d]) +
+                                                      s.c[a] * (s.v[b][c] * n[d] + s.c[b] * s.T[3 * c + d]);
+        }
 }
 
 /* Adds `scale` times the Hessian of y by the four places. */

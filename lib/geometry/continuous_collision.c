@@ -325,17 +325,20 @@ static double time_to_turned(const motion *m, double y[4][3], double t, double f
   return 0;
 }
 
-/* The largest of the differences of velocities of two corners that are not of the same hull. */
-INLINE double largest_approach(const motion *m)
+/* The square of the largest of the differences of displacements of two corners that are not of the same hull. */
+INLINE double largest_approach(int first, int all, const double y[4][3], const double end[4][3])
 {
   double largest = 0;
-  for (int i = 0; i < m->first; i++)
-    for (int j = m->first; j < m->all; j++) {
+  for (int i = 0; i < first; i++)
+    for (int j = first; j < all; j++) {
       double square = 0;
-      for (int c = 0; c < 3; c++) square += (m->e[i][c] - m->e[j][c]) * (m->e[i][c] - m->e[j][c]);
+      for (int c = 0; c < 3; c++) {
+        const double e = end[i][c] - end[j][c] - (y[i][c] - y[j][c]);
+        square += e * e;
+      }
       largest = square > largest ? square : largest;
     }
-  return sqrt(largest);
+  return largest;
 }
 
 /* Whether the hulls stay more than `distance` apart along a vector, in its sense: on straight ways the gap along it is
@@ -345,34 +348,43 @@ INLINE int stay_apart(const motion *m, const double end[4][3], const double alon
   return is_wide(m, (const double(*)[3])m->y, along, distance) && is_wide(m, end, along, distance);
 }
 
-INLINE int move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
+INLINE int move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep,
+                       double rounding)
 {
   motion m = {.first = first, .all = first + second};
   double between[3], e[3], f[3], normal[3], end[4][3];
-  if (!begin(&m, x0, x1)) return 0;
   for (int c = 0; c < 3; c++) {
     between[c] = 0;
-    for (int k = 0; k < m.all; k++) between[c] += m.y[k][c] / (k < first ? first : -second), end[k][c] = m.y[k][c] + m.e[k][c];
+    for (int k = 0; k < m.all; k++) {
+      m.y[k][c] = x0[k][c] - x0[0][c];
+      end[k][c] = x1[k][c] - x1[0][c];
+      between[c] += m.y[k][c] / (k < first ? first : -second);
+    }
   }
+  const double(*y)[3] = (const double(*)[3])m.y, (*at_end)[3] = (const double(*)[3])end;
   /* They are no further apart than two of their points; and from more than this they cannot come too near. */
-  const double most = fmin(norm(between), largest_approach(&m) / (1 - keep)), rounding = m.rounding + m.rounding_speed;
-  const double needed = (1 + 1e-12) * keep * most + 16 * rounding / (1 - keep);
-  if (stay_apart(&m, (const double(*)[3])end, between, needed)) return 1;
-  if (m.all < 4) return 0;
-  for (int c = 0; c < 3; c++) {
-    e[c] = first == 2 ? m.y[1][c] : m.y[2][c] - m.y[1][c];
-    f[c] = first == 2 ? m.y[3][c] - m.y[2][c] : m.y[3][c] - m.y[1][c];
+  const double most = largest_approach(first, m.all, y, at_end) / ((1 - keep) * (1 - keep));
+  const double needed = (1 + 1e-12) * keep * sqrt(fmin(flesh_vec3_dot(between, between), most)) + rounding;
+  if (m.all == 4) { /* along a normal of both, which mostly tells, then from middle to middle */
+    for (int c = 0; c < 3; c++) {
+      e[c] = first == 2 ? y[1][c] : y[2][c] - y[1][c];
+      f[c] = y[3][c] - y[first == 2 ? 2 : 1][c];
+    }
+    flesh_vec3_cross(e, f, normal);
+    const double sense = flesh_vec3_dot(normal, between) < 0 ? -1 : 1;
+    for (int c = 0; c < 3; c++) normal[c] *= sense;
+    if (stay_apart(&m, at_end, normal, needed)) return 1;
   }
-  flesh_vec3_cross(e, f, normal);
-  const double sense = flesh_vec3_dot(normal, between) < 0 ? -1 : 1;
-  for (int c = 0; c < 3; c++) normal[c] *= sense;
-  return stay_apart(&m, (const double(*)[3])end, normal, needed);
+  return stay_apart(&m, at_end, between, needed);
 }
 
-int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
+int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep,
+                            double place)
 {
-  if (first + second < 4) return move_little(first, second, x0, x1, keep);
-  return first == 2 ? move_little(2, 2, x0, x1, keep) : move_little(1, 3, x0, x1, keep);
+  /* More than 16 times what rounding does to gaps, as `begin` bounds it. */
+  const double rounding = 16 * 500 * DBL_EPSILON * place / (1 - keep);
+  if (first + second < 4) return move_little(first, second, x0, x1, keep, rounding);
+  return first == 2 ? move_little(2, 2, x0, x1, keep, rounding) : move_little(1, 3, x0, x1, keep, rounding);
 }
 
 double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],

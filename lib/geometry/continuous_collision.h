@@ -23,8 +23,10 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
                                double keep);
 
 /* Whether it can be told at once that this is 1: a plane that keeps its direction separates the hulls by enough at x0 and
- * at x1, and so in between. 0: it takes an advancement to tell. */
-int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep);
+ * at x1, and so in between. 0: it takes an advancement to tell. No coordinate is larger
+ * than `place`, which is NaN where one is not finite. */
+int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep,
+                            double place);
 
 /* Whether one plane keeps the hulls of the nodes' places more than `distance` apart all the way from x0 to x1 [3*...],
  * or at x0 where x1 is NULL: 0 where they come nearer, where it takes more than a plane to tell, and where a place is

@@ -13,7 +13,7 @@ typedef struct stepping {
   const flesh_contact_surface *surface;
   const flesh_near_pairs *pairs;
   const double *x0, *x1;
-  double keep, apart;
+  double keep, apart, place;
   int parts;
   double least[PARTS];
 } stepping;
@@ -28,17 +28,16 @@ static int corners_of(const flesh_contact_surface *surface, int is_point, const 
   return first;
 }
 
+static double smaller(double a, double b) { return a < b ? a : b; }
+static double larger(double a, double b) { return a > b ? a : b; }
+
 /* Whether boxes around the hulls' corners are further apart than that; NaN is not. */
 static int are_far(int first, const double *const x[4], double apart)
 {
   for (int c = 0; c < 3; c++) {
-    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    for (int k = 0; k < 4; k++) {
-      const int hull = k >= first;
-      low[hull] = x[k][c] < low[hull] ? x[k][c] : low[hull];
-      high[hull] = x[k][c] > high[hull] ? x[k][c] : high[hull];
-    }
-    if (low[0] - high[1] > apart || low[1] - high[0] > apart) return 1;
+    const double a = x[0][c], b = x[1][c], low = smaller(x[2][c], x[3][c]), high = larger(x[2][c], x[3][c]);
+    if (first == 1 && (smaller(b, low) - a > apart || a - larger(b, high) > apart)) return 1;
+    if (first == 2 && (low - larger(a, b) > apart || smaller(a, b) - high > apart)) return 1;
   }
   return 0;
 }
@@ -57,19 +56,34 @@ static void step_part(void *data, int part)
     const int first = corners_of(surface, is_point, pair, corner);
     const double *from[4], *to[4];
     for (int j = 0; j < 4; j++) from[j] = s->x0 + 3 * (size_t)corner[j], to[j] = s->x1 + 3 * (size_t)corner[j];
-    if (are_far(first, from, s->apart) || flesh_hulls_move_little(first, 4 - first, from, to, s->keep)) continue;
+    if (are_far(first, from, s->apart) || flesh_hulls_move_little(first, 4 - first, from, to, s->keep, s->place)) continue;
     const double t = flesh_feasible_fraction(first, 4 - first, from, to, s->keep);
     least = t < least ? t : least;
   }
   s->least[part] = least;
 }
 
+/* The largest coordinate of the surface's nodes; NaN where one is not finite. */
+static double largest_place(const flesh_contact_surface *surface, const double *x)
+{
+  double largest = 0, sound = 0;
+  for (int k = 0; k < surface->node_count; k++)
+    for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) {
+      const double size = fabs(x[d + c]);
+      largest = size > largest ? size : largest;
+      sound += 0 * size;
+    }
+  return largest + sound;
+}
+
 double flesh_near_pairs_feasible_step(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x0,
                                       const double *x1, double keep, double apart,
                                       flesh_threads *threads)
 {
+  if (!(pairs->point_count + pairs->edge_count)) return 1;
   const int wanted = 1 + (pairs->point_count + pairs->edge_count) / PART;
   stepping s = {.surface = finder->surface, .pairs = pairs, .x0 = x0, .x1 = x1, .keep = keep, .apart = apart,
+                .place = largest_place(finder->surface, x0) + largest_place(finder->surface, x1),
                 .parts = wanted < PARTS ? wanted : PARTS};
   flesh_threads_run(threads, s.parts, step_part, &s);
   double least = 1;

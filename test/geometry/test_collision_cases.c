@@ -116,6 +116,17 @@ static void random_motions(void)
   CHECK(count.stopped > 100 && count.touching > 30 && count.early == 0 && count.unsettled == 0);
 }
 
+/* Whether the early exit is taken. */
+static int is_told(const trial *p)
+{
+  const double *from[4], *to[4];
+  double place = 0;
+  for (int a = 0; a < 4; a++) from[a] = p->x0[a], to[a] = p->x1[a];
+  for (int a = 0; a < p->first + p->second; a++)
+    for (int c = 0; c < 3; c++) place += fabs(p->x0[a][c]) + fabs(p->x1[a][c]);
+  return flesh_hulls_move_little(p->first, p->second, from, to, keep, place);
+}
+
 /* The early exit gives the result of an advancement: the whole step. It catches at least half of the motions that are
  * small beside the gap. */
 static void little_motions_are_told_at_once(void)
@@ -124,14 +135,14 @@ static void little_motions_are_told_at_once(void)
   for (int k = 0; k < 4000; k++) {
     trial p = random_trial(k % 4, 1, 1);
     double unit[3], farthest = 0;
-    const double *from[4], *to[4], part = power(-4, 1);
-    for (int a = 0; a < 4; a++) from[a] = p.x0[a], to[a] = p.x1[a];
+    const double *from[4], part = power(-4, 1);
+    for (int a = 0; a < 4; a++) from[a] = p.x0[a];
     const double gap = flesh_hull_distance(p.first, p.second, from, unit);
     for (int a = 0; a < p.first + p.second; a++)
       for (int c = 0; c < 3; c++) farthest = fmax(farthest, fabs(p.x1[a][c] - p.x0[a][c]));
     for (int a = 0; a < p.first + p.second; a++)
       for (int c = 0; c < 3; c++) p.x1[a][c] = p.x0[a][c] + part * gap / farthest * (p.x1[a][c] - p.x0[a][c]);
-    const int at_once = flesh_hulls_move_little(p.first, p.second, from, to, keep);
+    const int at_once = is_told(&p);
     if (at_once) CHECK(advance(&p) == 1);
     told += at_once;
     little += part < 0.01 && gap > 1e-6;
@@ -144,21 +155,19 @@ static void what_touches_or_is_not_finite_is_not_told(void)
 {
   for (int kind = 0; kind < 4; kind++) {
     trial p = pair_above(kind, 0);
-    const double *from[4], *to[4];
-    for (int a = 0; a < 4; a++) from[a] = p.x0[a], to[a] = p.x1[a];
     move_first(&p, 0, 0, -1e-9);
-    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(!is_told(&p));
     p = pair_above(kind, 1);
     move_first(&p, 0, 0, -1e-9);
-    CHECK(flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(is_told(&p));
     move_first(&p, 0, 0, -0.95); /* what is left is less than a tenth */
-    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(!is_told(&p));
     move_first(&p, 2, 0, 0); /* a long way along the other */
-    CHECK(kind > 1 || flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(kind > 1 || is_told(&p));
     p.x1[0][1] = NAN;
-    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(!is_told(&p));
     p.x1[0][1] = INFINITY;
-    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    CHECK(!is_told(&p));
   }
 }
 
