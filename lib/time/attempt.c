@@ -184,7 +184,8 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors choose
- * steps, which is 0 elsewhere. The matrix may stay where nothing touches: followers hardly change it. */
+ * steps, which is 0 elsewhere. Followers hardly change the
+ * matrix, which may stay where nothing can touch. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
 {
@@ -200,8 +201,7 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     find_stage(self, stage, self->lag.x, self->lag.v);
     stage->x_lag = stage->x_from = self->lag.x, stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
-    if (!flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
-      flesh_nonlinear_go_on(self->nonlinear);
+    if (!flesh_system_limits_step(self->evaluation->system)) flesh_nonlinear_go_on(self->nonlinear);
     flesh_nonlinear_set_target(self->nonlinear, target);
     status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
     flesh_nonlinear_set_target(self->nonlinear, 0);
@@ -364,8 +364,8 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
 {
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
-  const int near = flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear));
-  const double tolerance = !is_controlled(self, trial) ? 0 : near ? self->control.options.tolerance : 1;
+  const int can_touch = flesh_system_limits_step(self->evaluation->system);
+  const double tolerance = !is_controlled(self, trial) ? 0 : can_touch ? self->control.options.tolerance : 1;
   memcpy(self->part.energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;

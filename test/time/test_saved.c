@@ -3,6 +3,7 @@
  * a new one that loads what the last one saved has the same bits and counts; what cannot be loaded is refused. */
 #include <stdlib.h>
 
+#include "effect/effect.h"
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "flesh/state.h"
@@ -127,8 +128,10 @@ static void check_motion(const char *path, int steps, int every, const char *con
   for (int e = 0; e < effects; e++) {
     const flesh_effect_cost *p = &flesh_integrator_costs(whole.integrator)->effects[e],
                             *q = &flesh_integrator_costs(parted.integrator)->effects[e];
+    /* What searches for pairs leaves out energies where its last search saw nothing near, and the new one's was later. */
+    const int searches = flesh_effect_as_barrier(flesh_system_effect(flesh_scene_system(whole.scene), e))->remember != NULL;
     CHECK(p->residuals == q->residuals && p->jacobians == q->jacobians && p->potentials == q->potentials &&
-          p->energies == q->energies);
+          (searches || p->energies == q->energies));
   }
   end(&whole);
   end(&parted);
@@ -214,6 +217,11 @@ static void contact_and_violence_go_on(void)
   flesh_solve_stats total;
   check_motion("../data/scenes/jelly_drop.yaml", 12, 1, SET("start.velocity=[0.4, 0, -3]"), &total);
   check_motion("../data/scenes/jelly_drop.yaml", 12, 1, SET("start.velocity=[0.4, 0, -3]", "time.method=midpoint"), &total);
+  /* Two bodies that are near, but do not touch yet, and then meet. */
+  static const char *const methods[] = {"time.method=bdf2", "time.method=newmark", "time.method=runge-kutta"};
+  for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++)
+    for (int every = 1; every < 4; every += 2)
+      check_motion("../data/scenes/two_bodies.yaml", 30, every, SET(methods[k], "time.step=1/120"), &total);
   check_motion("../data/scenes/twist.yaml", 3, 1, SET("time.step=1/60"), &total);
   CHECK(total.projections > 0);
   check_motion("../data/scenes/viscous_spin.yaml", 6, 1, SET("body.mesh=../data/meshes/bar_8x2x2.mesh"), &total);
