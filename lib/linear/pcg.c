@@ -242,8 +242,10 @@ static void compare(void *data, int chunk)
     const double *r = c->r + 3 * (size_t)self->product.rows[i];
     flesh_double4 difference =
         self->unit * flesh_pcg_get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
-    const double *w = c->weights + 3 * (size_t)self->product.rows[i];
-    if (c->weights) difference *= (flesh_double4){w[0], w[1], w[2], 0};
+    if (c->weights) {
+      const double *w = c->weights + 3 * (size_t)self->product.rows[i];
+      difference *= (flesh_double4){w[0], w[1], w[2], 0};
+    }
     square += difference * difference;
   }
   self->squares[chunk] = (square[0] + square[1]) + square[2];
