@@ -370,7 +370,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
-  status = flesh_step_energy_meet(energy, &end);
+  status = flesh_step_energy_meet(energy, state, &end);
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, tolerance)) return status;
   self->watch = before;
   memcpy(before.energies, self->part.energies_before, bytes);

@@ -25,7 +25,8 @@
  *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
  *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations. V(t,x)
  *   by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
- * - Runge-Kutta methods add up the power of their stages with the weights of the step, R_i.V_i at each.
+ * - Runge-Kutta methods add up the power of their stages with the weights of the step, R_i.V_i at each. V(t,x) by
+ *   its changes at the ends and the middle of the step, to order 4.
  * - IDA has an interpolant, along which the power is integrated by Simpson's rule with as many parts as it needs: where
  *   all is prescribed no error limits the steps (ida_energy.c).
  * At an event, where constraints jump and loads begin and end, the change of E counts as external work.

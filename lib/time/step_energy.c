@@ -129,7 +129,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   if (step->stages && isnan(work)) status = FLESH_NONFINITE;
   flesh_energy_watch_supply(watch, step->from, step->to, step->stage->t, work, !step->second || step->stages);
   if (step->stages) flesh_energy_watch_begin(watch, step->to, step->power);
-  if (!status && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
+  if (!status && !step->stages && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
     status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0,
                                        &part);
     watch->balance.supplied += step->second ? part / 2 : part;
@@ -138,7 +138,33 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *end)
+/* The work of what changes with time at a place, over a step with several stages: sums by the trapezoidal rule of its changes
+ * over the step and over the step's halves, extrapolated to order 4, at places along the cubic between the step's ends. */
+static int add_work_in_time(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end)
+{
+  flesh_energy_watch *watch = step->watch;
+  const double h = step->to - step->from, middle = step->from + h / 2;
+  flesh_state between = {.x = step->scratch[1], .v = end->v, .internal = start->internal};
+  const struct {
+    const flesh_state *place;
+    double from, to, weight;
+  } parts[] = {{start, step->from, middle, 2. / 3},   {&between, step->from, step->to, 2. / 3},
+               {end, middle, step->to, 2. / 3},       {start, step->from, step->to, -1. / 6},
+               {end, step->from, step->to, -1. / 6}};
+  int status = FLESH_OK;
+  if (!(watch->kinds & FLESH_WORK_IN_TIME)) return FLESH_OK;
+  for (int d = 0; d < watch->n; d++)
+    between.x[d] = (start->x[d] + end->x[d]) / 2 + h * (start->v[d] - end->v[d]) / 8;
+  for (size_t k = 0; k < sizeof parts / sizeof parts[0] && !status; k++) {
+    double work = 0;
+    status = flesh_system_work_in_time(watch->system, parts[k].from, parts[k].to, parts[k].place, NULL, 0, &work);
+    watch->balance.supplied += parts[k].weight * work;
+  }
+  if (status) watch->known = 0;
+  return status;
+}
+
+int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end)
 {
   flesh_energy_watch *watch = step->watch;
   const int at_stage = step->stage->shift.x == 1;
@@ -148,7 +174,8 @@ int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *end
   }
   int status = flesh_energy_watch_meet(watch, step->to, end, at_stage ? &watch->evaluation->reached.there : NULL,
                                        at_stage ? NULL : step->energies);
-  if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, end);
+  if (!status && watch->known && step->stages) status = add_work_in_time(step, start, end);
+  else if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, end);
   return status < 0 ? status : FLESH_OK;
 }
 

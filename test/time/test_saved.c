@@ -128,7 +128,7 @@ static void check_motion(const char *path, int steps, int every, const char *con
   for (int e = 0; e < effects; e++) {
     const flesh_effect_cost *p = &flesh_integrator_costs(whole.integrator)->effects[e],
                             *q = &flesh_integrator_costs(parted.integrator)->effects[e];
-    /* What searches for pairs leaves out energies where its last search saw nothing near, and the new one's was later. */
+    /* Contact of bodies counts no energy where its last search saw nothing near, and a new integrator's search was later. */
     const int searches = flesh_effect_as_barrier(flesh_system_effect(flesh_scene_system(whole.scene), e))->remember != NULL;
     CHECK(p->residuals == q->residuals && p->jacobians == q->jacobians && p->potentials == q->potentials &&
           (searches || p->energies == q->energies));
