@@ -184,8 +184,8 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors choose
- * steps, which is 0 elsewhere. Followers hardly change the
- * matrix, which may stay where nothing can touch. */
+ * steps, which is 0 elsewhere. Followers hardly change the matrix, which may stay where nothing can touch; a checkpoint
+ * does not know what is near. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
 {
