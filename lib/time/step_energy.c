@@ -157,7 +157,8 @@ static int add_work_in_time(const flesh_step_energy *step, const flesh_state *st
     between.x[d] = (start->x[d] + end->x[d]) / 2 + h * (start->v[d] - end->v[d]) / 8;
   for (size_t k = 0; k < sizeof parts / sizeof parts[0] && !status; k++) {
     double work = 0;
-    status = flesh_system_work_in_time(watch->system, parts[k].from, parts[k].to, parts[k].place, NULL, 0, &work);
+    status = flesh_system_work_in_time(watch->system, parts[k].from, parts[k].to, parts[k].place,
+                                       parts[k].place == end ? watch->energies : NULL, 1, &work);
     watch->balance.supplied += parts[k].weight * work;
   }
   if (status) watch->known = 0;
