@@ -364,8 +364,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
 {
   const flesh_energy_watch before = self->watch;
   const size_t bytes = (size_t)before.effects * sizeof *before.energies;
-  const int can_touch = flesh_system_limits_step(self->evaluation->system);
-  const double tolerance = !is_controlled(self, trial) ? 0 : can_touch ? self->control.options.tolerance : 1;
+  const double tolerance = is_controlled(self, trial) ? self->control.options.tolerance : 0;
   memcpy(self->part.energies_before, before.energies, bytes);
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
