@@ -7,9 +7,10 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "flesh/effects.h"
+#include "math/eig3.h"
 #include "math/mat3.h"
 
-/* Added to S, in parts of its trace, so that a plane or a line of nodes carries the points that it spans. */
+/* Eigenvalues of S below this part of its trace are 0: a plane or a line of nodes carries the points that it spans. */
 static const double least_spread = 1e-13;
 static const double carried = 1e-6; /* how well a point must be, in parts of the group's size */
 
@@ -19,7 +20,7 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
                           double sign, double *weights)
 {
   const double *X = flesh_mesh_positions(mesh);
-  double c[3] = {0}, S[9] = {0}, inverse[9], d[3], slope[3], off[3] = {-p[0], -p[1], -p[2]};
+  double c[3] = {0}, S[9] = {0}, spread[3], axes[9], slope[3] = {0}, off[3] = {-p[0], -p[1], -p[2]};
   const double whole = shares ? 1 : count;
   for (int a = 0; a < count; a++)
     for (int i = 0; i < 3; i++) c[i] += share_of(shares, a) * X[3 * (size_t)nodes[a] + (size_t)i] / whole;
@@ -29,10 +30,15 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
       S[k] += share_of(shares, a) * (x[k / 3] - c[k / 3]) * (x[k % 3] - c[k % 3]) / whole;
     }
   const double size = sqrt(flesh_mat3_trace(S));
-  for (int i = 0; i < 3; i++) S[4 * i] += size > 0 ? least_spread * size * size : 1;
-  flesh_mat3_inverse(S, inverse);
-  for (int i = 0; i < 3; i++) d[i] = p[i] - c[i];
-  flesh_mat3_times(inverse, d, slope);
+  flesh_eigh3(S, spread, axes);
+  for (int refined = 0; refined < 3; refined++) { /* a flat group's small eigenvalue has few digits */
+    double there[3], left[3];
+    flesh_mat3_times(S, slope, there);
+    for (int i = 0; i < 3; i++) left[i] = p[i] - c[i] - there[i];
+    for (int k = 0; k < 3; k++)
+      for (int i = 0; i < 3 && spread[k] > least_spread * size * size; i++)
+        slope[i] += axes[3 * i + k] * (axes[k] * left[0] + axes[3 + k] * left[1] + axes[6 + k] * left[2]) / spread[k];
+  }
   for (int a = 0; a < count; a++) {
     const double *x = X + 3 * (size_t)nodes[a];
     double along = 0;

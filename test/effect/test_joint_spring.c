@@ -7,6 +7,7 @@
 #include "flesh/effects.h"
 #include "methods.h"
 #include "test.h"
+#include "test_matrix.h"
 
 enum { EACH = 8, UNKNOWNS = 2 * 3 * EACH };
 
@@ -273,6 +274,36 @@ static void energy_stays_by_the_order_and_momenta_stay(void)
   }
 }
 
+/* Faces and edges of the blocks carry points that lie in them, whichever way the blocks are turned: with affine motions. */
+static void planes_and_lines_carry_their_points(void)
+{
+  const double A[9] = {1.3, 0.4, -0.2, 0.1, 0.8, 0.3, -0.5, 0.2, 1.1}, k = 300;
+  for (int trial = 0; trial < 40; trial++) {
+    double Q[9], moved[3], X[UNKNOWNS], ends[2][3] = {{0.3, 0.6, 1}, {0.7, trial % 2, 2}};
+    random_rotation(Q);
+    test_body b;
+    make(1e5, &b);
+    for (int i = 0; i < 2 * EACH; i++) flesh_mat3_times(Q, flesh_mesh_positions(b.mesh) + 3 * i, X + 3 * i);
+    flesh_mesh *turned = NULL;
+    CHECK_OK(flesh_mesh_create(2 * EACH, X, 12, flesh_mesh_tets(b.mesh), NULL, &turned));
+    flesh_body body = b.body;
+    body.mesh = turned;
+    for (int e = 0; e < 2; e++) memcpy(moved, ends[e], sizeof moved), flesh_mat3_times(Q, moved, ends[e]);
+    const int line[2] = {8 + 2 * (trial % 2), 9 + 2 * (trial % 2)};
+    flesh_effect *effect = NULL;
+    CHECK_OK(make_spring(&body, (flesh_nodes){4, low + 4}, (flesh_nodes){2, line}, ends[0], ends[1], k, 0, &effect));
+    for (int i = 0; i < 2 * EACH; i++) flesh_mat3_times(A, X + 3 * i, b.state.x + 3 * i);
+    double d[3];
+    for (int i = 0; i < 3; i++) d[i] = ends[1][i] - ends[0][i];
+    flesh_mat3_times(A, d, moved);
+    const double energy = effect ? energy_at(effect, b.state.x) : NAN;
+    CHECK_NEAR(energy, k / 2 * flesh_vec3_dot(moved, moved), 1e-11 * k);
+    flesh_effect_destroy(&effect);
+    flesh_mesh_destroy(&turned);
+    test_body_destroy(&b);
+  }
+}
+
 static void nonsense_is_refused(void)
 {
   test_body b;
@@ -299,5 +330,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(energy_is_that_of_the_distance), TEST(derivatives_and_balances_hold),
                    TEST(hessian_is_the_closed_form), TEST(points_that_meet_are_no_trouble),
                    TEST(stiff_blocks_swing_at_their_frequency), TEST(energy_stays_by_the_order_and_momenta_stay),
-                   TEST(nonsense_is_refused));
+                   TEST(planes_and_lines_carry_their_points), TEST(nonsense_is_refused));
 }
