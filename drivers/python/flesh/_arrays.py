@@ -3,6 +3,7 @@
 Arrays that are handed to the library are used where they lie when they are contiguous and of the right type; arrays
 that it hands out are views which keep their owner alive."""
 import difflib
+from collections.abc import Set
 
 import numpy as np
 
@@ -24,8 +25,11 @@ def doubles(values, shape, name):
 
 
 def integers(values, shape, name):
-    """A contiguous array of C ints of `shape`. ArgumentError where a value is no whole number or is none of C's."""
-    given, limits = np.asarray(values), np.iinfo(np.intc)
+    """A contiguous array of C ints of `shape`; a set serves where no order is asked for.
+
+    ArgumentError where a value is no whole number or is none of C's."""
+    given = np.asarray(list(values) if isinstance(values, Set) and shape == (None,) else values)
+    limits = np.iinfo(np.intc)
     if given.dtype.kind not in "iu" and given.size:
         raise ArgumentError(f"{name} has values of type {given.dtype}; they must be whole numbers")
     if given.size and (given.min() < limits.min or given.max() > limits.max):

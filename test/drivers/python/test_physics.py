@@ -221,6 +221,8 @@ def test_constraints_prescribe(mesh, body):
     assert x[5, 2] == mesh.positions[5, 2] + 0.5 and x[5, 0] == mesh.positions[5, 0] + 9
     assert system.prescribed_motion(1).velocity[5].tolist() == [0, 0, 0.5] and system.moves
     assert system.next_event(0) == 1 and system.next_event(1) == 2
+    of_a_set = [flesh.System(mesh).pin(nodes, "z").fixed() for nodes in ({5, 7}, {7: "z", 5: "z"}.keys(), [5, 7])]
+    assert np.array_equal(of_a_set[0], of_a_set[2]) and np.array_equal(of_a_set[1], of_a_set[2]) and of_a_set[2].any()
     with pytest.raises(flesh.ArgumentError, match="'xyz'"):
         system.pin([0], "w")
     with pytest.raises(flesh.ArgumentError, match="finished"):
