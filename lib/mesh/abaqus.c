@@ -9,6 +9,7 @@
 #include <strings.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "mesh/abaqus.h"
 
 static int is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
@@ -199,6 +200,23 @@ static int read_integer(flesh_scanner *s, int64_t *value)
   return flesh_scan_integer(s, value);
 }
 
+/* Reads the nodes of an element that is no tet, as the count and the nodes at *first of `d->others`. Rows of solids may go on. */
+static int read_other(flesh_deck *d, int solid, int *first)
+{
+  flesh_scanner *s = d->s;
+  flesh_members *others = &d->other_nodes;
+  *first = others->count;
+  int status = flesh_members_add(others, 0);
+  while (!status && (flesh_scan_next_in_line(s) || (solid && goes_on(s, s->at) && flesh_deck_next_row(s)))) {
+    int64_t number;
+    int node;
+    status = flesh_scan_integer(s, &number);
+    if (!status && flesh_tag_map_find(&d->draft->tags, number, &node)) status = flesh_members_add(others, node);
+  }
+  if (!status) others->values[*first] = others->count - *first - 1;
+  return status;
+}
+
 static int read_tet(flesh_deck *d, int size, int region, int64_t tag, int64_t line)
 {
   flesh_scanner *s = d->s;
@@ -234,6 +252,7 @@ static int read_elements(flesh_deck *d, const flesh_keyword *k)
   if (!flesh_deck_parameter(k, "TYPE", &type, &length))
     return FLESH_DECK_FAIL(d, k, "*ELEMENT has no TYPE; `*ELEMENT, TYPE=C3D4` or C3D10 is expected");
   const int size = size_of_type(type, length);
+  const int solid = length >= 3 && !strncasecmp(type, "C3D", 3);
   int status = flesh_deck_take_set(d, k, "ELSET", &set);
   if (!status && size) status = region_of(d, set, &region);
   while (!status && flesh_deck_next_row(s)) {
@@ -243,18 +262,20 @@ static int read_elements(flesh_deck *d, const flesh_keyword *k)
                                                                                                               "b, c, d";
     status = flesh_scan_integer(s, &tag);
     s->index = tag;
-    const int there = status ? status : flesh_tag_map_set(&d->elements, tag, size ? d->draft->tets : -1);
+    int element = d->draft->tets;
+    if (!status && !size) status = read_other(d, solid, &element);
+    if (!status && !size) element = ~element;
+    const int there = status ? status : flesh_tag_map_set(&d->elements, tag, element);
     if (there > 0)
       return flesh_scan_fail(s, "element %lld is given twice; each must have its own number (merge the parts of an assembly "
                                 "into one)",
                              (long long)tag);
     status = there;
-    if (!status && size && set >= 0) status = flesh_members_add(&d->draft->sets.sets[set].tets, d->draft->tets);
+    if (!status && set >= 0) status = flesh_members_add(&d->draft->sets.sets[set].tets, element);
     if (!status && size) status = read_tet(d, size, region, tag, line);
     d->others += !size;
-    d->draft->solids += !size && length >= 3 && !strncasecmp(type, "C3D", 3);
-    if (size) flesh_scan_skip_line(s);
-    else skip_row(s);
+    d->draft->solids += !size && solid;
+    flesh_scan_skip_line(s);
   }
   return status;
 }
@@ -283,7 +304,8 @@ static int read_deck(flesh_deck *d)
   if (!status) status = walk(d, flesh_deck_read_sets);
   if (!status) status = walk(d, flesh_deck_read_sections);
   d->first_surface = d->draft->sets.count;
-  return status ? status : walk(d, flesh_deck_read_surfaces);
+  if (!status) status = walk(d, flesh_deck_read_surfaces);
+  return status ? status : flesh_deck_finish_sets(d);
 }
 
 int flesh_abaqus_read(flesh_scanner *s, flesh_draft *draft)
@@ -294,5 +316,6 @@ int flesh_abaqus_read(flesh_scanner *s, flesh_draft *draft)
   const int status = read_deck(&d);
   flesh_tag_map_clear(&d.elements);
   flesh_tag_map_clear(&d.regions);
+  flesh_free(d.other_nodes.values);
   return status;
 }

@@ -9,7 +9,8 @@ typedef struct flesh_deck {
   flesh_scanner *s;
   const char *start; /* of the text */
   flesh_draft *draft;
-  flesh_tag_map elements; /* number -> tet; -1: another element */
+  flesh_tag_map elements; /* number -> tet; ~k: another element, whose nodes are at k of other_nodes: their count, then they */
+  flesh_members other_nodes;
   flesh_tag_map regions;  /* set that an *ELEMENT names -> region */
   int nodes, sections;
   int first_surface;      /* sets from here on are surfaces */
@@ -43,5 +44,7 @@ int flesh_deck_take_set(flesh_deck *d, const flesh_keyword *k, const char *param
 int flesh_deck_read_sets(flesh_deck *d, const flesh_keyword *k);
 int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k);
 int flesh_deck_read_surfaces(flesh_deck *d, const flesh_keyword *k);
+/* Elements that are no tets stand among a set's tets until then, and become their nodes. */
+int flesh_deck_finish_sets(flesh_deck *d);
 
 #endif

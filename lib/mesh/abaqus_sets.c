@@ -6,21 +6,18 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Adds the element or node of that number; elements that are no tets are left out. */
 static int add_number(flesh_deck *d, flesh_members *members, int tets, int64_t number)
 {
   int index;
-  if (!flesh_tag_map_find(tets ? &d->elements : &d->draft->tags, number, &index))
-    return flesh_scan_fail(d->s, "%s %lld is not in the deck", tets ? "element" : "node", (long long)number);
-  return index < 0 ? FLESH_OK : flesh_members_add(members, index);
+  if (flesh_tag_map_find(tets ? &d->elements : &d->draft->tags, number, &index)) return flesh_members_add(members, index);
+  return flesh_scan_fail(d->s, "%s %lld is not in the deck", tets ? "element" : "node", (long long)number);
 }
 
 /* Adds the numbers first, first + step ... to `last`; those that are not there are left out. */
 static int generate(flesh_deck *d, flesh_members *members, int tets)
 {
   flesh_scanner *s = d->s;
-  const int all = tets ? d->draft->tets : d->draft->nodes;
-  const int64_t *tags = tets ? d->draft->tet_tag : d->draft->node_tag;
+  const flesh_tag_map *there = tets ? &d->elements : &d->draft->tags;
   int64_t range[3] = {0, 0, 1};
   s->form = "first, last, step";
   int status = flesh_scan_integer(s, &range[0]);
@@ -30,9 +27,9 @@ static int generate(flesh_deck *d, flesh_members *members, int tets)
   if (!status && (range[0] < 0 || range[1] < range[0] || range[2] < 1))
     status = flesh_scan_fail(s, "the range %lld, %lld, %lld is empty; 0 <= first <= last and step >= 1 are expected",
                              (long long)range[0], (long long)range[1], (long long)range[2]);
-  for (int k = 0; k < all && !status; k++)
-    if (tags[k] >= range[0] && tags[k] <= range[1] && (tags[k] - range[0]) % range[2] == 0)
-      status = flesh_members_add(members, k);
+  for (size_t k = 0; k < there->buckets && !status; k++)
+    if (there->taken[k] && there->tags[k] >= range[0] && there->tags[k] <= range[1] && (there->tags[k] - range[0]) % range[2] == 0)
+      status = flesh_members_add(members, there->values[k]);
   return status;
 }
 
@@ -89,7 +86,7 @@ static int read_members(flesh_deck *d, int set, int tets)
 int flesh_deck_read_sets(flesh_deck *d, const flesh_keyword *k)
 {
   const int tets = flesh_deck_is(k, "ELSET");
-  const int ranges = flesh_deck_has(k, "GENERATE"), most = tets ? d->draft->tets : d->draft->nodes;
+  const int ranges = flesh_deck_has(k, "GENERATE"), most = (int)(tets ? d->elements.count : d->draft->tags.count);
   int set, status = FLESH_OK;
   if (!tets && !flesh_deck_is(k, "NSET")) return FLESH_OK;
   status = flesh_deck_take_set(d, k, tets ? "ELSET" : "NSET", &set);
@@ -120,7 +117,8 @@ int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k)
   }
   const flesh_members *tets = &d->draft->sets.sets[set].tets;
   if (!d->sections++) memset(d->draft->regions, 0, (size_t)d->draft->tets * sizeof *d->draft->regions);
-  for (int t = 0; t < tets->count; t++) d->draft->regions[tets->values[t]] = d->sections;
+  for (int t = 0; t < tets->count; t++)
+    if (tets->values[t] >= 0) d->draft->regions[tets->values[t]] = d->sections;
   return FLESH_OK;
 }
 
@@ -137,8 +135,8 @@ static int add_face(flesh_deck *d, flesh_members *members, int tet, int face)
   return status;
 }
 
-/* The tets of a row, by the number of one or the name of an element set, into `found`. */
-static int find_tets(flesh_deck *d, flesh_members *found)
+/* The elements of a row, by the number of one or the name of an element set, into `found`. */
+static int find_elements(flesh_deck *d, flesh_members *found)
 {
   flesh_scanner *s = d->s;
   const char *name;
@@ -160,24 +158,33 @@ static int find_tets(flesh_deck *d, flesh_members *found)
   return status;
 }
 
-/* A row `element or set, face` of the surface; what is about elements that are no tets is left out. */
+/* Adds the nodes of an element that is no tet. */
+static int add_other(const flesh_deck *d, flesh_members *nodes, int element)
+{
+  const int *list = d->other_nodes.values + ~element;
+  int status = FLESH_OK;
+  for (int a = 1; a <= *list && !status; a++) status = flesh_members_add(nodes, list[a]);
+  return status;
+}
+
+/* A row `element or set, face` of the surface; of elements that are no tets only SPOS and SNEG of shells count. */
 static int read_faces(flesh_deck *d, int surface)
 {
   flesh_scanner *s = d->s;
-  flesh_members tets = {0};
-  const char *label;
-  int status = find_tets(d, &tets);
-  if (!status && tets.count) {
-    const size_t length = flesh_scan_next_in_line(s) ? flesh_scan_token(s, &label) : 0;
-    const int face = length == 2 && (label[0] | 32) == 's' ? label[1] - '1' : -1;
-    if (length) s->at = label;
-    if (face < 0 || face > 3)
+  flesh_members found = {0}, *nodes = &d->draft->sets.sets[surface].nodes;
+  const char *label = "";
+  int status = find_elements(d, &found);
+  const size_t length = !status && found.count && flesh_scan_next_in_line(s) ? flesh_scan_token(s, &label) : 0;
+  const int face = length == 2 && (label[0] | 32) == 's' ? label[1] - '1' : -1;
+  const int shell = flesh_deck_is_word(label, label + length, "SPOS") || flesh_deck_is_word(label, label + length, "SNEG");
+  if (length) s->at = label;
+  for (int k = 0; k < found.count && !status; k++)
+    if (found.values[k] < 0) status = shell ? add_other(d, nodes, found.values[k]) : FLESH_OK;
+    else if (face >= 0 && face <= 3) status = add_face(d, nodes, found.values[k], face);
+    else
       status = flesh_scan_fail(s, "%s stands where the face of a tet is expected, S1, S2, S3 or S4",
                                length ? flesh_scan_show(s) : "the end of the row");
-    for (int k = 0; k < tets.count && !status; k++)
-      status = add_face(d, &d->draft->sets.sets[surface].nodes, tets.values[k], face);
-  }
-  flesh_free(tets.values);
+  flesh_free(found.values);
   return status;
 }
 
@@ -217,6 +224,21 @@ int flesh_deck_read_surfaces(flesh_deck *d, const flesh_keyword *k)
     status = nodes ? read_surface_nodes(d, set) : read_faces(d, set);
     flesh_members *members = &d->draft->sets.sets[set].nodes;
     if (members->count / 2 > d->draft->nodes) flesh_members_settle(members);
+  }
+  return status;
+}
+
+int flesh_deck_finish_sets(flesh_deck *d)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < d->draft->sets.count && !status; k++) {
+    flesh_mesh_set *set = &d->draft->sets.sets[k];
+    int kept = 0;
+    for (int i = 0; i < set->tets.count && !status; i++)
+      if (set->tets.values[i] >= 0) set->tets.values[kept++] = set->tets.values[i];
+      else status = add_other(d, &set->nodes, set->tets.values[i]);
+    set->tets.count = kept;
+    flesh_members_settle(&set->nodes); /* elements that share nodes take no memory for all */
   }
   return status;
 }

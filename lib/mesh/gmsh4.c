@@ -18,7 +18,7 @@ static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *f
  * the volume it is a part of. */
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
-  int64_t tag, parent[2] = {0, 0}, physicals = 0, physical, region = 0, count, ignored;
+  int64_t tag, parent[2] = {0, 0}, physicals = 0, physical = 0, region = 0, count, ignored;
   double corner;
   int status = flesh_gmsh_int(g, &tag);
   for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent[i]);
@@ -28,6 +28,8 @@ static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
   if (!status) status = flesh_gmsh_check_count(g, "physical tags of an entity", physicals, 0, 2, 4);
   for (int64_t i = 0; i < physicals && !status; i++) {
     status = flesh_gmsh_int(g, &physical);
+    if (physical >= -INT_MAX && flesh_gmsh_named(g, dimension, -physical) >= 0)
+      physical = -physical; /* the named group turns the entity round */
     if (!i) region = physical;
     if (!status) status = flesh_gmsh_join_group(g, dimension, tag, physical);
   }

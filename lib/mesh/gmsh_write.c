@@ -47,13 +47,13 @@ static int find_region(const writing *w, int tag)
   return found ? (int)(found - w->regions) : -1;
 }
 
-/* The region whose tets are those of the set; 0: there is none, or it has no positive tag. */
+/* The region whose tets are those of the set; 0: there is none, or its tag is no name's: negative ones are a name's turned. */
 static int region_of_set(const writing *w, const flesh_members *tets)
 {
   const int region = w->mesh->regions[tets->values[0]];
   for (int k = 1; k < tets->count; k++)
     if (w->mesh->regions[tets->values[k]] != region) return 0;
-  return region > 0 && w->volumes[find_region(w, region)].tets == tets->count ? region : 0;
+  return region > 0 && find_region(w, -region) < 0 && w->volumes[find_region(w, region)].tets == tets->count ? region : 0;
 }
 
 /* Gives sets of tets their tags: that of their region, if no other set has it yet, or one of no region. */
@@ -67,7 +67,7 @@ static void choose_tags(writing *w)
     for (int other = 0; other < k && tag; other++)
       if (w->set_tags[other] == tag) tag = 0;
     if (!tag) {
-      while (find_region(w, next) >= 0) next++;
+      while (find_region(w, next) >= 0 || find_region(w, -next) >= 0) next++;
       tag = next++;
     }
     w->set_tags[k] = tag;

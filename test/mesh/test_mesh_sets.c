@@ -9,7 +9,7 @@
 
 /* Two tets on a face. */
 static const char deck[] = "*Heading\n two tets, and a deck's usual lines\n** a comment\n*Node, nset=All\n" POINTS
-                           "*ELEMENT, TYPE=S3, ELSET=skin\n9, 1, 2, 3\n"
+                           "*ELEMENT, TYPE=S3, ELSET=skin\n9, 1, 2, 3,\n"
                            "*Element, type=C3D4, elset=\"the lower one\"\n100, 1, 2, 3, 40\n"
                            "*ELEMENT, TYPE=C3D4H,\n ELSET=upper\n200, 2, 3, 40, 5\n"
                            "*NSET, NSET=ends\n1,\n5, 1\n*nset, nset=ends\n40\n*NSET, NSET=range, GENERATE\n2, 100, 2\n"
@@ -44,13 +44,13 @@ static void decks_have_sets_and_regions(void)
   CHECK(!memcmp(flesh_mesh_tets(mesh), (int[]){0, 1, 2, 3}, sizeof(int[4])));
   CHECK(mesh->regions[0] == 1 && mesh->regions[1] == 2);
   check_set(mesh, "All", LIST(0, 1, 2, 3, 4), NONE);
-  check_set(mesh, "skin", NONE, NONE);
+  check_set(mesh, "skin", LIST(0, 1, 2), NONE); /* the S3 is no tet: it stands for its nodes */
   check_set(mesh, "the lower one", NONE, LIST(0));
   check_set(mesh, "upper", NONE, LIST(1));
   check_set(mesh, "ends", LIST(0, 3, 4), NONE);
   check_set(mesh, "range", LIST(1, 3), NONE); /* what is not there is left out */
   check_set(mesh, "both", LIST(0, 1, 3, 4), NONE);
-  check_set(mesh, "tets", NONE, LIST(0, 1)); /* the S3 is no tet */
+  check_set(mesh, "tets", LIST(0, 1, 2), LIST(0, 1));
   check_set(mesh, "some", NONE, LIST(0));
   CHECK(flesh_mesh_sets_find(&mesh->sets, "nothing", 7) == -1 && mesh->sets.count == 9);
   flesh_mesh_destroy(&mesh);
@@ -69,15 +69,16 @@ static void surfaces_are_sets_of_nodes(void)
 {
   flesh_mesh *mesh;
   char text[2048];
-  snprintf(text, sizeof text, "%s*SURFACE, NAME=bottom\n 100, S1\n 9, SPOS\n skin, SNEG\n*Surface, type=ELEMENT, name=\"side\"\n"
+  snprintf(text, sizeof text, "%s*SURFACE, NAME=bottom\n 100, S1\n 9, E1\n*SURFACE, NAME=outside\n skin, SNEG\n*Surface, type=ELEMENT, name=\"side\"\n"
                               "\"The lower one\", s4\n200, S3\n*SURFACE, NAME=top, TYPE=NODE\nends, 1.0\n2, 0.5\n"
                               "*SURFACE, NAME=ground, TYPE=SEGMENTS\nSTART, 0, 0\nLINE, 1, 0\n*SURFACE, NAME=Bottom\nupper, S2\n", deck);
   CHECK_OK(flesh_mesh_read(write_text("f.inp", text), &mesh));
   if (!mesh) return;
   check_set(mesh, "bottom", LIST(0, 1, 2, 4), NONE);
+  check_set(mesh, "outside", LIST(0, 1, 2), NONE);
   check_set(mesh, "side", LIST(0, 2, 3, 4), NONE);
   check_set(mesh, "top", LIST(0, 1, 3, 4), NONE);
-  CHECK(mesh->sets.count == 12);
+  CHECK(mesh->sets.count == 13);
   flesh_mesh_destroy(&mesh);
   const char *points = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n";
   snprintf(text, sizeof text, "*SURFACE, NAME=S1\nall, S1\n*SURFACE, NAME=S2\nall, S2\n*SURFACE, NAME=S3\nall, S3\n*SURFACE, NAME=S4\n"
@@ -126,8 +127,9 @@ static void gmsh_groups_are_sets(void)
                                                  "$Nodes\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n40 0 0 1\n$EndNodes\n"
                                                  "$Elements\n3\n1 15 2 1 1 40\n2 2 2 4 1 10 30 20\n3 4 2 9 1 10 20 30 40\n"
                                                  "$EndElements\n"), &mesh[0]));
+  /* The groups -4 and -9 turn their surface and volume round. */
   CHECK_OK(flesh_mesh_read(write_text("g41.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" NAMES
-                                                 "$Entities\n1 0 1 1\n7 0 0 1 1 1\n3 0 0 0 1 1 0 2 6 4 0\n1 0 0 0 1 1 1 1 9 0\n"
+                                                 "$Entities\n1 0 1 1\n7 0 0 1 1 1\n3 0 0 0 1 1 0 2 6 -4 0\n1 0 0 0 1 1 1 1 -9 0\n"
                                                  "$EndEntities\n$Nodes\n1 4 10 40\n3 1 0 4\n10\n20\n30\n40\n0 0 0\n1 0 0\n0 1 0\n"
                                                  "0 0 1\n$EndNodes\n$Elements\n3 3 1 3\n0 7 15 1\n1 40\n2 3 2 1\n2 10 30 20\n"
                                                  "3 1 4 1\n3 10 20 30 40\n$EndElements\n"), &mesh[1]));
@@ -198,6 +200,8 @@ static void written_files_have_sets(void)
            "4,5,6,7,8\n*NSET,NSET=middle\n1,5\n*NSET,NSET=empty,GENERATE\n90,91\n*ELSET,ELSET=all\nr0,r1\n");
   CHECK_OK(flesh_mesh_read(write_text("o.inp", text), &mesh));
   CHECK(mesh && mesh->sets.count == 7 && mesh->sets.sets[4].tets.count == 5 && mesh->sets.sets[4].nodes.count == 2);
+  if (mesh) check_written(mesh);
+  for (int k = 0; mesh && k < mesh->tets; k++) mesh->regions[k] -= 2; /* -1 and 0: a set whose tag is 1 would turn the first round */
   if (mesh) check_written(mesh);
   flesh_mesh_destroy(&mesh);
   flesh_mesh_destroy(&box);
