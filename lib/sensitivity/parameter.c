@@ -91,9 +91,10 @@ static int find_prescribed(flesh_stage_tangent *self, const flesh_system *other,
   flesh_system_prescribe(own->system, t, now);
   for (int k = 0; k < FLESH_PRESCRIBED_POINTS; k++) differs |= memcmp(its->x[k], own->x[k], bytes) != 0;
   differs |= memcmp(its->now, now, bytes) != 0;
-  if (differs && flesh_system_next_event(other, own->begin) != flesh_system_next_event(own->system, own->begin))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the parameter changes the time at which a prescribed motion turns, which has "
-                                          "sensitivities by backward-euler only");
+  const double turns = flesh_system_next_event(own->system, own->begin), its_turns = flesh_system_next_event(other, own->begin);
+  if (turns != its_turns && fmin(turns, its_turns) <= own->end) /* where steps are cut, which no derivative here knows of */
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the parameter changes the time %g s, at which a prescribed motion or a load turns, "
+                                          "begins or ends; that has sensitivities by backward-euler only", turns);
   *moved |= differs;
   return FLESH_OK;
 }

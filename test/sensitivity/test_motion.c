@@ -305,20 +305,45 @@ static void what_has_no_gradient_is_refused(void)
   CHECK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
   CHECK_TEXT(flesh_error_text(), "ida has no sensitivities");
   end(&m);
-  m = begin(driven.text, NULL, 0, FLESH_METHOD_NEWMARK);
-  gradient_parameter turn = gradient_parameter_of(driven.text, (gradient_key){"effects.prescribed_motion.motion[1].time", 0.035, 1e-4, 1e-5});
+}
+
+/* The status of a tangent by a time, at which methods of order 2 cut their steps. */
+static int by_a_time(const char *text, gradient_key key, flesh_method method)
+{
+  moved m = begin(text, NULL, 0, method);
+  gradient_parameter turn = gradient_parameter_of(text, key);
   double *dx = calloc(2 * (size_t)m.n, sizeof *dx);
   CHECK_OK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory));
   run(&m);
-  CHECK(flesh_trajectory_tangent(m.trajectory, &turn.parameter, dx, dx + m.n) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "changes the time at which a prescribed motion turns");
+  const int status = flesh_trajectory_tangent(m.trajectory, &turn.parameter, dx, dx + m.n);
   gradient_parameter_clear(&turn);
   free(dx);
   end(&m);
+  return status;
+}
+
+static void times_at_which_something_turns_are_refused(void)
+{
+  static const char loaded[] = BODY "young: 1e4, poisson: 0.4}}\neffects:\n  - inertia: {}\n" CLAMP
+                               "  - force: {nodes: [63], force: [0, 0.09, 0], amplitude: [{time: 0, value: 0}, "
+                               "{time: 0.055, value: 1}, {time: 0.13, value: 2}]}\n" TIME("0.01", "0.1");
+  const gradient_key motion = {"effects.prescribed_motion.motion[1].time", 0.035, 1e-4, 1e-5},
+                     within = {"effects.force.amplitude[1].time", 0.055, 1e-4, 1e-5},
+                     after_the_end = {"effects.force.amplitude[2].time", 0.13, 1e-4, 1e-5};
+  CHECK_OK(by_a_time(loaded, within, FLESH_METHOD_BACKWARD_EULER));
+  const flesh_method cut[] = {FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_RUNGE_KUTTA};
+  for (int k = 0; k < 4; k++) {
+    CHECK(by_a_time(driven.text, motion, cut[k]) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "changes the time 0.035 s");
+    CHECK(by_a_time(loaded, within, cut[k]) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "changes the time 0.055 s");
+    CHECK_OK(by_a_time(loaded, after_the_end, cut[k]));
+  }
 }
 
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(gradients_by_every_method), TEST(gradients_of_every_kind),
-                   TEST(incompressible_bodies_have_gradients), TEST(sequences_of_equilibria_have_gradients), TEST(what_has_no_gradient_is_refused));
+                   TEST(incompressible_bodies_have_gradients), TEST(sequences_of_equilibria_have_gradients), TEST(what_has_no_gradient_is_refused),
+                   TEST(times_at_which_something_turns_are_refused));
 }
