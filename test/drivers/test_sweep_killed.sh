@@ -1,4 +1,4 @@
-# TEST full program seconds=300 needs=flesh
+# TEST full program seconds=300 needs=flesh,stop_at
 # test_sweep_killed.sh: nothing of a sweep is lost when it is killed, shared, stopped, or out of disk.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -104,6 +104,16 @@ a_signal_stops_it_and_resume_goes_on() {
     figures stopped/sweep.db >got && diff expected got
 }
 
+# A signal before a scene is read, when no figure of a run is known yet, costs no column of the results.
+a_signal_at_the_start_costs_no_column() {
+  undisturbed || return 1
+  library=$(preloadable "$STOP_AT") || return 1
+  LD_PRELOAD=$library FLESH_STOP_SIGNAL=15 FLESH_STOP_AT=1 "$flesh" sweep bar.yaml --out early --quiet 2>/dev/null
+  [ $? -eq 143 ] && [ "$(ask early/sweep.db 'count(*)')" = 48 ] && expect 0 "$flesh" sweep bar.yaml --out early --resume || return 1
+  for name in whole early; do "$flesh" sweep export "$name/sweep.db" | sed 1q | tr , '\n' | sort >"$name.columns"; done
+  diff whole.columns early.columns && figures whole/sweep.db >expected && figures early/sweep.db >got && diff expected got
+}
+
 # Files that may not grow stand for a full disk.
 a_full_disk_stops_it_and_resume_goes_on() {
   undisturbed || return 1
@@ -165,4 +175,5 @@ without_power_nothing_is_lost() {
 
 run_tests killed_twenty_times_nothing_is_lost_or_done_again two_processes_share_the_work \
   a_living_process_keeps_its_claim hangs_and_crashes_are_rows a_signal_stops_it_and_resume_goes_on \
-  a_full_disk_stops_it_and_resume_goes_on a_small_disk_stops_it_and_resume_goes_on without_power_nothing_is_lost
+  a_signal_at_the_start_costs_no_column a_full_disk_stops_it_and_resume_goes_on \
+  a_small_disk_stops_it_and_resume_goes_on without_power_nothing_is_lost
