@@ -143,7 +143,7 @@ FLESH_API int flesh_integrator_set_method_options(flesh_integrator *integrator,
                                                   const flesh_method_options *options);
 FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
-/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h,
+/* Takes the state from t to t+h (retried in parts when a solve fails; statics: equilibrium at t+h,
  * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
  * of order 2 split the step at events (flesh_system_next_event) within it and restart there; so
  * they do when the caller passes another state than the one returned last. Their constrained dofs

@@ -215,7 +215,7 @@ int flesh_integrator_pass(flesh_integrator *self, const flesh_state *state, fles
   return status;
 }
 
-/* Steps through a piece of length h, or the rest of it, halving what fails. */
+/* Steps through a piece of length h, or the rest of it, halving or quartering what fails. */
 static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double h, flesh_solve_stats *stats)
 {
   flesh_cutbacks *cutbacks = &place->cutbacks;
@@ -227,7 +227,9 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
     const int gains = status > 0 && self->control.refusal == FLESH_REFUSED_BY_ENERGY;
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
-    more = flesh_cutbacks_next(cutbacks, self->recovery.max_cutbacks, status);
+    /* A solve that does not converge takes hundreds of iterations to show it. */
+    const int halvings = status == FLESH_NOT_CONVERGED && !gains ? 2 : 1;
+    more = flesh_cutbacks_next(cutbacks, halvings, self->recovery.max_cutbacks, status);
     if (more && !status && (status = flesh_integrator_pass(self, state, place))) return status;
   } while (more);
   return status;

@@ -11,6 +11,7 @@
 /* Parts longer than `longest` that reach beyond `hard` fail, all beyond `end` with another status. */
 typedef struct course {
   double longest, hard, end;
+  int quartered;   /* a failure makes two halvings */
   double at;       /* where the parts have led */
   int tries, parts, deepest, fatal;
   int apart;       /* a part did not begin where the last one ended, or was not as long as it said */
@@ -39,7 +40,7 @@ static int walk(int max_cutbacks, course *c, int *failures)
   do {
     status = take(c, &cutbacks.part, cutbacks.depth);
     *failures += status > 0;
-  } while (flesh_cutbacks_next(&cutbacks, max_cutbacks, status));
+  } while (flesh_cutbacks_next(&cutbacks, 1 + c->quartered, max_cutbacks, status));
   return status;
 }
 
@@ -53,6 +54,27 @@ static void steps_that_fail_are_halved(void)
     CHECK(c.at == span.end && !c.apart && c.deepest == depth && c.parts == 1 << depth);
     CHECK(failures == c.tries - c.parts && c.tries >= c.parts + depth);
   }
+}
+
+/* All parts are as long as they have to be, or half. */
+static void steps_that_fail_are_halved_twice(void)
+{
+  for (int depth = 0; depth <= 8; depth++) {
+    course c = {.longest = ldexp(span.h, -depth) * 1.001, .end = INFINITY, .quartered = 1};
+    int failures = 0;
+    CHECK_OK(walk(8, &c, &failures));
+    CHECK(c.at == span.end && !c.apart && c.deepest >= depth && c.deepest <= depth + 1);
+    CHECK(c.parts >= 1 << depth && c.parts <= 2 << depth && failures == c.tries - c.parts);
+  }
+  /* Half of the span fails once, the quarter in it leads on; the last halving is not left out. */
+  course c = {.longest = span.h / 1.9, .end = INFINITY, .quartered = 1};
+  int failures = 0;
+  CHECK_OK(walk(8, &c, &failures));
+  CHECK(c.parts == 3 && failures == 1 && c.deepest == 2);
+  c = (course){.longest = span.h / 7.9, .end = INFINITY, .quartered = 1};
+  failures = 0;
+  CHECK_OK(walk(3, &c, &failures));
+  CHECK(c.parts == 8 && c.deepest == 3);
 }
 
 /* A step that is hard at the end only is halved there only: 1/2, 1/4, 1/8, 1/8 of the span. */
@@ -202,7 +224,8 @@ static void failures_say_where(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(steps_that_fail_are_halved), TEST(parts_are_as_long_as_may_be),
+  return RUN_TESTS(argc, argv, TEST(steps_that_fail_are_halved),
+                   TEST(steps_that_fail_are_halved_twice), TEST(parts_are_as_long_as_may_be),
                    TEST(steps_are_given_up_at_the_greatest_depth), TEST(errors_end_a_step_at_once),
                    TEST(loads_are_raised_in_increments), TEST(increments_grow_where_they_succeed),
                    TEST(a_load_that_cannot_be_held_is_given_up), TEST(failures_say_where));

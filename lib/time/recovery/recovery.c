@@ -62,12 +62,11 @@ static void find_part(flesh_cutbacks *self, double begin)
 
 flesh_cutbacks flesh_cutbacks_of(flesh_span span) { return (flesh_cutbacks){.span = span, .part = span}; }
 
-int flesh_cutbacks_next(flesh_cutbacks *self, int max_cutbacks, int status)
+int flesh_cutbacks_next(flesh_cutbacks *self, int halvings, int max_cutbacks, int status)
 {
   if (status < 0 || (status > 0 && self->depth == max_cutbacks)) return 0;
   if (status > 0) {
-    self->depth++;
-    self->place *= 2;
+    for (; halvings > 0 && self->depth < max_cutbacks; halvings--) self->depth++, self->place *= 2;
     find_part(self, self->part.begin);
     return 1;
   }
