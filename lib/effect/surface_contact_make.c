@@ -30,6 +30,8 @@ static int *list_parts(const flesh_body *body)
 /* Which parts may meet, from their numbers. */
 static int take_pairs(contact *self, int parts, int count, const int *pairs)
 {
+  if (count < 0 || (count && !pairs))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "pair_count is %d; pairs must be an array of as many", count);
   self->may_meet = calloc((size_t)parts * (size_t)parts + 1, 1);
   if (!self->may_meet) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d bodies that touch", parts);
   if (!pairs) memset(self->may_meet, 1, (size_t)parts * (size_t)parts);

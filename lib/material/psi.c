@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "base/error.h"
 #include "material/psi_forms.h"
 #include "math/mat3.h"
 
@@ -45,6 +46,7 @@ int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *p
 {
   double I_C = flesh_mat3_norm2(F), det = flesh_mat3_determinant(F);
   if (!isfinite(I_C) || !isfinite(det)) return FLESH_NONFINITE;
+  if (!material->psi) return flesh_fail(FLESH_ERR_ARGUMENT, "the material has no psi; a flesh_material_from_ function makes one");
   flesh_psi at;
   int status = material->psi(I_C, det, material, &at);
   if (status) return status;

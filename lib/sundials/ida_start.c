@@ -72,10 +72,11 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
   const size_t bytes = (size_t)n * sizeof(double);
+  const double t = state->t;
+  if (!isfinite(t)) return flesh_fail(FLESH_ERR_ARGUMENT, "the state's t is %g s; it must be finite", t);
   double *x = flesh_ida_open(self, y_vector, 0), *xp = x ? flesh_ida_open(self, yp_vector, 1) : NULL;
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
-  const double t = state->t;
   self->accepted.limits = held->started = 0;
   held->begin = t;
   held->event = flesh_system_next_event(e->system, t);

@@ -67,8 +67,9 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   FLESH_NEED({self, "problem"}, {stage, "stage"}, {stage ? stage->x0 : NULL, "stage->x0"});
   if (!isfinite(stage->shift.x) || stage->shift.x == 0) /* what is prescribed of x is divided by it */
     return flesh_fail(FLESH_ERR_ARGUMENT, "the stage's shift.x is %g; it must be finite and not 0", stage->shift.x);
-  if (!isfinite(stage->t) || !isfinite(stage->load))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the stage's t is %g s and its load %g; they must be finite", stage->t, stage->load);
+  if (!isfinite(stage->t) || !isfinite(stage->load) || !isfinite(stage->prescribed_fraction))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the stage's t is %g s, its load %g and its prescribed_fraction %g; they must be finite",
+                      stage->t, stage->load, stage->prescribed_fraction);
   flesh_newton_set_stage(&self->newton, stage);
   self->staged = 1;
   return FLESH_OK;

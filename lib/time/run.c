@@ -212,6 +212,8 @@ static int check_steps(const flesh_run_options *options, int step, double begin,
 {
   if (options->observer_count < 0 || (options->observer_count && !options->observers))
     return flesh_fail(FLESH_ERR_ARGUMENT, "observer_count is %d; observers must be an array of as many", options->observer_count);
+  for (int k = 0; k < options->observer_count; k++)
+    if (!options->observers[k].observe) return flesh_fail(FLESH_ERR_ARGUMENT, "observers[%d].observe is NULL", k);
   if (!(options->h > 0) || !isfinite(options->h))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
   if (!isfinite(options->end) || options->end < state->t)

@@ -1,6 +1,7 @@
 // TEST quick
-/* test_members.c: states without positions or velocities, stages without a base or with numbers that are none, and overrides
- * that are NULL are refused before anything is read of them. */
+/* test_members.c: states without positions or velocities, stages without a base or with numbers that are none, observers
+ * without a function, pairs without an array, materials that nothing made, and overrides that are NULL are refused before
+ * anything is read of them. */
 #include "body.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
@@ -54,6 +55,13 @@ static void states_have_arrays(void)
     refused(flesh_state_write("state.txt", b.n / 3, &state), word);
     if (k == 0) refused(flesh_sensitivity_set(sensitivity, &state, NULL), word);
   }
+  const flesh_run_options unseen = {.h = 1, .end = 1, .observer_count = 1, .observers = &(flesh_observer){NULL}};
+  refused(flesh_run(b.system, integrator, &unseen, &b.state, NULL), "observers[0].observe is NULL");
+  for (int k = 0; k < 2; k++) {
+    b.state.t = k ? NAN : -INFINITY;
+    refused(flesh_ida_start(ida, &b.state, y, yp), "it must be finite");
+    refused(flesh_ode_start(ode, &b.state, y), "it must be finite");
+  }
   N_VDestroy(y);
   N_VDestroy(yp);
   flesh_sensitivity_destroy(&sensitivity);
@@ -75,9 +83,9 @@ static void stages_have_a_base_and_numbers(void)
   flesh_stage stage = good;
   stage.x0 = NULL;
   refused(flesh_problem_set_stage(problem, &stage), "stage->x0 is NULL");
-  for (int k = 0; k < 4; k++) {
+  for (int k = 0; k < 5; k++) {
     stage = good;
-    *(k < 2 ? &stage.shift.x : k < 3 ? &stage.t : &stage.load) = k ? NAN : 0;
+    *(k < 2 ? &stage.shift.x : k < 3 ? &stage.t : k < 4 ? &stage.load : &stage.prescribed_fraction) = k ? NAN : 0;
     refused(flesh_problem_set_stage(problem, &stage), k < 2 ? "it must be finite and not 0" : "they must be finite");
   }
   CHECK_OK(flesh_problem_set_stage(problem, &good));
@@ -94,6 +102,13 @@ static void numbers_have_a_meaning(void)
   refused(flesh_state_write("state.txt", -1, &b.state), "nodes is -1; it must not be negative");
   options.techniques = ~0u;
   refused(flesh_problem_create(b.system, &options, &problem), "techniques is 4294967295; it must be in 0 to 131071");
+  flesh_contact_options contact;
+  flesh_effect *effect = NULL;
+  flesh_contact_options_default(&contact);
+  for (int count = -1; count < 2; count += 2)
+    refused(flesh_effect_surface_contact(&b.body, &contact, count, NULL, &effect), "pairs must be an array of as many");
+  double psi;
+  refused(flesh_material_energy(&(flesh_material){0}, (double[]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &psi), "the material has no psi");
   test_body_destroy(&b);
 }
 
