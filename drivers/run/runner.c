@@ -160,10 +160,18 @@ static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
   }
 }
 
+/* Whether rounding hid what the forces do: most solves ended there, the last with this part of them out of balance. */
+static int rounding_hides(const flesh_figures *figures, double tolerance, double *part)
+{
+  *part = figures->residual / figures->residual_target * tolerance; /* the target is the tolerance's part */
+  return figures->at_rounding > figures->solves / 2 && *part > 0.1 && *part < INFINITY;
+}
+
 /* Adds warnings and messages about the run, whether it failed or not. */
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
-  char words[240];
+  char words[300];
+  double part;
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
   tell_effects(r, outcome);
@@ -182,6 +190,13 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
     snprintf(words, sizeof words,
              "the body is at rest in a stressed state: %.4g J of strain energy, and no load holds it (a tangle, or "
              "another stable shape than the one at rest)", figures->stressed_rest);
+    warn(r, outcome, 1, words);
+  }
+  if (rounding_hides(figures, flesh_scene_solver(r->scene)->newton_tolerance, &part)) {
+    snprintf(words, sizeof words,
+             "%ld of %ld solves ended at rounding, the last with %.3g N out of balance, %.2g of the forces to balance: the motion "
+             "is not to be trusted; a nearly flat tet (`flesh mesh info`), a tiny body or too small a load does that",
+             figures->at_rounding, figures->solves, figures->residual, part);
     warn(r, outcome, 1, words);
   }
   figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton, figures->unfinished_linear);

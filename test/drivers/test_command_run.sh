@@ -372,7 +372,11 @@ odd_meshes_and_solves_are_named() {
     return 1
   expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames ||
     return 1
-  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
+  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance' && has tight/result.json '"warning": null' ||
+    return 1
+  printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n.3 .3 1e-13\n1 1 1\ntets 2\n0 1 2 3\n1 2 3 4\n' >sliver.mesh
+  expect 0 "$flesh" run bar.yaml --out sliver --set body.mesh=sliver.mesh --set time.end=1/60 --no-frames || return 1
+  has stderr.txt '1 of 1 solves ended at rounding, the last with .* N out of balance, 1 of the forces to balance'
 }
 
 # A file system without room shows the same as a limit of the files' size.
