@@ -219,7 +219,8 @@ double flesh_surface_near_limiting_distance(near *self, const double *x_from, co
   const flesh_surface_drift way = largest_drift(self, x_from, x_to);
   const int far = self->static_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
   double apart = (far ? way.within : way.all) / LOST;
-  for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY; k++) {
+  /* The pairs at hand cost less to look at than a tighter bound. */
+  for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY && !is_known(self, x_from, apart); k++) {
     const double tighter = flesh_near_drift_bound(&self->drift, self->finder, x_from, x_to, apart) / LOST;
     if (!(tighter < apart)) break;
     apart = tighter;
