@@ -178,7 +178,7 @@ int flesh_surface_near_update_friction(near *self, const flesh_point *point)
 void flesh_surface_near_expect(near *self, const double *x, int tangents)
 {
   const int predicted = !tangents && self->secant_known && flesh_surface_near_is_at(self, x, self->x_predicted);
-  flesh_contact_secant_apply(predicted ? &self->secant : NULL, &self->set, x);
+  flesh_contact_secant_apply(predicted ? &self->secant : NULL, &self->set);
 }
 
 int flesh_surface_near_reserve(near *self, int hessians)
@@ -241,7 +241,7 @@ static void predict(const flesh_effect *effect, const flesh_point *point)
     flesh_surface_near_keep(self, point->lagged.x, self->x_secant);
     self->secant_known = 1;
   } else if (flesh_surface_near_is_at(self, point->x, self->x_predicted)) return;
-  flesh_contact_secant_predict(&self->secant, &self->set, point->x, point->lagged.x);
+  flesh_contact_secant_predict(&self->secant, &self->set, point->lagged.x);
   flesh_surface_near_keep(self, point->x, self->x_predicted);
 }
 

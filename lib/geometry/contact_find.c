@@ -327,14 +327,26 @@ static int gather(job *j)
   }
   if (set->count <= set->value_room) return FLESH_OK;
   const int room = set->count + set->count / 2;
+  flesh_free(set->closest);
   flesh_free(set->values);
   flesh_free(set->gradients);
   set->value_room = 0;
+  set->closest = flesh_malloc((size_t)room * sizeof *set->closest);
   set->values = flesh_malloc((size_t)room * sizeof *set->values);
   set->gradients = flesh_malloc(12 * (size_t)room * sizeof *set->gradients);
-  if (set->values && set->gradients) set->value_room = room;
+  if (set->closest && set->values && set->gradients) set->value_room = room;
   else set->count = 0;
   return set->value_room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d pairs", room);
+}
+
+static void closest_of_part(void *data, int task)
+{
+  const job *j = data;
+  const int count = j->set->count, parts = flesh_contact_parts(count, 32), end = flesh_contact_part(count, parts, task + 1);
+  for (int k = flesh_contact_part(count, parts, task); k < end; k++) {
+    const flesh_contact_pair *pair = &j->set->pairs[k];
+    flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, j->x, &j->set->closest[k]);
+  }
 }
 
 /* Whether all parts had room for their pairs; else there is to be more. */
@@ -381,5 +393,7 @@ int flesh_contact_set_update(flesh_contact_set *set, const flesh_contact_candida
       if (j.found[part].undefined) return FLESH_UNDEFINED;
     enough = had_room(&j);
   }
-  return gather(&j);
+  const int status = gather(&j);
+  if (!status) flesh_threads_run(threads, flesh_contact_parts(set->count, 32), closest_of_part, &j);
+  return status;
 }

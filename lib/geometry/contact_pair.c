@@ -79,22 +79,21 @@ static void mollifier_gradient(const mollifier *m, double g[12])
   }
 }
 
-int flesh_contact_pair_gradient(const flesh_contact_pair *pair, const double *x, double *value, double *gradient)
+int flesh_contact_pair_gradient(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x, double *value,
+                                double *gradient)
 {
-  flesh_contact_closest at;
   mollifier m;
   double law, first, second, turn[12];
   *value = 0;
   if (gradient) memset(gradient, 0, 12 * sizeof *gradient);
-  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
-  if (!(at.distance > 0)) return FLESH_UNDEFINED;
-  if (at.distance >= pair->thickness) return FLESH_OK;
-  flesh_barrier_law(at.distance / pair->thickness, &law, &first, &second);
+  if (!(at->distance > 0)) return FLESH_UNDEFINED;
+  if (at->distance >= pair->thickness) return FLESH_OK;
+  flesh_barrier_law(at->distance / pair->thickness, &law, &first, &second);
   const int mollified = find_mollifier(pair, x, &m);
   *value = pair->weight * pair->thickness * law;
-  for (int a = 0; gradient && a < at.count; a++)
+  for (int a = 0; gradient && a < at->count; a++)
     for (int c = 0; c < 3; c++)
-      gradient[3 * at.corner[a] + c] = pair->weight * first * at.share[a] * at.normal[c] * (mollified ? m.value : 1);
+      gradient[3 * at->corner[a] + c] = pair->weight * first * at->share[a] * at->normal[c] * (mollified ? m.value : 1);
   if (!mollified) return FLESH_OK;
   mollifier_gradient(&m, turn);
   for (int k = 0; gradient && k < 12; k++) gradient[k] += *value * m.first * turn[k];
@@ -262,22 +261,20 @@ static void filter_whole(flesh_eigenvalue_filter filter, double *hessian)
     }
 }
 
-int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const double *x, flesh_eigenvalue_filter filter,
-                               double *hessian)
+int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
+                               flesh_eigenvalue_filter filter, double *hessian)
 {
-  flesh_contact_closest at;
   mollifier m;
   double law, first, second, g[12] = {0}, turn[12];
   memset(hessian, 0, 144 * sizeof *hessian);
-  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
-  if (!(at.distance > 0)) return FLESH_UNDEFINED;
-  if (at.distance >= pair->thickness) return FLESH_OK;
+  if (!(at->distance > 0)) return FLESH_UNDEFINED;
+  if (at->distance >= pair->thickness) return FLESH_OK;
   const int mollified = find_mollifier(pair, x, &m);
-  barrier_hessian(&at, pair, mollified ? FLESH_FILTER_NONE : filter, hessian);
+  barrier_hessian(at, pair, mollified ? FLESH_FILTER_NONE : filter, hessian);
   if (!mollified) return FLESH_OK;
-  flesh_barrier_law(at.distance / pair->thickness, &law, &first, &second);
-  for (int a = 0; a < at.count; a++)
-    for (int c = 0; c < 3; c++) g[3 * at.corner[a] + c] = pair->weight * first * at.share[a] * at.normal[c];
+  flesh_barrier_law(at->distance / pair->thickness, &law, &first, &second);
+  for (int a = 0; a < at->count; a++)
+    for (int c = 0; c < 3; c++) g[3 * at->corner[a] + c] = pair->weight * first * at->share[a] * at->normal[c];
   const double value = pair->weight * pair->thickness * law;
   mollifier_gradient(&m, turn);
   for (int i = 0; i < 12; i++)

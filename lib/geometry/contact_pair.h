@@ -34,12 +34,13 @@ typedef struct flesh_contact_pair {
 double flesh_contact_parallel(double first_squared, double second_squared);
 
 /* The value [J] and, unless NULL, the gradient [12], N, in the order of the pair's nodes, 0 behind them; nodes at
- * x [3*n]. FLESH_UNDEFINED, with zeros, where the distance is not positive. */
-int flesh_contact_pair_gradient(const flesh_contact_pair *pair, const double *x, double *value, double *gradient);
+ * x [3*n], where its nearest points are `at`. FLESH_UNDEFINED, with zeros, where the distance is not positive. */
+int flesh_contact_pair_gradient(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x, double *value,
+                                double *gradient);
 
 /* The Hessian [144], N/m, row-major, 0 behind the nodes, its negative eigenvalues filtered. FLESH_UNDEFINED as above. */
-int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const double *x, flesh_eigenvalue_filter filter,
-                               double *hessian);
+int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
+                               flesh_eigenvalue_filter filter, double *hessian);
 
 /* The normal force by which the features part [N], negative where the weight is; 0 beyond the thickness, and where the
  * distance is not positive. Also tells the nearest points. */

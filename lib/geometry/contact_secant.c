@@ -47,12 +47,7 @@ static double gap_at(double pressure)
   }
 }
 
-static double gap_of(const flesh_contact_pair *pair, const double *x)
-{
-  flesh_contact_closest at;
-  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
-  return at.distance / pair->thickness;
-}
+static double gap_of(const flesh_contact_set *set, int k) { return set->closest[k].distance / set->pairs[k].thickness; }
 
 /* How many pairs, from the k-th on, are of its node; 0: it is of two edges. */
 static int count_pairs(const flesh_contact_set *set, int k)
@@ -60,18 +55,6 @@ static int count_pairs(const flesh_contact_set *set, int k)
   int count = 0;
   while (set->pairs[k].owner >= 0 && k + count < set->count && set->pairs[k + count].owner == set->pairs[k].owner) count++;
   return count;
-}
-
-/* The least gap of pairs [count], at most 1, and which one has it. */
-static double least_gap(int count, const flesh_contact_pair *pairs, const double *x, int *nearest)
-{
-  double least = 1;
-  *nearest = 0;
-  for (int k = 0; k < count; k++) {
-    const double gap = gap_of(&pairs[k], x);
-    if (gap < least) least = gap, *nearest = k;
-  }
-  return least;
 }
 
 int flesh_contact_secant_expects(const flesh_contact_secant_node *node, int update) { return node->known == update - 1; }
@@ -86,31 +69,33 @@ void flesh_contact_secant_expect(flesh_contact_secant_node *node, int update, do
   node->slope = flesh_barrier_secant(gap, node->expected);
 }
 
-/* For the pairs [count] of one node. */
-static void predict(flesh_contact_secant *secant, int count, const flesh_contact_pair *pairs, const double *x,
-                    const double *x_lag)
+/* For the pairs of one node, from the k-th on, by the one with the least gap. */
+static void predict(flesh_contact_secant *secant, int count, const flesh_contact_set *set, int k, const double *x_lag)
 {
-  flesh_contact_secant_node *node = &secant->nodes[pairs->owner];
-  int nearest;
-  const double least = least_gap(count, pairs, x, &nearest);
-  const int known = flesh_contact_secant_expects(node, secant->updates);
-  flesh_contact_secant_expect(node, secant->updates, least, known ? 1 : gap_of(&pairs[nearest], x_lag));
+  flesh_contact_secant_node *node = &secant->nodes[set->pairs[k].owner];
+  int nearest = k;
+  for (int j = k; j < k + count; j++)
+    if (gap_of(set, j) < gap_of(set, nearest)) nearest = j;
+  const flesh_contact_pair *pair = &set->pairs[nearest];
+  flesh_contact_closest lag = {.distance = pair->thickness};
+  if (!flesh_contact_secant_expects(node, secant->updates))
+    flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x_lag, &lag);
+  flesh_contact_secant_expect(node, secant->updates, fmin(1, gap_of(set, nearest)), lag.distance / pair->thickness);
 }
 
-void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x,
-                                  const double *x_lag)
+void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x_lag)
 {
   secant->updates++;
   for (int k = 0, count; k < set->count && (count = count_pairs(set, k)); k += count)
-    predict(secant, count, set->pairs + k, x, x_lag);
+    predict(secant, count, set, k, x_lag);
 }
 
-void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set, const double *x)
+void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set)
 {
   for (int k = 0, count; k < set->count && (count = count_pairs(set, k)); k += count) {
     const flesh_contact_secant_node *node = secant ? &secant->nodes[set->pairs[k].owner] : NULL;
     const int known = node && node->known == secant->updates;
     for (int j = k; j < k + count; j++)
-      set->pairs[j].expected = known ? gap_of(&set->pairs[j], x) + node->expected - node->gap : 0;
+      set->pairs[j].expected = known ? gap_of(set, j) + node->expected - node->gap : 0;
   }
 }

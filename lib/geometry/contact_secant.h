@@ -40,12 +40,11 @@ void flesh_contact_secant_clear(flesh_contact_secant *secant);
 /* Forgets what solves have predicted: the next one starts from another state. */
 void flesh_contact_secant_forget(flesh_contact_secant *secant);
 
-/* Predicts the forces at x [3*n] of the set's pairs, which are those at x: by what was predicted last, or by x_lag, where
- * the solve begins. */
-void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x,
-                                  const double *x_lag);
+/* Predicts the forces of the set's pairs where it is: by what was predicted last, or by x_lag [3*n], where the solve
+ * begins. */
+void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x_lag);
 
-/* Sets `expected` of the set's pairs at x, the place that was predicted for last; 0 (tangents) where `secant` is NULL. */
-void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set, const double *x);
+/* Sets `expected` of the set's pairs, at the place that was predicted for last; 0 (tangents) where `secant` is NULL. */
+void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set);
 
 #endif

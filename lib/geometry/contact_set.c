@@ -27,6 +27,7 @@ int flesh_contact_set_create(const flesh_contact_surface *surface, const double 
 void flesh_contact_set_clear(flesh_contact_set *set)
 {
   flesh_free(set->pairs);
+  flesh_free(set->closest);
   flesh_free(set->edge_squared);
   flesh_free(set->values);
   flesh_free(set->gradients);
@@ -38,7 +39,7 @@ size_t flesh_contact_set_memory(const flesh_contact_set *set)
 {
   const size_t edges = set->surface ? (size_t)set->surface->edge_count : 0;
   return sizeof *set + edges * sizeof *set->edge_squared + set->scratch_size +
-         set->capacity * sizeof *set->pairs + (size_t)set->value_room * 13 * sizeof(double);
+         set->capacity * sizeof *set->pairs + (size_t)set->value_room * (13 * sizeof(double) + sizeof *set->closest);
 }
 
 typedef struct job {
@@ -60,7 +61,7 @@ static void gradients_of_part(void *data, int task)
   const flesh_contact_set *set = j->set;
   const int end = flesh_contact_part(set->count, j->parts, task + 1);
   for (int k = flesh_contact_part(set->count, j->parts, task); k < end; k++)
-    if (flesh_contact_pair_gradient(set->pairs + k, j->x, set->values + k,
+    if (flesh_contact_pair_gradient(set->pairs + k, set->closest + k, j->x, set->values + k,
                                     j->gradients ? set->gradients + 12 * (size_t)k : NULL))
       j->undefined[task] = 1;
 }
@@ -93,7 +94,7 @@ static void hessians_of_part(void *data, int task)
   for (int k = flesh_contact_part(set->count, j->parts, task); k < end; k++) {
     double *H = j->hessians + 144 * (size_t)k;
     if (!flesh_contact_set_owns(set, set->pairs + k)) continue;
-    flesh_contact_pair_hessian(set->pairs + k, j->x, j->filter, H);
+    flesh_contact_pair_hessian(set->pairs + k, set->closest + k, j->x, j->filter, H);
     for (int e = 0; e < 144; e++) H[e] *= j->scale;
   }
 }

@@ -47,13 +47,14 @@ typedef struct flesh_contact_set {
   flesh_contact_law law;
   int count;                 /* pairs nearer than their thickness and with weight: all pairs of a point in a row, */
   flesh_contact_pair *pairs; /* points ascending, then those of edges */
+  flesh_contact_closest *closest; /* [count] their nearest points */
   int own; /* pairs whose first node is below are evaluated: those of a rank that owns these nodes (team.h); INT_MAX: all */
   double distance;           /* m, the least of theirs, to 1e-9 of the thickness; INFINITY where there is none */
   /* The members below are the set's own. */
   double *edge_squared; /* [edge_count] rest lengths squared, m^2 */
   size_t capacity, scratch_size;
   int value_room;             /* at least count */
-  double *values, *gradients; /* [value_room], [12*value_room] */
+  double *values, *gradients; /* [value_room], [12*value_room]; closest has value_room, too */
   int room[2];                /* pairs of a part of the points, and of the edges */
   void *scratch;
 } flesh_contact_set;

@@ -30,6 +30,20 @@ static flesh_contact_pair random_pair(int kind, double distance, double x[12])
   return pair;
 }
 
+static int gradient_of(const flesh_contact_pair *pair, const double *x, double *value, double *gradient)
+{
+  flesh_contact_closest at;
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
+  return flesh_contact_pair_gradient(pair, &at, x, value, gradient);
+}
+
+static int hessian_of(const flesh_contact_pair *pair, const double *x, flesh_eigenvalue_filter filter, double *H)
+{
+  flesh_contact_closest at;
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
+  return flesh_contact_pair_hessian(pair, &at, x, filter, H);
+}
+
 static int same_feature(const flesh_contact_pair *pair, const double *x, const double *y)
 {
   flesh_contact_closest a, b;
@@ -52,15 +66,15 @@ static int compare(const flesh_contact_pair *pair, const double *x, double step,
 {
   double value, g[12], H[144], gradients[6][12], values[6], y[12], size = 0, bend = 0;
   *of_gradient = *of_hessian = 0;
-  if (flesh_contact_pair_gradient(pair, x, &value, g) || value == 0) return -1;
-  CHECK_OK(flesh_contact_pair_hessian(pair, x, FLESH_FILTER_NONE, H));
+  if (gradient_of(pair, x, &value, g) || value == 0) return -1;
+  CHECK_OK(hessian_of(pair, x, FLESH_FILTER_NONE, H));
   for (int k = 0; k < 12; k++) size = fmax(size, fabs(g[k]));
   for (int k = 0; k < 144; k++) bend = fmax(bend, fabs(H[k]));
   for (int k = 0; k < 3 * flesh_contact_kind_nodes(pair->kind); k++) {
     for (int s = 0; s < 6; s++) {
       memcpy(y, x, sizeof y);
       y[k] += stencil[s] * step;
-      if (!same_feature(pair, x, y) || flesh_contact_pair_gradient(pair, y, &values[s], gradients[s]) || values[s] == 0)
+      if (!same_feature(pair, x, y) || gradient_of(pair, y, &values[s], gradients[s]) || values[s] == 0)
         return -1;
     }
     *of_gradient = fmax(*of_gradient, fabs(derivative(values, step) - g[k]) / size);
@@ -131,7 +145,7 @@ static void forces_and_moments_balance(void)
     double x[12], value, g[12], size = 0, sums[6] = {0};
     const flesh_contact_pair pair =
         trial % 5 == 4 ? parallel_pair(0.02, x) : random_pair(trial % 5, 0.1 + 0.09 * uniform(), x);
-    if (flesh_contact_pair_gradient(&pair, x, &value, g) || value == 0) continue;
+    if (gradient_of(&pair, x, &value, g) || value == 0) continue;
     for (int a = 0; a < flesh_contact_kind_nodes(pair.kind); a++) {
       double moment[3];
       flesh_vec3_cross(x + 3 * a, g + 3 * a, moment);
@@ -171,8 +185,8 @@ static void filters_are_those_of_the_whole(void)
     flesh_contact_pair pair =
         trial % 5 == 4 ? parallel_pair(0.02, x) : random_pair(trial % 5, 0.1 + 0.09 * uniform(), x);
     if (trial % 3 == 0) pair.weight = -pair.weight;
-    CHECK_OK(flesh_contact_pair_hessian(&pair, x, FLESH_FILTER_NONE, whole));
-    CHECK_OK(flesh_contact_pair_hessian(&pair, x, filter, H));
+    CHECK_OK(hessian_of(&pair, x, FLESH_FILTER_NONE, whole));
+    CHECK_OK(hessian_of(&pair, x, filter, H));
     filter_by_twelve(whole, filter);
     for (int k = 0; k < 144; k++) size = fmax(size, fabs(whole[k]));
     if (size == 0) continue;
@@ -205,13 +219,13 @@ static void stress_one(int trial, int *felt, int *bad)
     if (way == 6) for (int a = 0; a < 4; a++) x[3 * a + c] += 1e6;
     if (way == 7) for (int a = 0; a < 4; a++) x[3 * a + c] = x[c] + 1e-8 * x[3 * a + c];
   }
-  const int status = flesh_contact_pair_gradient(&pair, x, &value, g);
+  const int status = gradient_of(&pair, x, &value, g);
   double sum = value;
   for (int k = 0; k < 12; k++) sum += g[k] * 0 + (status ? fabs(g[k]) : 0);
   *bad += !isfinite(sum) || (status && sum != 0);
   *felt += status == FLESH_OK && value > 0;
   if (trial / 32 % 8) return;
-  *bad += flesh_contact_pair_hessian(&pair, x, (flesh_eigenvalue_filter)(trial / 256 % 3), H) != status;
+  *bad += hessian_of(&pair, x, (flesh_eigenvalue_filter)(trial / 256 % 3), H) != status;
   sum = 0;
   for (int k = 0; k < 144; k++) sum += H[k] * 0;
   *bad += sum != 0;
@@ -271,7 +285,7 @@ static void jumps_of(int steps, double jump[2])
       const double place[3] = {along * cos(angle), along * sin(angle) + 0.01, 0.05 + tilt * along};
       memcpy(x + 6 + 3 * end, place, sizeof place);
     }
-    CHECK_OK(flesh_contact_pair_gradient(&pair, x, now, now + 1));
+    CHECK_OK(gradient_of(&pair, x, now, now + 1));
     for (int c = 0; c < 13 && k; c++) jump[c > 0] = fmax(jump[c > 0], fabs(now[c] - last[c]));
     memcpy(last, now, sizeof last);
   }

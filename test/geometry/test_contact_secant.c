@@ -46,7 +46,7 @@ static double slope_of(const flesh_contact_set *set, const double *x)
 {
   double sum = 0, H[144];
   for (int k = 0; k < set->count; k++) {
-    CHECK_OK(flesh_contact_pair_hessian(&set->pairs[k], x, FLESH_FILTER_NONE, H));
+    CHECK_OK(flesh_contact_pair_hessian(&set->pairs[k], &set->closest[k], x, FLESH_FILTER_NONE, H));
     for (int a = 0; a < 4; a++)
       for (int b = 0; b < 4; b++)
         if (set->pairs[k].nodes[a] >= 0 && set->pairs[k].nodes[b] >= 0 && f.body[set->pairs[k].nodes[a]] &&
@@ -74,8 +74,8 @@ static void secants_lead_to_the_force_before(void)
     CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
     flesh_contact_secant_forget(&secant);
     for (int again = 0; again < 2; again++) {
-      if (!again) flesh_contact_secant_predict(&secant, &set, x, x_lag);
-      flesh_contact_secant_apply(&secant, &set, x);
+      if (!again) flesh_contact_secant_predict(&secant, &set, x_lag);
+      flesh_contact_secant_apply(&secant, &set);
       for (int p = 0; p < set.count; p++) CHECK_NEAR(set.pairs[p].expected, to, 1e-9);
       CHECK_NEAR(slope_of(&set, x), slope, 1e-6 * slope);
     }
@@ -91,7 +91,7 @@ static double turning_of(const flesh_contact_set *set, const double *x, double e
   for (int k = 0; k < set->count; k++) {
     flesh_contact_pair pair = set->pairs[k];
     pair.expected = expected;
-    CHECK_OK(flesh_contact_pair_hessian(&pair, x, FLESH_FILTER_NONE, H));
+    CHECK_OK(flesh_contact_pair_hessian(&pair, &set->closest[k], x, FLESH_FILTER_NONE, H));
     for (int a = 0; a < 4; a++)
       for (int b = 0; b < 4; b++) sum += fabs(H[12 * (3 * a + 2) + 3 * b]);
   }
@@ -133,8 +133,8 @@ static int count_iterations(double weight, double spring, double lag)
     if (fabs(force) <= 1e-9 * weight) break;
     place(gap, 0, x);
     CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
-    flesh_contact_secant_predict(&secant, &set, x, x_lag);
-    flesh_contact_secant_apply(&secant, &set, x);
+    flesh_contact_secant_predict(&secant, &set, x_lag);
+    flesh_contact_secant_apply(&secant, &set);
     gap -= force / (slope_of(&set, x) + spring * weight);
     CHECK(gap > 0);
   }

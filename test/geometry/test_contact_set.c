@@ -317,7 +317,7 @@ static void crossing_edges_part(void)
     double value, g[12];
     edges += set.pairs[k].owner < 0;
     if (set.pairs[k].owner >= 0 || set.pairs[k].nodes[1] != 1 || set.pairs[k].nodes[3] != 4) continue;
-    CHECK_OK(flesh_contact_pair_gradient(&set.pairs[k], f.x, &value, g));
+    CHECK_OK(flesh_contact_pair_gradient(&set.pairs[k], &set.closest[k], f.x, &value, g));
     for (int i = 0; i < 12; i++) CHECK(value == 0 && g[i] == 0);
     parallel++;
   }
