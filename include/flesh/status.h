@@ -47,7 +47,8 @@ FLESH_API const char *flesh_status_text(int status);
 /* Text of the last failure in this thread: one sentence saying where, what, and what would be
  * valid ("scene.yaml:12:9: body.material.poisson is 0.6; it must be a number in (-1, 0.5]"). One line of
  * printable UTF-8: '?' stands for any other byte of a name that it quotes. Empty when nothing has
- * failed. Owned by the library, overwritten by the thread's next failure. */
+ * failed. A positive status mostly leaves the text as it is: flesh_status_text() has its meaning. Owned by
+ * the library, overwritten by the thread's next failure. */
 FLESH_API const char *flesh_error_text(void);
 
 /* Told every such sentence as it is recorded, with its status; `text` lasts as long as the call,
