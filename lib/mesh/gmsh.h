@@ -21,6 +21,7 @@ typedef struct flesh_gmsh {
   int group_count, group_room;
   int nodes_read, elements_read;
   int64_t others; /* elements that are no tets */
+  int64_t last_group, last_nodes[4]; /* 2.2: physical tag and corners of the last tet */
 } flesh_gmsh;
 
 /* Fails with line or byte before the sentence. */

@@ -1,4 +1,6 @@
 /* gmsh2.c: $Nodes and $Elements of Gmsh's format 2.2. */
+#include <string.h>
+
 #include "base/error.h"
 #include "mesh/gmsh.h"
 
@@ -31,6 +33,15 @@ int flesh_gmsh2_nodes(flesh_gmsh *g)
   return status;
 }
 
+/* Whether a tet is the last one again, as Gmsh writes it for each further physical group that has it. */
+static int is_last_again(flesh_gmsh *g, int64_t group, const int64_t nodes[4])
+{
+  const int again = g->draft->tets && group && group != g->last_group && !memcmp(g->last_nodes, nodes, sizeof g->last_nodes);
+  g->last_group = group;
+  memcpy(g->last_nodes, nodes, sizeof g->last_nodes);
+  return again;
+}
+
 /* One element's tags and nodes; `physical` and `elementary` are its first two tags. */
 static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, int64_t where)
 {
@@ -44,8 +55,9 @@ static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, 
   if (flesh_gmsh_is_tet(type)) {
     for (int i = 0; i < flesh_gmsh_type_nodes(type) && !status; i++) status = flesh_gmsh_int(g, &nodes[i]);
     if (!status) status = flesh_gmsh_row_end(g);
-    if (!status && set >= 0) status = flesh_members_add(&g->draft->sets.sets[set].tets, g->draft->tets);
-    if (!status)
+    const int again = !status && is_last_again(g, kind[0], nodes);
+    if (!status && set >= 0) status = flesh_members_add(&g->draft->sets.sets[set].tets, g->draft->tets - again);
+    if (!status && !again)
       status = flesh_gmsh_add_tet(g, type, tag, nodes, kind[0] ? kind[0] : kind[1], where);
     return status;
   }

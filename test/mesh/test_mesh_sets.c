@@ -118,18 +118,19 @@ static void vega_files_have_sets_and_regions(void)
   flesh_mesh_destroy(&mesh);
 }
 
-#define NAMES "$PhysicalNames\n4\n0 1 \"tip\"\n2 4 \"the base\"\n3 9 \"body\"\n2 5 \"unused\"\n$EndPhysicalNames\n"
+#define NAMES "$PhysicalNames\n5\n3 7 \"again\"\n0 1 \"tip\"\n2 4 \"the base\"\n3 9 \"body\"\n2 5 \"unused\"\n$EndPhysicalNames\n"
 
 static void gmsh_groups_are_sets(void)
 {
   flesh_mesh *mesh[2];
   CHECK_OK(flesh_mesh_read(write_text("g22.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" NAMES
                                                  "$Nodes\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n40 0 0 1\n$EndNodes\n"
-                                                 "$Elements\n3\n1 15 2 1 1 40\n2 2 2 4 1 10 30 20\n3 4 2 9 1 10 20 30 40\n"
+                                                 "$Elements\n4\n1 15 2 1 1 40\n2 2 2 4 1 10 30 20\n3 4 2 9 1 10 20 30 40\n"
+                                                 "4 4 2 7 1 10 20 30 40\n" /* once more in another group */
                                                  "$EndElements\n"), &mesh[0]));
   /* The groups -4 and -9 turn their surface and volume round. */
   CHECK_OK(flesh_mesh_read(write_text("g41.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" NAMES
-                                                 "$Entities\n1 0 1 1\n7 0 0 1 1 1\n3 0 0 0 1 1 0 2 6 -4 0\n1 0 0 0 1 1 1 1 -9 0\n"
+                                                 "$Entities\n1 0 1 1\n7 0 0 1 1 1\n3 0 0 0 1 1 0 2 6 -4 0\n1 0 0 0 1 1 1 2 -9 7 0\n"
                                                  "$EndEntities\n$Nodes\n1 4 10 40\n3 1 0 4\n10\n20\n30\n40\n0 0 0\n1 0 0\n0 1 0\n"
                                                  "0 0 1\n$EndNodes\n$Elements\n3 3 1 3\n0 7 15 1\n1 40\n2 3 2 1\n2 10 30 20\n"
                                                  "3 1 4 1\n3 10 20 30 40\n$EndElements\n"), &mesh[1]));
@@ -139,6 +140,7 @@ static void gmsh_groups_are_sets(void)
     check_set(mesh[m], "tip", LIST(3), NONE);
     check_set(mesh[m], "the base", LIST(0, 1, 2), NONE);
     check_set(mesh[m], "body", NONE, LIST(0));
+    check_set(mesh[m], "again", NONE, LIST(0));
     check_set(mesh[m], "unused", NONE, NONE);
     flesh_mesh_destroy(&mesh[m]);
   }
