@@ -53,7 +53,7 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *self)
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_changed, const flesh_solve_stats *last)
 {
   const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
-  self->previous_norm = self->smallest_norm = 0;
+  self->previous_norm = self->smallest_norm = self->round_off = 0;
   const int was_hard = last->newton > 3 || last->projections > 0 || last->backtracks > 0;
   if (was_hard) self->age = -1;
   if (was_hard || !self->stage_continues) self->curvature = 0;
@@ -212,6 +212,9 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }
 
+/* A residual that is so many times what round-off was when last measured in the stage is not measured again. */
+static const double AGAIN = 1e4;
+
 /* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling: below the
  * one before or, where it comes back from a larger one, below the smallest. */
 int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, const double *u)
@@ -221,5 +224,7 @@ int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, con
   self->previous_norm = norm;
   if (norm < 0.3 * before && norm < 0.3 * self->smallest_norm) return 0;
   if (norm < 0.3 * before || before == 0) return flesh_equations_at_round_off(equations, u, norm);
-  return norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(equations, u);
+  if (norm > AGAIN * self->round_off && self->round_off > 0) return 0;
+  self->round_off = flesh_equations_residual_round_off(equations, u);
+  return norm <= FLESH_ROUND_OFF_LEAVES * self->round_off;
 }

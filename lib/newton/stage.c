@@ -249,19 +249,32 @@ static double first_target(const flesh_newton *newton, double first, double load
   return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * fmax(first, load) : INFINITY);
 }
 
-/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps and the last solve was easy, a
- * guess is seldom worse than 0, and 0 is not looked at. */
+/* So many targets are a residual from which no iterations start that u = 0 would spare. */
+static const double near_enough = 1e3;
+
+/* Whether u, a first guess that was taken, is near the solution. */
+static int is_near(flesh_newton *newton, const double *u)
+{
+  double *r = newton->equations.evaluation.residual.r;
+  return newton->began && !flesh_equations_residual(&newton->equations, u, r) &&
+         flesh_equations_norm(&newton->equations, r) <= near_enough * newton->given_target;
+}
+
+/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps, a guess is seldom worse than 0:
+ * that is not looked at where the last solve was easy or the first guess is near the solution. */
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
-  const int guessed = guesses && *guesses;
-  const int alone = guessed && easy && newton->given_target > 0 && newton->given_mass > 0;
+  const int guessed = guesses && *guesses, trusts = guessed && newton->given_target > 0 && newton->given_mass > 0;
   double value = INFINITY, size;
   newton->began = NULL;
   flesh_equations_start(equations, u);
+  if (trusts) try_guess(newton, *guesses, &value, u);
+  const int alone = trusts && (easy || is_near(newton, u));
+  if (trusts && !alone) flesh_equations_start(equations, u), newton->began = NULL;
   int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
   if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
-  for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
+  for (guesses += alone; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
   if (newton->began) status = FLESH_OK;
   else if (alone) status = push_out(equations, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
