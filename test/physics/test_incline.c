@@ -225,9 +225,8 @@ static void friction_is_of_the_methods_order(void)
   }
 }
 
-/* Friction has solves cut steps. The next one takes a first guess near its solution without a look at u = 0, and a round-off
- * that is far below the residuals is measured but once a stage. */
-static void solves_go_on_from_what_is_known(void)
+/* Friction has solves cut steps. The next one takes a first guess near its solution all the same, without a look at u = 0. */
+static void near_guesses_are_taken(void)
 {
   static const char press[] =
       "body: {name: low, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 3e4, poisson: 0.45}}\n"
@@ -243,11 +242,9 @@ static void solves_go_on_from_what_is_known(void)
   CHECK_OK(touching_begin(press, NULL, 1000, &m));
   for (int k = 0; k < 4; k++) CHECK_OK(flesh_integrator_step(m.integrator, &m.state, 0.05, &stats));
   const double starts = stats.potentials - stats.newton - 2. * stats.backtracks;
-  printf("# %d solves, %d Newton, %d cuts, %d potentials, %d residuals\n", stats.solves, stats.newton, stats.backtracks,
-         stats.potentials, stats.residuals);
+  printf("# %d solves, %d Newton, %d cuts, %d potentials\n", stats.solves, stats.newton, stats.backtracks, stats.potentials);
   CHECK(stats.backtracks > 10);
   CHECK_BELOW(starts / stats.solves, 3.8);
-  CHECK_BELOW((double)stats.residuals / stats.newton, 3.47);
   touching_end(&m);
 }
 
@@ -308,7 +305,7 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
                                TEST(a_block_slides_between_bodies), TEST_LONG(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
-                               TEST(solves_go_on_from_what_is_known),
+                               TEST(near_guesses_are_taken),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;
