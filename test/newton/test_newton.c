@@ -405,7 +405,7 @@ static void round_off_is_what_was_measured(void)
     b.newton.policy.previous_norm = b.newton.policy.smallest_norm = 10 * norm;
     CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
   }
-  /* Where the residual is far above what was measured before, that is not measured again. */
+  /* Round-off is not measured again where the residual is far above what it was. */
   for (int far = 0; far < 2; far++) {
     const double norm = (far ? 1.1e4 : 0.9e4) * measured / 2;
     b.newton.policy.round_off = measured / 2;
