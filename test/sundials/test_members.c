@@ -55,7 +55,7 @@ static void states_have_arrays(void)
     refused(flesh_state_write("state.txt", b.n / 3, &state), word);
     if (k == 0) refused(flesh_sensitivity_set(sensitivity, &state, NULL), word);
   }
-  const flesh_run_options unseen = {.h = 1, .end = 1, .observer_count = 1, .observers = &(flesh_observer){NULL}};
+  const flesh_run_options unseen = {.h = 1, .end = 1, .observer_count = 1, .observers = &(flesh_observer){NULL, NULL}};
   refused(flesh_run(b.system, integrator, &unseen, &b.state, NULL), "observers[0].observe is NULL");
   for (int k = 0; k < 2; k++) {
     b.state.t = k ? NAN : -INFINITY;
