@@ -274,7 +274,8 @@ static int find_start(flesh_newton *newton, const double *const *guesses, int ea
   if (trusts && !alone) flesh_equations_start(equations, u), newton->began = NULL;
   int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
   if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
-  for (guesses += alone; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
+  if (alone) guesses++; /* it was tried */
+  for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
   if (newton->began) status = FLESH_OK;
   else if (alone) status = push_out(equations, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
