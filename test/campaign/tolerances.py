@@ -239,7 +239,7 @@ def line(name, rows):
             ratios.append(f"{own / fixed[0]:.2f}" if own and fixed else alone)
             if column == "cpu_s" and own and fixed:
                 most = max(most, own / fixed[0])
-        cells.append(ratios[0] if ratios[0] == ratios[1] else ", ".join(ratios))
+        cells.append(alone if ratios[0] == alone else ", ".join(ratios))
     errors = [float(row["error_over_tolerance"]) for row in rows
               if row["method"] == "runge-kutta" and row["error_over_tolerance"] and row["counts"]]
     spread = f"{min(errors):.2g} to {max(errors):.2g}" if errors else "-"

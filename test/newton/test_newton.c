@@ -3,7 +3,7 @@
  * spring of its own along x. */
 #include "base/error.h"
 #include "body.h"
-#include "newton/newton.h"
+#include "newton/stage.h"
 #include "test.h"
 
 /* Node i has the potential f(x_i - X_i); the other two directions are springs of stiffness 1. */
@@ -416,6 +416,32 @@ static void round_off_is_what_was_measured(void)
   discard(&b);
 }
 
+/* Solves of steps that errors choose begin at their first guess, though u = 0 has a lower potential, after a solve without
+ * cuts or near the solution; other solves begin at the lower one. */
+static void trusted_guesses_are_not_compared(void)
+{
+  const flesh_solver_options options = defaults();
+  static const struct {
+    double target; /* N; the guess has a residual of 6 N */
+    int cuts, taken;
+  } cases[] = {{1e-9, 0, 1}, {1e-9, 1, 0}, {1, 0, 1}, {1, 1, 1}, {0, 0, 0}};
+  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+    bench b;
+    make(&b, quadratic, &options, 1);
+    const flesh_stage stage = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = b.w.X};
+    const double *guesses[] = {b.u, NULL};
+    flesh_solve_stats stats = {0};
+    flesh_stage_solve solve;
+    b.newton.given_target = cases[k].target;
+    b.newton.given_mass = b.newton.given_depth = 1;
+    b.newton.stats.backtracks = cases[k].cuts;
+    flesh_stage_begin(&b.newton, &stage, guesses, b.p, &stats, &solve);
+    CHECK_OK(solve.status);
+    CHECK_NEAR(flesh_norm(NULL, b.n, b.p), cases[k].taken ? flesh_norm(NULL, b.n, b.u) : 0, 0);
+    discard(&b);
+  }
+}
+
 /* The tolerance of a solve is never below half the residual that the iteration may leave. */
 static void solves_go_no_deeper_than_half_the_target(void)
 {
@@ -521,6 +547,7 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(steps_without_sufficient_decrease_are_cut),
                    TEST(cuts_go_to_the_minimum_of_the_parabola), TEST(round_off_is_what_was_measured),
+                   TEST(trusted_guesses_are_not_compared),
                    TEST(solves_go_no_deeper_than_half_the_target), TEST(another_shift_needs_another_preconditioner),
                    TEST(predictions_are_those_of_the_quadratic_model), TEST(ascent_and_hopeless_directions_are_told),
                    TEST(directions_tell_their_kind), TEST(a_factor_leaves_no_residual),

@@ -225,29 +225,6 @@ static void friction_is_of_the_methods_order(void)
   }
 }
 
-/* Friction has solves cut steps. The next one takes a first guess near its solution all the same, without a look at u = 0. */
-static void near_guesses_are_taken(void)
-{
-  static const char press[] =
-      "body: {name: low, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 3e4, poisson: 0.45}}\n"
-      "bodies: [{name: up, mesh: ../meshes/cube_3x3x3.mesh, translation: [0.013, 0.007, 0.105]}]\n"
-      "effects:\n  - inertia: {}\n  - viscosity: {shear: 100, bulk: 100}\n"
-      "  - pin: {body: low, box: [[-1, -1, -0.001], [1, 1, 0.001]]}\n"
-      "  - prescribed_motion: {body: up, box: [[-1, -1, 0.2], [1, 1, 0.3]], interpolation: smooth, motion: [{time: 0}, {time: "
-      "0.1, translation: [0, 0, -0.015]}, {time: 0.3, translation: [0.03, 0, -0.015]}]}\n"
-      "  - contact: {between: all, friction: 0.5, thickness: 0.004}\n"
-      "time: {method: runge-kutta, tolerance: 1e-2, step: 0.05, end: 0.2}\n";
-  touching m;
-  flesh_solve_stats stats = {0};
-  CHECK_OK(touching_begin(press, NULL, 1000, &m));
-  for (int k = 0; k < 4; k++) CHECK_OK(flesh_integrator_step(m.integrator, &m.state, 0.05, &stats));
-  const double starts = stats.potentials - stats.newton - 2. * stats.backtracks;
-  printf("# %d solves, %d Newton, %d cuts, %d potentials\n", stats.solves, stats.newton, stats.backtracks, stats.potentials);
-  CHECK(stats.backtracks > 10);
-  CHECK_BELOW(starts / stats.solves, 3.8);
-  touching_end(&m);
-}
-
 /* The block's weight as its contact bears it. */
 typedef struct weighing {
   touching m;
@@ -305,7 +282,6 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
                                TEST(a_block_slides_between_bodies), TEST_LONG(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
-                               TEST(near_guesses_are_taken),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;

@@ -48,8 +48,8 @@ typedef struct flesh_cutbacks {
 /* The first part: the whole span. */
 flesh_cutbacks flesh_cutbacks_of(flesh_span span);
 /* Goes on to the next part after one that has ended with `status`: where that is > 0, and has changed nothing, to the
- * beginning of the same, halved so many times, though to no greater depth than max_cutbacks. Whether
- * there is one: none after the last, after one that failed at the greatest depth, or after a negative status. */
+ * beginning of the same, halved so many times, though to no greater depth than max_cutbacks. Whether there is one: none
+ * after the last, after one that failed at the greatest depth, or after a negative status. */
 int flesh_cutbacks_next(flesh_cutbacks *cutbacks, int halvings, int max_cutbacks, int status);
 
 /* An increment of a load that goes from 0 to 1. */
