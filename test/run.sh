@@ -23,6 +23,7 @@ install_missing test_packages
 cd "$root"
 
 launcher=
+jobs=$(($(nproc) + 1)) # launchers of MPI and what waits for others leave processors idle
 instrumented='-Dbuildtype=debugoptimized -Doptimization=1 -Dc_args=-g1 -Db_lundef=false'
 notes=$(mktemp -d)
 trap 'rm -rf "$notes"' EXIT
@@ -83,7 +84,7 @@ suite() {
   rm -f "$directory/meson-logs/testlog.json"
   status=0
   # shellcheck disable=SC2086
-  $launcher meson test -C "$directory" --no-rebuild "$@" || status=$?
+  $launcher meson test -C "$directory" --no-rebuild --num-processes "$jobs" "$@" || status=$?
   printf 'suite %s %s %s\n' "$status" "$directory" "$name" >>"$notes/results"
 }
 
