@@ -219,8 +219,6 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   const flesh_observer of_ranks[] = {{flesh_running_observe_ranks, r}, {flesh_running_observe_checkpoint, r}};
   const int count = flesh_ranks_first(ranks) ? list_observers(r, figures, observers) : 0;
   flesh_solve_stats unfinished;
-  int status = r->integrator ? FLESH_OK : create_integrator(r);
-  if (status) return status;
   const flesh_run_options run = {.unfinished = &unfinished,
                                  .h = time->step,
                                  .end = time->end,
@@ -237,7 +235,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   const flesh_system *system = flesh_ranks_system(ranks, r->scene);
   r->observers = observers;
   r->observer_count = count;
-  status = r->options->resume
+  int status = r->options->resume
                ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, ranks ? &r->own : &r->state, NULL)
                : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
   flesh_figures_add_unfinished(figures, &unfinished);
@@ -312,8 +310,7 @@ static int go_on(flesh_running *r, flesh_figures *figures)
 {
   const flesh_runner_options *options = r->options;
   flesh_checkpoint_head head;
-  int status = r->integrator ? FLESH_OK : create_integrator(r);
-  if (!status) status = flesh_running_restore(r, figures, &head);
+  int status = flesh_running_restore(r, figures, &head);
   r->checkpoint.on = 1;
   if (!status && flesh_ranks_first(options->ranks)) status = flesh_running_reopen(r, figures, &head);
   if (!status && !options->quiet)
@@ -391,8 +388,8 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
     status = flesh_ranks_agree(options->ranks, status);
-    if (!status) status = create_integrator(&r); /* what ranks cannot do is refused before anything is written */
   }
+  if (!status) status = create_integrator(&r); /* what it cannot do is refused before anything is written */
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
   if (!status && options->resume) status = go_on(&r, figures);
