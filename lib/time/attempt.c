@@ -325,7 +325,7 @@ static flesh_state end_of(flesh_integrator *self, const trial *trial, const fles
   end.t = trial->part->end;
   end.x = self->part.x;
   end.v = self->first.rigid;
-  if (self->second) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
+  if (self->second && trial->row == self->row) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
   return end;
 }
@@ -370,6 +370,10 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
   status = flesh_step_energy_meet(energy, state, &end);
+  if (!status && self->second && !energy->second) {
+    flesh_prescribed_finish(&self->prescribed, end.x, end.v);
+    status = flesh_energy_watch_kick(&self->watch, &end);
+  }
   if (status || !energy->second || !flesh_energy_watch_refuses(&self->watch, &before, tolerance)) return status;
   self->watch = before;
   memcpy(before.energies, self->part.energies_before, bytes);

@@ -29,7 +29,8 @@
  *   its changes at the ends and the middle of the step, to order 4.
  * - IDA has an interpolant, along which the power is integrated by Simpson's rule with as many parts as it needs: where
  *   all is prescribed no error limits the steps (ida_energy.c).
- * At an event, where constraints jump and loads begin and end, the change of E counts as external work.
+ * At an event, where constraints jump and loads begin and end, the change of E counts as external work; so does, where
+ * backward Euler stands in for another method, that from the velocities u/h of constrained dofs to the prescribed ones.
  *
  * Where internal variables change at the end of a step (something breaks), E falls by what that dissipates; so does D.
  *
@@ -303,6 +304,18 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
   }
   add_up(watch, t, status);
   return status;
+}
+
+int flesh_energy_watch_kick(flesh_energy_watch *watch, const flesh_state *state)
+{
+  const flesh_point point = flesh_energy_watch_point(watch, watch->t, state, NULL);
+  const double before = watch->energy;
+  double kinetic;
+  if (!watch->known) return FLESH_OK;
+  int status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
+  add_up(watch, watch->t, status);
+  if (watch->known) watch->balance.supplied += watch->energy - before;
+  return status < 0 ? status : FLESH_OK;
 }
 
 int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state)

@@ -74,6 +74,9 @@ void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double 
  * energy are those given. Status as of energies; nothing is known then. */
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
                             const flesh_position_potential *by_position, const double *energies);
+/* The state is the one at hand, but for velocities that constrained dofs are given: what kinetic energy that makes is
+ * external work. Status as of energies. */
+int flesh_energy_watch_kick(flesh_energy_watch *watch, const flesh_state *state);
 /* The internal variables of effects have changed from `before` to the state's at the state at hand, which may be that
  * known: what energy falls by has been dissipated. */
 int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state);
