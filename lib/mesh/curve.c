@@ -220,7 +220,7 @@ int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfac
   if (!status)
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = mesh->nodes, .tets = mesh->tets, .positions = x,
                                                   .tet_nodes = mesh->tet_nodes, .edge_nodes = mesh->edge_nodes,
-                                                  .regions = mesh->regions, .sets = &mesh->sets}, NULL, curved);
+                                                  .regions = mesh->regions, .ends = mesh->ends, .sets = &mesh->sets}, NULL, curved);
   if (!status) (*curved)->flipped = mesh->flipped;
   flesh_free(x);
   flesh_free(done);

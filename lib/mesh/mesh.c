@@ -109,7 +109,7 @@ static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 }
 
 /* The room for a mesh of the given sizes; 0 when there is none. */
-static int allocate(flesh_mesh *mesh, int order)
+static int allocate(flesh_mesh *mesh, int order, int with_ends)
 {
   size_t nodes = (size_t)mesh->nodes, tets = (size_t)mesh->tets;
   mesh->positions = flesh_malloc(3 * nodes * sizeof *mesh->positions);
@@ -118,10 +118,11 @@ static int allocate(flesh_mesh *mesh, int order)
   mesh->volumes = flesh_malloc(tets * sizeof *mesh->volumes);
   mesh->node_used = flesh_calloc(nodes, sizeof *mesh->node_used);
   mesh->curved = flesh_calloc(tets, sizeof *mesh->curved);
+  if (with_ends) mesh->ends = flesh_malloc(2 * nodes * sizeof *mesh->ends);
   if (order > 1) mesh->edge_nodes = flesh_malloc(6 * tets * sizeof *mesh->edge_nodes);
   if (order > 1) mesh->jacobians = flesh_malloc(FLESH_CUBIC * tets * sizeof *mesh->jacobians);
   return mesh->positions && mesh->tet_nodes && mesh->regions && mesh->volumes && mesh->node_used &&
-         mesh->curved && (order == 1 || (mesh->edge_nodes && mesh->jacobians));
+         mesh->curved && (!with_ends || mesh->ends) && (order == 1 || (mesh->edge_nodes && mesh->jacobians));
 }
 
 /* Lists the pieces of a mesh that has both kinds of tets. */
@@ -175,13 +176,14 @@ int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *ori
   mesh->tets = tets;
   mesh->linear = edge_nodes ? linear : 0;
   int status = FLESH_OK;
-  if (!allocate(mesh, edge_nodes ? 2 : 1))
+  if (!allocate(mesh, edge_nodes ? 2 : 1, lists->ends != NULL))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
                         tets);
   if (!status) {
     memcpy(mesh->positions, lists->positions, 3 * (size_t)nodes * sizeof *mesh->positions);
     memcpy(mesh->tet_nodes, lists->tet_nodes, 4 * (size_t)tets * sizeof *mesh->tet_nodes);
     if (edge_nodes) memcpy(mesh->edge_nodes, edge_nodes, 6 * (size_t)tets * sizeof *edge_nodes);
+    if (lists->ends) memcpy(mesh->ends, lists->ends, 2 * (size_t)nodes * sizeof *mesh->ends);
     if (lists->regions) memcpy(mesh->regions, lists->regions, (size_t)tets * sizeof *mesh->regions);
     status = settle(mesh, origin);
     if (!status && lists->sets) status = flesh_mesh_sets_append(&mesh->sets, lists->sets, &(flesh_mesh_sets_map){0});
@@ -189,6 +191,15 @@ int flesh_mesh_build(const flesh_mesh_lists *lists, const flesh_mesh_origin *ori
   if (status) flesh_mesh_destroy(&mesh);
   *out = mesh;
   return status;
+}
+
+int *flesh_mesh_add_ends(const flesh_mesh *mesh, int edges, const int *on)
+{
+  const size_t given = 2 * (size_t)mesh->nodes, added = 2 * (size_t)edges;
+  int *ends = flesh_malloc((given + added) * sizeof *ends);
+  for (size_t k = 0; ends && k < given; k++) ends[k] = mesh->ends ? mesh->ends[k] : (int)(k / 2);
+  if (ends) memcpy(ends + given, on, added * sizeof *ends);
+  return ends;
 }
 
 int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
@@ -208,6 +219,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->tet_nodes);
   flesh_free((*mesh)->regions);
   flesh_free((*mesh)->volumes);
+  flesh_free((*mesh)->ends);
   flesh_free((*mesh)->edge_nodes);
   flesh_free((*mesh)->jacobians);
   flesh_free((*mesh)->curved);

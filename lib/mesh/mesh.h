@@ -15,6 +15,7 @@ struct flesh_mesh {
   int *tet_nodes;     /* [4*tets], positive winding */
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
+  int *ends;          /* [2*nodes] the two earlier nodes between which each was put, a given node itself twice; NULL: all are given */
   int *edge_nodes;    /* [6*tets] at order 2, in VTK's order, -1 of tets of four nodes; NULL at order 1 */
   int linear;         /* at order 2: how many tets have four nodes */
   double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form */
@@ -60,11 +61,11 @@ typedef struct flesh_mesh_origin {
 } flesh_mesh_origin;
 
 /* The arrays that make a mesh: positions [3*nodes], tet_nodes [4*tets]; NULL where there are none: edge_nodes [6*tets],
- * of order 2 where not all of them are -1, and regions [tets]. */
+ * of order 2 where not all of them are -1, regions [tets] and ends [2*nodes]. */
 typedef struct flesh_mesh_lists {
   int nodes, tets;
   const double *positions;
-  const int *tet_nodes, *edge_nodes, *regions;
+  const int *tet_nodes, *edge_nodes, *regions, *ends;
   const flesh_mesh_sets *sets; /* settled, copied; NULL: none */
 } flesh_mesh_lists;
 
@@ -98,6 +99,10 @@ void flesh_mesh_use_node(flesh_mesh *mesh, int node);
 
 /* Fills mesh->curved. */
 void flesh_mesh_find_curved(flesh_mesh *mesh);
+
+/* The ends of the nodes of a mesh that has, after those of this one, a node on each of `edges` edges with the ends
+ * `on` [2*edges]. Returns new [2*(nodes+edges)], or NULL without memory. */
+int *flesh_mesh_add_ends(const flesh_mesh *mesh, int edges, const int *on);
 
 /* The integrals of N_a N_b over tet `tet` of ten nodes, m^3, nodes in VTK's order. */
 void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10]);

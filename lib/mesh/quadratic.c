@@ -193,7 +193,7 @@ int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised)
   if (!flesh_mesh_edges_find(mesh->nodes, mesh->tets, mesh->tet_nodes, &edges))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the edges of %d tets", mesh->tets);
   double *x = NULL;
-  int *on_edges = NULL, status = FLESH_OK;
+  int *on_edges = NULL, *ends = NULL, status = FLESH_OK;
   if (edges.count > INT_MAX / 3 - mesh->nodes) {
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "%d nodes and %d edges make more than the %d nodes that are supported",
@@ -202,21 +202,23 @@ int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised)
   }
   x = flesh_malloc(3 * ((size_t)mesh->nodes + (size_t)edges.count) * sizeof *x);
   on_edges = flesh_malloc(6 * (size_t)mesh->tets * sizeof *on_edges);
-  if (!x || !on_edges) {
+  ends = flesh_mesh_add_ends(mesh, edges.count, edges.ends);
+  if (!x || !on_edges || !ends) {
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for %d nodes on edges", edges.count);
     goto done;
   }
   put_nodes(mesh, &edges, x, on_edges);
   status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = mesh->nodes + edges.count, .tets = mesh->tets, .positions = x,
                                                 .tet_nodes = mesh->tet_nodes, .edge_nodes = on_edges,
-                                                .regions = mesh->regions, .sets = &mesh->sets}, NULL, raised);
+                                                .regions = mesh->regions, .ends = ends, .sets = &mesh->sets}, NULL, raised);
   if (status) goto done;
   (*raised)->flipped = mesh->flipped;
-  status = flesh_mesh_sets_add_middles(&(*raised)->sets, mesh->nodes, edges.count, edges.ends, mesh->nodes);
+  status = flesh_mesh_sets_add_between(&(*raised)->sets, mesh->nodes, (*raised)->nodes, ends);
   if (status) flesh_mesh_destroy(raised);
 done:
   flesh_free(x);
   flesh_free(on_edges);
+  flesh_free(ends);
   flesh_mesh_edges_clear(&edges);
   return status;
 }

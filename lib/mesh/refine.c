@@ -186,7 +186,8 @@ static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
   double *x = flesh_malloc(3 * (size_t)d->nodes * sizeof *x);
   int *regions = flesh_malloc(tets * sizeof *regions), status = FLESH_OK;
   int *on_edges = mesh->edge_nodes ? flesh_malloc(6 * tets * sizeof *on_edges) : NULL;
-  if (!x || !regions || (mesh->edge_nodes && !on_edges)) {
+  int *ends = flesh_mesh_add_ends(mesh, d->cut.count, d->cut.ends);
+  if (!x || !regions || !ends || (mesh->edge_nodes && !on_edges)) {
     status = no_memory(mesh);
   } else {
     memcpy(x, mesh->positions, 3 * (size_t)mesh->nodes * sizeof *x);
@@ -194,19 +195,20 @@ static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
     for (size_t t = 0; t < tets; t++) regions[t] = mesh->regions[t / 8];
     for (size_t k = 0; on_edges && k < 6 * tets; k++) on_edges[k] = mesh->nodes + d->cut.tet_edges[k];
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = d->nodes, .tets = (int)tets, .positions = x,
-                                                  .tet_nodes = d->tets, .edge_nodes = on_edges, .regions = regions},
-                              NULL, refined);
+                                                  .tet_nodes = d->tets, .edge_nodes = on_edges, .regions = regions,
+                                                  .ends = ends}, NULL, refined);
   }
   if (!status) {
     flesh_mesh_sets *sets = &(*refined)->sets;
     (*refined)->flipped = 0; /* the cuts' own winding */
     status = flesh_mesh_sets_append(sets, &mesh->sets, &(flesh_mesh_sets_map){.children = 8});
-    if (!status) status = flesh_mesh_sets_add_middles(sets, mesh->nodes, d->cut.count, d->cut.ends, mesh->nodes);
+    if (!status) status = flesh_mesh_sets_add_between(sets, mesh->nodes, d->nodes, ends);
     if (status) flesh_mesh_destroy(refined);
   }
   flesh_free(x);
   flesh_free(regions);
   flesh_free(on_edges);
+  flesh_free(ends);
   return status;
 }
 

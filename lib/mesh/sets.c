@@ -112,18 +112,18 @@ int flesh_mesh_sets_append(flesh_mesh_sets *to, const flesh_mesh_sets *from, con
   return status;
 }
 
-int flesh_mesh_sets_add_middles(flesh_mesh_sets *sets, int nodes, int edges, const int *ends, int first)
+int flesh_mesh_sets_add_between(flesh_mesh_sets *sets, int from, int end, const int *ends)
 {
   int status = FLESH_OK;
   if (!sets->count) return FLESH_OK;
-  uint8_t *has = flesh_calloc((size_t)nodes, 1);
+  uint8_t *has = flesh_calloc((size_t)from, 1);
   if (!has) return no_memory();
   for (int k = 0; k < sets->count && !status; k++) {
     flesh_members *members = &sets->sets[k].nodes;
     const int own = members->count;
     for (int m = 0; m < own; m++) has[members->values[m]] = 1;
-    for (int e = 0; e < edges && own && !status; e++)
-      if (has[ends[2 * (size_t)e]] && has[ends[2 * (size_t)e + 1]]) status = flesh_members_add(members, first + e);
+    for (int n = from; n < end && own && !status; n++)
+      if (has[ends[2 * (size_t)n]] && has[ends[2 * (size_t)n + 1]]) status = flesh_members_add(members, n);
     for (int m = 0; m < own; m++) has[members->values[m]] = 0;
   }
   flesh_free(has);

@@ -47,9 +47,8 @@ typedef struct flesh_mesh_sets_map {
 /* Adds the members of `from`, as numbered in the other mesh, to the sets of the same names in `to`. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_mesh_sets_append(flesh_mesh_sets *to, const flesh_mesh_sets *from, const flesh_mesh_sets_map *map);
 
-/* Adds node `first` + e to each set that has both ends of edge e, ends [2*edges]. `nodes`: how many there were before.
- * FLESH_ERR_MEMORY. */
-int flesh_mesh_sets_add_middles(flesh_mesh_sets *sets, int nodes, int edges, const int *ends, int first);
+/* Adds each node from number `from` to before `end` to the sets that have both its ends, ends [2*end]. FLESH_ERR_MEMORY. */
+int flesh_mesh_sets_add_between(flesh_mesh_sets *sets, int from, int end, const int *ends);
 
 /* "the mesh has the sets 'a', 'b' and 'c'", in memory of the thread until the next call. */
 const char *flesh_mesh_sets_text(const flesh_mesh_sets *sets);

@@ -32,6 +32,7 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
 typedef struct join {
   double *X;
   int *tets, *edges, *regions; /* edges: [6*tet_count], -1 of tets of four nodes */
+  int *ends; /* [2*nodes] */
   int nodes, tet_count;
   flesh_mesh_sets sets; /* of the same name in several bodies: one */
 } join;
@@ -47,7 +48,9 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   if (regions) j->regions = regions;
   int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
   if (edges) j->edges = edges;
-  if (!X || !numbers || !regions || !edges) return 1;
+  int *ends = realloc(j->ends, 2 * ((size_t)j->nodes + (size_t)nodes) * sizeof *ends);
+  if (ends) j->ends = ends;
+  if (!X || !numbers || !regions || !edges || !ends) return 1;
   if (flesh_mesh_sets_append(&j->sets, &mesh->sets,
                              &(flesh_mesh_sets_map){.first_node = j->nodes, .first_tet = j->tet_count}))
     return 1;
@@ -55,6 +58,8 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
     const int own = flesh_mesh_order(mesh) == 2 ? flesh_mesh_tet_edges(mesh)[k] : -1;
     edges[6 * (size_t)j->tet_count + k] = own < 0 ? -1 : own + j->nodes;
   }
+  for (size_t k = 0; k < 2 * (size_t)nodes; k++)
+    ends[2 * (size_t)j->nodes + k] = j->nodes + (mesh->ends ? mesh->ends[k] : (int)(k / 2));
   flesh_keyframe place = {0};
   for (int c = 0; other && c < 3; c++) {
     place.translation[c] = other->translation[c];
@@ -132,11 +137,12 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   if (!status)
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = j.nodes, .tets = j.tet_count, .positions = j.X,
                                                   .tet_nodes = j.tets, .edge_nodes = j.edges, .regions = j.regions,
-                                                  .sets = &j.sets},
+                                                  .ends = j.ends, .sets = &j.sets},
                               NULL, &joined);
   free(j.X);
   free(j.tets);
   free(j.edges);
+  free(j.ends);
   free(j.regions);
   flesh_mesh_sets_clear(&j.sets);
   if (status) return status;

@@ -130,9 +130,8 @@ static const flesh_key body_table[] = {
             "four-node tets gets a node in the middle of each edge, after its own nodes"},
     {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
-     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see the error of the mesh; regions, boxes "
-            "and spheres mean the same, node numbers the same single points; new nodes of "
-            "curved faces lie on the surfaces; a start state of the mesh as it was is interpolated"},
+     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see the error of the mesh; regions, sets, "
+            "lists of nodes, boxes and spheres mean the same; new nodes of curved faces lie on the surfaces; a start state of the mesh as it was is interpolated"},
     {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(body.curved), .default_value = "",
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
      .doc = "surfaces on which the body's boundary is put, nodes on edges too, before it is refined: each face on the "

@@ -84,7 +84,7 @@ static int check(const flesh_selection *selection, const flesh_body *body, named
   return FLESH_OK;
 }
 
-/* Marks the nodes in the box, the sphere, the list and the set. */
+/* Marks the nodes in the box, the sphere, the list and the set; a node between two of the list is of the list. */
 static void mark(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, uint8_t *chosen)
 {
   const double *box = selection->box, *centre = selection->sphere.centre,
@@ -94,6 +94,8 @@ static void mark(const flesh_selection *selection, const flesh_mesh_set *set, co
     const int own = mesh->split ? flesh_split_part_find(mesh->split, mesh->nodes, node) : node;
     if (own >= 0) chosen[own] = 1;
   }
+  for (size_t i = 0; mesh->ends && selection->nodes.count && i < (size_t)mesh->nodes; i++)
+    chosen[i] |= chosen[mesh->ends[2 * i]] & chosen[mesh->ends[2 * i + 1]];
   for (int k = 0; set && k < set->nodes.count; k++) chosen[set->nodes.values[k]] = 1;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     const double *p = X + 3 * i;

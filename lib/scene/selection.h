@@ -28,8 +28,8 @@ extern const flesh_key flesh_sphere_keys[];
    .doc = "nodes whose rest position lies in a sphere"},                                           \
   {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
    .default_value = "",                                                                            \
-   .doc = "nodes by number, from 0 in the mesh file's order; nodes that body.element or "           \
-          "body.refine puts between them are not chosen with them"},                               \
+   .doc = "nodes by number, from 0 in the mesh file's order, and those that body.element or "       \
+          "body.refine puts between them"},                                                        \
   {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
    .default_value = "", .doc = "nodes of the tets with these region tags"},             \
   {.name = "set", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.set),              \

@@ -1,6 +1,7 @@
 // TEST quick
-/* test_sets.c: what a scene selects by the name of a set of its mesh is what a box selects there: nodes, triangles, tets of
- * muscles; with ten nodes, refined and in several bodies; names that there are not are refused with those that there are. */
+/* test_sets.c: what a scene selects by the name of a set of its mesh, or by the numbers of a set's nodes, is what a box selects
+ * there: nodes, triangles, tets of muscles; with ten nodes, refined and in several bodies; names that there are not are refused
+ * with those that there are. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -10,6 +11,7 @@
 #include "scene/fibres.h"
 #include "scene/scene.h"
 #include "scene/selection.h"
+#include "system/parts.h"
 
 /* bar.inp: 4 x 1 x 1 m in cubes of six tets; the nodes at x = 0 are the set clamp, the tets with x < 2 the set lower. */
 static void write_deck(void)
@@ -63,10 +65,11 @@ static void check_same(select_function *select, const flesh_body *body, const fl
                        int ints_each, int least)
 {
   int counts[2] = {0, 0}, *lists[2] = {NULL, NULL};
-  CHECK_OK(select(a, body, &counts[0], &lists[0]));
-  CHECK_OK(select(b, body, &counts[1], &lists[1]));
+  const int failed = select(a, body, &counts[0], &lists[0]) || select(b, body, &counts[1], &lists[1]);
+  CHECK(!failed);
+  if (failed) return;
   CHECK(counts[0] == counts[1] && counts[0] >= least);
-  if (counts[0] == counts[1] && lists[0] && lists[1])
+  if (counts[0] == counts[1])
     CHECK(!memcmp(lists[0], lists[1], (size_t)ints_each * (size_t)counts[0] * sizeof(int)));
   free(lists[0]);
   free(lists[1]);
@@ -82,16 +85,31 @@ static flesh_scene *read_bar(const char *body, const char *effects)
   return scene;
 }
 
+/* The nodes of the set clamp in the file, of a body whose first node is `first`. */
+static flesh_selection listed(int first)
+{
+  static int numbers[4];
+  flesh_selection selection = nothing();
+  for (int k = 0; k < 4; k++) numbers[k] = first + 5 * k;
+  selection.nodes = (flesh_integers){4, numbers};
+  return selection;
+}
+
 static void a_set_is_what_a_box_is(void)
 {
-  static const char *const bodies[] = {"}", ", refine: 1}", ", element: tet10-mean}", ", refine: 1, element: tet10}"};
-  for (int b = 0; b < 4; b++) {
+  static const char *const bodies[] = {"}", ", refine: 1}", ", element: tet10-mean}", ", refine: 1, element: tet10}",
+                                       ", refine: 1, element: tet10, curved: [{sphere: {centre: [2, .5, .5], radius: "
+                                       "2.1213203435596424}}]}"};
+  for (int b = 0; b < 5; b++) {
     flesh_scene *scene = read_bar(bodies[b], "pin: {set: clamp}");
     if (!scene) continue;
     flesh_selection set = named("clamp"), box = boxed(-1, 1e-9), half = named("lower"), low = boxed(-1, 2 + 1e-9);
     check_same(flesh_selection_nodes, &scene->body, &set, &box, 1, 4);
     check_same(flesh_selection_triangles, &scene->body, &set, &box, 3, 2);
     check_same(flesh_selection_nodes, &scene->body, &half, &low, 1, 8);
+    flesh_selection list = listed(0);
+    check_same(flesh_selection_nodes, &scene->body, &list, &box, 1, 4);
+    check_same(flesh_selection_triangles, &scene->body, &list, &box, 3, 2);
     flesh_selection both = set, either = box;
     both.nodes = either.nodes = (flesh_integers){1, (int[]){7}};
     check_same(flesh_selection_nodes, &scene->body, &both, &either, 1, 5);
@@ -113,6 +131,43 @@ static void a_set_is_of_each_body_that_has_it(void)
   check_same(flesh_selection_nodes, &scene->body, &set, &box, 1, 4);
   check_same(flesh_selection_triangles, &scene->body, &set, &box, 3, 2);
   flesh_scene_destroy(&scene);
+}
+
+static void a_list_has_the_nodes_between_in_each_body(void)
+{
+  static const char *const elements[][2] = {{"tet4", "tet4"}, {"tet10", "tet4"}, {"tet4", "tet10-mean"}, {"tet10", "tet10"}};
+  for (int e = 0; e < 8; e++) {
+    char body[256];
+    snprintf(body, sizeof body, ", name: a, refine: %d, element: %s}\nbodies: [{name: b, mesh: bar.inp, element: %s, translation: "
+             "[0, 0, 5]}]", e % 2, elements[e / 2][0], elements[e / 2][1]);
+    flesh_scene *scene = read_bar(body, "traction: {set: clamp, traction: [1, 0, 0]}");
+    if (!scene) continue;
+    for (int b = 0; b < 2; b++) {
+      flesh_selection list = listed(scene->part_nodes[b]), set = named("clamp");
+      set.body = b ? "b" : "a";
+      check_same(flesh_selection_nodes, &scene->body, &list, &set, 1, 4);
+      check_same(flesh_selection_triangles, &scene->body, &list, &set, 3, 2);
+    }
+    flesh_scene_destroy(&scene);
+  }
+}
+
+/* The ends of edges, and the numbers of nodes that stand on edges in the file, are these nodes alone. */
+static void a_list_of_a_file_with_ten_nodes_is_its_nodes(void)
+{
+  flesh_mesh *mesh, *raised;
+  char text[512];
+  flesh_scene *scene = NULL;
+  CHECK_OK(flesh_mesh_read(file_path("bar.inp"), &mesh));
+  CHECK_OK(flesh_mesh_raise_order(mesh, &raised));
+  CHECK_OK(flesh_mesh_write(raised, file_path("ten.msh")));
+  snprintf(text, sizeof text, "body: {mesh: ten.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.3}}\n"
+           "effects: [inertia, pin: {nodes: [0, 5, 10, 15, %d]}]\ntime: {step: 0.01, end: 0.01}\n", mesh->nodes + 9);
+  CHECK_OK(flesh_scene_read_text(text, file_path("s.yaml"), 0, NULL, &scene));
+  CHECK(scene && scene->system->constraints[0].count == 5);
+  flesh_scene_destroy(&scene);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&raised);
 }
 
 static void muscles_take_the_tets_of_a_set(void)
@@ -177,6 +232,7 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_deck();
   const int code = RUN_TESTS(argc, argv, TEST(a_set_is_what_a_box_is), TEST(a_set_is_of_each_body_that_has_it),
+                             TEST(a_list_has_the_nodes_between_in_each_body), TEST(a_list_of_a_file_with_ten_nodes_is_its_nodes),
                              TEST(muscles_take_the_tets_of_a_set),
                              TEST(regions_are_chosen_by_tag_set_and_box), TEST(names_that_there_are_not_are_refused));
   test_folder_remove(folder);
