@@ -11,6 +11,7 @@
 #include "accuracy/track.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
+#include "cli/path.h"
 #include "study/fingerprint.h"
 #include "study/study.h"
 
@@ -177,12 +178,11 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
 /* The `flesh run` command that repeats the row. Returns new; NULL without memory. */
 char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
 
-/* Path of the file for the internal steps of an adaptive row; empty for other rows. */
-void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
-                               char *path, size_t size);
-
-/* File of the states that a row leaves; empty where it leaves none. */
-void flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number, char path[1500]);
+/* File of the internal steps of an adaptive row, in the plan's folder (NULL: none); "" for other rows. This and the next are
+ * for the next few calls (cli/path.h). */
+const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
+/* File of the states that a row leaves; "" where it leaves none. */
+const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number);
 /* "static" for equilibrium, empty for rows that are of no method. */
 const char *flesh_accuracy_method_name(const flesh_accuracy_row *row);
 const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);

@@ -26,19 +26,16 @@ const flesh_study_field flesh_accuracy_reference_fields[] = {
 /* accuracy.json: the reference for people, reports and the ranks behind the first. */
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words)
 {
-  char path[1400];
   json_t *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);
   json_object_set_new(reference, "made_by", flesh_json_text(words));
-  snprintf(path, sizeof path, "%s/accuracy.json", plan->out);
-  return flesh_json_write(path, json_pack("{so* so* so*}", "scene_path", flesh_json_text(plan->scene), "program",
-                                          flesh_provenance_program(plan->options.argc, plan->options.argv), "reference",
-                                          reference));
+  return flesh_json_write(flesh_path("%s/accuracy.json", plan->out),
+                          json_pack("{so* so* so*}", "scene_path", flesh_json_text(plan->scene), "program",
+                                    flesh_provenance_program(plan->options.argc, plan->options.argv), "reference", reference));
 }
 
 int flesh_accuracy_load(flesh_accuracy_plan *plan)
 {
-  char path[1400];
-  snprintf(path, sizeof path, "%s/accuracy.json", plan->out);
+  const char *path = flesh_path("%s/accuracy.json", plan->out);
   json_t *root = json_load_file(path, 0, NULL);
   const int lacks = flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(root, "reference"), &plan->reference);
   json_decref(root);
@@ -47,12 +44,11 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
 
 int flesh_accuracy_known(flesh_accuracy_session *s, int number)
 {
-  char path[1500];
   flesh_accuracy_row *row = &s->plan->rows[number];
   row->done = 0;
   int status = flesh_study_store_want(&s->store, &s->study, number);
   if (!status) status = flesh_study_store_load(&s->store, &s->study);
-  flesh_accuracy_states_path(s->plan, number, path);
+  const char *path = flesh_accuracy_states_path(s->plan, number);
   const int lacks = row->done && !row->figures.status && *path && row->needs_states && flesh_path_access(path, R_OK);
   if (status || !lacks) return status;
   row->done = 0;

@@ -53,13 +53,11 @@ int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
   const int keep = row->group == FLESH_ACCURACY_RESOLUTION;
   flesh_scene *scene = NULL;
   flesh_accuracy_sampler sampler = {0};
-  char path[1500];
   int status = read_scene(plan, row, &scene);
   if (!status) describe(scene, &row->figures);
   if (!status && keep) status = flesh_accuracy_sampler_open(plan, scene, &sampler);
   if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &sampler : NULL, &row->figures.cpu_s);
-  flesh_accuracy_states_path(plan, number, path);
-  if (!status && keep) status = flesh_accuracy_track_write(path, &sampler.track);
+  if (!status && keep) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &sampler.track);
   flesh_accuracy_sampler_close(&sampler);
   flesh_scene_destroy(&scene);
   row->figures.took_s = flesh_wall_seconds() - started;
@@ -194,13 +192,11 @@ static int apart_from(const finding *f, const flesh_accuracy_track *track, int t
 static int read_tracks(finding *f)
 {
   const double same = 0.01; /* of the motion */
-  char path[1500];
   int status = FLESH_OK;
   for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
     double first, whole;
     if (!is_complete(row_of(f->plan, k))) continue;
-    flesh_accuracy_states_path(f->plan, first_of(f->plan) + k, path);
-    status = flesh_accuracy_track_read(path, &f->tracks[k]);
+    status = flesh_accuracy_track_read(flesh_accuracy_states_path(f->plan, first_of(f->plan) + k), &f->tracks[k]);
     if (status || !row_of(f->plan, k)->source || f->plan->meshes.shared < 0) continue;
     status = apart_from(f, &f->tracks[k], 1, f->plan->measure.start, &first);
     if (!status) status = apart_from(f, &f->tracks[k], f->tracks[k].times, f->plan->measure.start, &whole);
@@ -273,7 +269,6 @@ static int find_limits(flesh_accuracy_session *s)
   flesh_accuracy_meshes *meshes = &plan->meshes;
   const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_LIMITS);
   const char *texts[2 * FLESH_ACCURACY_MESHES];
-  char path[1500];
   for (int k = 0; k < meshes->row_count; k++) texts[2 * k] = row_of(plan, k)->setting, texts[2 * k + 1] = row_of(plan, k)->inputs;
   flesh_accuracy_hash(2 * meshes->row_count, texts, meshes->all_inputs);
   plan->rows[number] = (flesh_accuracy_row){.group = FLESH_ACCURACY_LIMITS, .method = -1, .setting = "of all meshes",
@@ -286,10 +281,8 @@ static int find_limits(flesh_accuracy_session *s)
   if (!status) status = flesh_accuracy_do(s, number);
   if (!status && plan->rows[number].figures.status)
     status = flesh_fail(plan->rows[number].figures.status, "the meshes: %s", plan->rows[number].figures.message);
-  for (int k = 0; k < meshes->row_count && !status; k++) {
-    flesh_accuracy_states_path(plan, first_of(plan) + k, path);
-    flesh_path_unlink(path);
-  }
+  for (int k = 0; k < meshes->row_count && !status; k++)
+    flesh_path_unlink(flesh_accuracy_states_path(plan, first_of(plan) + k));
   return status;
 }
 

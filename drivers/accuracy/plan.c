@@ -91,16 +91,15 @@ int flesh_accuracy_slot(const flesh_accuracy_plan *plan, flesh_accuracy_group gr
   return plan->run_count + behind[group];
 }
 
-void flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number, char path[1500])
+const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int number)
 {
   const flesh_accuracy_row *row = &plan->rows[number];
-  *path = 0;
   if (row->group == FLESH_ACCURACY_SOURCE)
-    snprintf(path, 1500, "%s/reference_%s.states", plan->out, flesh_accuracy_methods[row->method].name);
-  else if (row->group == FLESH_ACCURACY_RESOLUTION)
-    snprintf(path, 1500, "%s/mesh_%d.states", plan->out, number - flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION));
-  else if (row->group == FLESH_ACCURACY_REFERENCE || row->group == FLESH_ACCURACY_TIGHT)
-    snprintf(path, 1500, "%s/%s.states", plan->out, flesh_accuracy_group_names[row->group]);
+    return flesh_path("%s/reference_%s.states", plan->out, flesh_accuracy_methods[row->method].name);
+  if (row->group == FLESH_ACCURACY_RESOLUTION)
+    return flesh_path("%s/mesh_%d.states", plan->out, number - flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION));
+  const int leaves = row->group == FLESH_ACCURACY_REFERENCE || row->group == FLESH_ACCURACY_TIGHT;
+  return leaves ? flesh_path("%s/%s.states", plan->out, flesh_accuracy_group_names[row->group]) : "";
 }
 
 int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
@@ -156,16 +155,14 @@ char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accura
   return text;
 }
 
-void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
-                               char *path, size_t size)
+const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
-  *path = 0;
-  if (!method->adaptive || row->group != FLESH_ACCURACY_WORK) return;
+  if (!method->adaptive || row->group != FLESH_ACCURACY_WORK) return "";
   char tolerance[FLESH_ACCURACY_TEXT];
   snprintf(tolerance, sizeof tolerance, "%s", row->tolerance.text);
   flesh_safe_name(tolerance); /* 1/1000 has a slash */
-  snprintf(path, size, "%s%ssteps/%s_%s.csv", plan ? plan->out : "", plan ? "/" : "", method->name, tolerance);
+  return flesh_path("%s%ssteps/%s_%s.csv", plan ? plan->out : "", plan ? "/" : "", method->name, tolerance);
 }
 
 const flesh_accuracy_figures flesh_accuracy_unknown = {.status = FLESH_ERR_INTERRUPTED,

@@ -139,12 +139,10 @@ static int refine(const task *given, room *r, flesh_accuracy_figures *result)
 
 static int finish(const flesh_accuracy_plan *plan, int number, room *r)
 {
-  char path[1500];
   flesh_scene *scene = NULL;
   int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
   if (!status) status = flesh_accuracy_track_evaluate(flesh_scene_system(scene), &r->best);
-  flesh_accuracy_states_path(plan, number, path);
-  if (!status) status = flesh_accuracy_track_write(path, &r->best);
+  if (!status) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &r->best);
   flesh_scene_destroy(&scene);
   return status;
 }
@@ -178,14 +176,11 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
 {
   flesh_accuracy_track tracks[2] = {0};
   flesh_accuracy_reference *about = &plan->reference;
-  char path[1500];
   int numbers[2], status = FLESH_OK;
   flesh_scene *scene = NULL;
   find_sources(plan, numbers);
-  for (int k = 0; k < 2 && !status; k++) {
-    flesh_accuracy_states_path(plan, numbers[k], path);
-    status = flesh_accuracy_track_read(path, &tracks[k]);
-  }
+  for (int k = 0; k < 2 && !status; k++)
+    status = flesh_accuracy_track_read(flesh_accuracy_states_path(plan, numbers[k]), &tracks[k]);
   const flesh_accuracy_figures *made[2] = {&plan->rows[numbers[0]].figures, &plan->rows[numbers[1]].figures};
   const int first = made[1]->estimate < made[0]->estimate;
   if (!status) status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
@@ -201,7 +196,7 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
     about->times = plan->grid.count, about->start = plan->grid.start, about->end = plan->grid.end;
     f->took_s = made[0]->took_s + made[1]->took_s;
     snprintf(f->message, sizeof f->message, "%.150s; against %.150s", made[first]->message, made[!first]->message);
-    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), path);
+    const char *path = flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE));
     if (!status) status = flesh_accuracy_track_write(path, &tracks[first]); /* the sources' stay until its row is written */
   }
   flesh_scene_destroy(&scene);
@@ -247,15 +242,11 @@ int flesh_accuracy_make_reference(flesh_accuracy_session *s)
   const flesh_accuracy_plan *plan = s->plan;
   const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE);
   const flesh_accuracy_row *row = &plan->rows[number];
-  char path[1500];
   int status = flesh_accuracy_known(s, number);
   if (!status && !row->done) status = make_sources(s);
   if (!status) status = flesh_accuracy_do(s, number);
   if (!status && row->figures.status) status = flesh_fail(row->figures.status, "no reference: %s", row->figures.message);
-  for (int k = 0; k < FLESH_ACCURACY_SOURCES && !status; k++) {
-    flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE) + k, path);
-    flesh_path_unlink(path);
-  }
-  flesh_accuracy_states_path(plan, number, path);
-  return status ? status : flesh_accuracy_track_read(path, &s->reference);
+  for (int k = 0; k < FLESH_ACCURACY_SOURCES && !status; k++)
+    flesh_path_unlink(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE) + k));
+  return status ? status : flesh_accuracy_track_read(flesh_accuracy_states_path(plan, number), &s->reference);
 }

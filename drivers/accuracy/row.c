@@ -87,9 +87,8 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
   const flesh_accuracy_plan *plan = given->plan;
   double walls[MOST], cpus[MOST], spent = 0;
   int count = 0;
-  char steps[1500];
-  flesh_accuracy_steps_path(plan, given->row, steps, sizeof steps);
   for (; count < MOST && !enough(plan, count, spent); count++) {
+    const char *steps = flesh_accuracy_steps_path(plan, given->row);
     flesh_accuracy_cost cost;
     /* The first is watched, the others have only their times. */
     int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, count || !*steps ? NULL : steps,
@@ -140,7 +139,6 @@ static flesh_accuracy_grid tight_times(const flesh_accuracy_plan *plan)
 
 int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number)
 {
-  char path[1500];
   flesh_scene *scene = NULL;
   flesh_accuracy_cost cost;
   flesh_accuracy_track track = {0};
@@ -150,23 +148,24 @@ int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number)
   int status = flesh_accuracy_read(plan, &plan->rows[number], &scene);
   if (!status) status = flesh_accuracy_track_open(keep.count, 3 * plan->measure.nodes, &track);
   if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, &watch, &cost);
-  flesh_accuracy_states_path(plan, number, path);
-  if (!status) status = flesh_accuracy_track_write(path, &track);
+  if (!status) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &track);
   flesh_accuracy_track_close(&track);
   flesh_scene_destroy(&scene);
   return status;
+}
+
+static int read_track(const flesh_accuracy_plan *plan, flesh_accuracy_group group, flesh_accuracy_track *track)
+{
+  return flesh_accuracy_track_read(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, group)), track);
 }
 
 /* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
 static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
                      flesh_accuracy_track *tight)
 {
-  char path[1500];
   int status = flesh_accuracy_load(plan);
-  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE), path);
-  if (!status) status = flesh_accuracy_track_read(path, reference);
-  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT), path);
-  if (!status && row->group != FLESH_ACCURACY_WORK) status = flesh_accuracy_track_read(path, tight);
+  if (!status) status = read_track(plan, FLESH_ACCURACY_REFERENCE, reference);
+  if (!status && row->group != FLESH_ACCURACY_WORK) status = read_track(plan, FLESH_ACCURACY_TIGHT, tight);
   return status;
 }
 

@@ -62,15 +62,13 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
-  char steps[1500];
-  flesh_accuracy_steps_path(plan, row, steps, sizeof steps);
+  const char *steps = flesh_accuracy_steps_path(plan, row);
   const int has_steps = *steps && !flesh_path_access(steps, R_OK);
-  flesh_accuracy_steps_path(NULL, row, steps, sizeof steps);
   char *command = flesh_accuracy_command(plan, row);
   json_t *facts = json_pack("{ss ss ss sb si ss si ss ss sb sb so}", "method", method->name, "setting", row->setting, "price",
                             flesh_accuracy_group_names[row->group], "adaptive", method->adaptive, "max_order",
                             method->max_order, "colour", method->colour, "mark", method->mark, "step", row->step.text,
-                            "steps_file", has_steps ? steps : "", "other_body",
+                            "steps_file", has_steps ? flesh_accuracy_steps_path(NULL, row) : "", "other_body",
                             row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass), "own",
                             row->group == FLESH_ACCURACY_WORK && row->method == plan->representative &&
                                 row->step.value == plan->representative_step.value,
@@ -229,14 +227,12 @@ static int run_prices(flesh_accuracy_session *s, int first)
 {
   const flesh_accuracy_plan *plan = s->plan;
   const int tight = flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT);
-  char path[1500];
   int open = 0;
   for (int k = first; k < plan->run_count; k++) open |= !plan->rows[k].done;
   if (!open) return FLESH_OK;
   int status = flesh_accuracy_do(s, tight);
   const flesh_accuracy_figures *f = &plan->rows[tight].figures;
-  flesh_accuracy_states_path(plan, tight, path);
-  if (!status && !f->status) status = flesh_accuracy_track_read(path, &s->tight);
+  if (!status && !f->status) status = flesh_accuracy_track_read(flesh_accuracy_states_path(plan, tight), &s->tight);
   if (status) return status;
   if (f->status) {
     fprintf(stderr, "flesh accuracy: the costs of other settings are not measured: %s\n", f->message);
@@ -248,7 +244,7 @@ static int run_prices(flesh_accuracy_session *s, int first)
 
 static int run_all(flesh_accuracy_session *s)
 {
-  char path[1500], words[1024];
+  char words[1024];
   const flesh_accuracy_plan *plan = s->plan;
   int work_rows = 0, status = FLESH_OK;
   while (work_rows < plan->run_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
@@ -256,8 +252,7 @@ static int run_all(flesh_accuracy_session *s)
   status = flesh_study_run(&s->study, &s->store, &plan->options);
   if (!status) status = run_prices(s, work_rows);
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT), path);
-  flesh_path_unlink(path);
+  flesh_path_unlink(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT)));
   if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others",
                       count_done(plan), plan->run_count);
@@ -282,11 +277,9 @@ static int run_methods(flesh_accuracy_session *s)
 int flesh_accuracy_run(void *data)
 {
   flesh_accuracy_plan *plan = data;
-  char path[1400];
   flesh_accuracy_session s = {.plan = plan, .store = {.lock = -1}};
   const flesh_accuracy_work given = {plan, &s.reference, &s.tight};
-  snprintf(path, sizeof path, "%.1300s/steps", plan->out);
-  int status = plan->run_count ? flesh_folder_make(path) : FLESH_OK;
+  int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", plan->out)) : FLESH_OK;
   if (!status) status = make_fingerprints(plan);
   s.study = flesh_accuracy_study(&given, plan);
   if (!status) status = flesh_study_store_open(&s.study, &plan->options, &s.store);

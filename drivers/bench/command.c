@@ -11,6 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
 #include "cli/lists.h"
+#include "cli/path.h"
 #include "run/ranks.h"
 #include "study/lead.h"
 #include "study/embedded.h"
@@ -108,10 +109,8 @@ static int compare(void *data)
   const flesh_study study = flesh_bench_study(plan);
   int status = flesh_study_do(&study, &plan->options);
   if (status || !plan->json) return status;
-  char path[1400];
-  snprintf(path, sizeof path, "%.1300s/bench.json", plan->options.out);
   json_t *all;
-  status = flesh_json_read(path, &all);
+  status = flesh_json_read(flesh_path("%s/bench.json", plan->options.out), &all);
   if (status) return status;
   json_dumpf(all, stdout, JSON_INDENT(2));
   putchar('\n');

@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/text.h"
+#include "cli/path.h"
 #include "scene/scene.h"
 
 struct flesh_input {
@@ -39,19 +39,18 @@ static void add_one(flesh_inputs *inputs, const char *path)
                                                         .folder = found ? folder.st_ino : 0};
 }
 
-char *flesh_tetgen_partner(const char *path)
+const char *flesh_tetgen_partner(const char *path)
 {
   const char *dot = strrchr(path, '.');
   const char *partner = dot && !strcmp(dot, ".node") ? "ele" : dot && !strcmp(dot, ".ele") ? "node" : NULL;
-  return partner ? flesh_text_new("%.*s%s", (int)(dot + 1 - path), path, partner) : NULL;
+  return partner ? flesh_path("%.*s%s", (int)(dot + 1 - path), path, partner) : NULL;
 }
 
 void flesh_inputs_add(flesh_inputs *inputs, const char *path)
 {
   add_one(inputs, path);
-  char *other = flesh_tetgen_partner(path);
+  const char *other = flesh_tetgen_partner(path);
   if (other) add_one(inputs, other);
-  free(other);
 }
 
 static void visit(void *data, const char *path) { flesh_inputs_add(data, path); }
@@ -102,12 +101,7 @@ static int spare_each(const flesh_inputs *inputs, const char *folder, const char
                       int (*spare)(const flesh_inputs *inputs, const char *path))
 {
   int status = FLESH_OK;
-  for (; names && *names && !status; names++) {
-    char *path = flesh_text_new("%s/%s", folder, *names);
-    if (!path) return flesh_no_memory();
-    status = spare(inputs, path);
-    free(path);
-  }
+  for (; names && *names && !status; names++) status = spare(inputs, flesh_path("%s/%s", folder, *names));
   return status;
 }
 

@@ -13,8 +13,8 @@ typedef struct flesh_inputs {
 void flesh_inputs_add(flesh_inputs *inputs, const char *path);
 /* The scene's file and all that it names. */
 void flesh_inputs_add_scene(flesh_inputs *inputs, const char *path, const flesh_scene *scene);
-/* The other of TetGen's two files NAME.node and NAME.ele: new text; NULL for other names. */
-char *flesh_tetgen_partner(const char *path);
+/* The other of TetGen's two files NAME.node and NAME.ele, for the next few calls (path.h); NULL for other names. */
+const char *flesh_tetgen_partner(const char *path);
 void flesh_inputs_close(flesh_inputs *inputs);
 
 /* FLESH_ERR_ARGUMENT with a sentence when `path` is one of the inputs, by whatever name. */

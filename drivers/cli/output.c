@@ -12,6 +12,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "cli/path.h"
 #include "run/checkpoint.h"
 
 /* The files that a run writes into its folder, and their first words: these tell an older run's file from somebody's
@@ -40,24 +41,20 @@ int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
   int status = flesh_inputs_spare(inputs, path);
   if (status) return status;
   flesh_file_clear(path);
-  char *other = flesh_tetgen_partner(path);
+  const char *other = flesh_tetgen_partner(path);
   if (!other) return FLESH_OK;
   status = flesh_inputs_spare(inputs, other);
   if (!status) flesh_file_clear(other);
-  free(other);
   return status;
 }
 
 int flesh_output_check_folder(const char *path)
 {
   const char *slash = strrchr(path, '/');
-  char *folder = slash ? strndup(path, (size_t)(slash + 1 - path)) : NULL;
   struct stat info;
-  int status = slash && !folder ? flesh_no_memory() : FLESH_OK;
-  if (folder && flesh_path_stat(folder, &info) && errno == ENOENT)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: there is no folder %.*s", path, (int)(slash - path), path);
-  free(folder);
-  return status;
+  if (slash && flesh_path_stat(flesh_path("%.*s", (int)(slash + 1 - path), path), &info) && errno == ENOENT)
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: there is no folder %.*s", path, (int)(slash - path), path);
+  return FLESH_OK;
 }
 
 int flesh_output_prepare_from(const char *path, int count, char *const *read, const char *further)
@@ -92,18 +89,14 @@ static int check_subfolder(const char *path)
   return flesh_path_stat(path, &info) || S_ISDIR(info.st_mode) ? FLESH_OK : flesh_folder_make(path);
 }
 
-/* Whether both name the same place, there or not; where memory is wanting, -1. */
+/* Whether both name the same place, there or not. */
 static int same_place(const char *a, const char *b)
 {
   const char *paths[2] = {a, b}, *bases[2];
   struct stat folders[2];
   for (int k = 0; k < 2; k++) {
     const char *slash = strrchr(paths[k], '/');
-    char *folder = slash ? strndup(paths[k], (size_t)(slash + 1 - paths[k])) : strdup(".");
-    if (!folder) return -1;
-    int found = !flesh_path_stat(folder, &folders[k]);
-    free(folder);
-    if (!found) return 0;
+    if (flesh_path_stat(slash ? flesh_path("%.*s", (int)(slash + 1 - paths[k]), paths[k]) : ".", &folders[k])) return 0;
     bases[k] = slash ? slash + 1 : paths[k];
   }
   return folders[0].st_dev == folders[1].st_dev && folders[0].st_ino == folders[1].st_ino &&
@@ -116,22 +109,14 @@ static int check_files(const char *out, const char *save_state, const flesh_inpu
   const char *names[WRITTEN + 1] = {NULL};
   for (int k = 0; k < WRITTEN; k++) names[k] = written[k].name;
   int status = flesh_inputs_spare_in(inputs, out, names, subfolders);
-  char *path = malloc(strlen(out) + 32);
-  if (!path) return flesh_no_memory();
   for (int k = 0; k < WRITTEN && !status; k++) {
-    sprintf(path, "%s/%s", out, written[k].name);
+    const char *path = flesh_path("%s/%s", out, written[k].name);
     status = check_begin(path, written[k].begin);
-    const int same = !status && save_state && strcmp(written[k].name, "state.txt") ? same_place(path, save_state) : 0;
-    if (same < 0) status = flesh_no_memory();
-    else if (same)
+    if (!status && save_state && strcmp(written[k].name, "state.txt") && same_place(path, save_state))
       status = flesh_fail(FLESH_ERR_ARGUMENT, "--save-state is %s, which the run writes itself; give another name",
                           save_state);
   }
-  for (int k = 0; subfolders[k] && !status; k++) {
-    sprintf(path, "%s/%s", out, subfolders[k]);
-    status = check_subfolder(path);
-  }
-  free(path);
+  for (int k = 0; subfolders[k] && !status; k++) status = check_subfolder(flesh_path("%s/%s", out, subfolders[k]));
   return status;
 }
 

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "drift/drift.h"
 #include "cli/overrides.h"
+#include "cli/path.h"
 #include "mesh/mesh.h"
 #include "run/describe.h"
 #include "run/runner.h"
@@ -79,8 +80,7 @@ static void close_watcher(watcher *w)
 
 static int write_frame(const char *folder, const char *name, const frame *kept, int nodes)
 {
-  char path[1500];
-  snprintf(path, sizeof path, "%s/%s", folder, name);
+  const char *path = flesh_path("%s/%s", folder, name);
   flesh_path_unlink(path); /* of an older comparison */
   return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
 }
@@ -201,7 +201,7 @@ static void note_run(const flesh_figures *figures, const flesh_outcome *outcome,
 
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *f)
 {
-  char folder[256], path[1400], state_path[1500];
+  char folder[256], path[1400];
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
@@ -239,8 +239,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   if (!status) status = write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
   note_error(status, f);
   flesh_state last = w.worst.state; /* its room, from now on for the last state */
-  snprintf(state_path, sizeof state_path, "%s/state.txt", path);
-  if (!flesh_state_read(state_path, w.unknowns / 3, &last))
+  if (!flesh_state_read(flesh_path("%s/state.txt", path), w.unknowns / 3, &last))
     f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
   f->rest_volume_ratio = rest_ratio(plan, c);
   flesh_figures_close(&figures);

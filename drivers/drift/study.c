@@ -5,8 +5,8 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "drift/drift.h"
 #include "flesh/version.h"
 #include "material/form.h"
@@ -111,10 +111,7 @@ static void title(const void *data, int number, char *text, size_t size)
 static void add_history(const char *folder, json_t *facts)
 {
   flesh_csv history;
-  char *path = flesh_text_new("%s/history.csv", folder);
-  const int status = path ? flesh_csv_read(path, FLESH_CSV_TORN, &history) : FLESH_ERR_MEMORY;
-  free(path);
-  if (status) return;
+  if (flesh_csv_read(flesh_path("%s/history.csv", folder), FLESH_CSV_TORN, &history)) return;
   const int columns[] = {flesh_csv_find(&history, "t"), flesh_csv_find(&history, "volume_ratio")};
   json_t *rows = json_array();
   for (int row = 0; row < history.rows && columns[0] >= 0 && columns[1] >= 0; row++) {
@@ -136,9 +133,7 @@ static json_t *facts_of(const void *data, int number)
   /* The two D's share a colour: the deflation sets them apart. */
   json_t *facts = json_pack("{ssss}", "folder", folder, "colour",
                             v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[v->energy].colour);
-  char *path = flesh_text_new("%s/%s", plan->out, folder);
-  if (path) add_history(path, facts);
-  free(path);
+  add_history(flesh_path("%s/%s", plan->out, folder), facts);
   return facts;
 }
 

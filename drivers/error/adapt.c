@@ -11,6 +11,7 @@
 #include "base/sort.h"
 #include "base/text.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "error/carry.h"
 #include "error/indicator.h"
 #include "plot/curves.h"
@@ -52,7 +53,6 @@ typedef struct adapt {
   char column[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
   double tolerance;
   int relative;
-  char *path;       /* room for a file in the folder */
   flesh_mesh *mesh; /* with its marks */
   double *x, *v;    /* [3*nodes] the equilibrium on it; NULL: not yet known */
   int local;        /* a tet to be halved in any case; -1: none */
@@ -147,9 +147,8 @@ static int keep_state(void *data, const flesh_step_record *record)
 /* The column's last value and unit, and how far a position has moved from rest, beyond rounding. */
 static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
 {
-  flesh_csv csv = {0};
-  char *path = flesh_text_new("%s/probes.csv", folder);
-  int status = path ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : flesh_no_memory(), found = -1;
+  flesh_csv csv;
+  int status = flesh_csv_read(flesh_path("%s/probes.csv", folder), FLESH_CSV_WHOLE, &csv), found = -1;
   for (int c = 0; c < csv.columns && !status; c++) {
     char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
     flesh_csv_label(&csv, c, name, unit);
@@ -165,7 +164,6 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
     if (fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
   }
   flesh_csv_clear(&csv);
-  free(path);
   return status;
 }
 
@@ -177,8 +175,9 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   flesh_outcome outcome = {0};
   int status = flesh_folder_make(folder);
   if (status) return status;
-  char *mesh = flesh_text_new("%s/mesh.msh", folder), *absolute = NULL;
-  status = mesh ? flesh_mesh_write(a->mesh, mesh) : flesh_no_memory();
+  const char *mesh = flesh_path("%s/mesh.msh", folder);
+  char *absolute = NULL;
+  status = flesh_mesh_write(a->mesh, mesh);
   if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
   if (!status) status = flesh_overrides_copy(&own, &a->overrides.texts);
   if (status) goto done;
@@ -208,7 +207,6 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   flesh_figures_close(&figures);
   if (!status) status = read_value(a, folder, *scene, l);
 done:
-  free(mesh);
   free(absolute);
   return status;
 }
@@ -319,8 +317,9 @@ static int step(adapt *a, double **indicators)
   flesh_mesh_info info;
   flesh_mesh_inspect(a->mesh, &info);
   *l = (level){.nodes = info.nodes, .tets = info.tets, .quality = info.radius_ratio_min};
-  sprintf(a->path, "%s/to/%d", a->options->out, a->levels - 1);
-  int status = run(a, a->path, 0, &scene, l);
+  char *folder = flesh_text_new("%s/to/%d", a->options->out, a->levels - 1);
+  int status = folder ? run(a, folder, 0, &scene, l) : flesh_no_memory();
+  free(folder);
   if (!status) l->dofs = count_free(scene);
   *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
   if (!status && !*indicators) status = flesh_no_memory();
@@ -370,8 +369,8 @@ static int check_progress(const adapt *a)
 static int write_result(adapt *a)
 {
   json_t *result, *levels = json_array();
-  sprintf(a->path, "%s/result.json", a->options->out);
-  const int status = flesh_json_read(a->path, &result);
+  const char *path = flesh_path("%s/result.json", a->options->out);
+  const int status = flesh_json_read(path, &result);
   if (status) {
     json_decref(levels);
     return status;
@@ -386,7 +385,7 @@ static int write_result(adapt *a)
   json_object_set_new(result, "adapted_mesh",
                       json_pack("{sssssfsbso}", "column", a->column, "unit", a->unit, "tolerance", a->tolerance, "relative",
                                 a->relative, "meshes", levels));
-  return flesh_json_write(a->path, result);
+  return flesh_json_write(path, result);
 }
 
 /* Runs the scene on the last mesh into the folder itself, and says what was found and spent. */
@@ -413,11 +412,10 @@ static int finish(adapt *a)
 
 int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *overrides, const char *spec)
 {
-  adapt a = {.options = options, .path = malloc(strlen(options->out) + 64)};
-  int status = a.path ? FLESH_OK : flesh_no_memory(), reached = 0;
-  if (!status && strlen(spec) >= sizeof a.column) status = flesh_fail(FLESH_ERR_ARGUMENT, "--to is too long");
-  if (!status) strcpy(a.column, spec);
-  if (!status) status = begin(&a, overrides);
+  adapt a = {.options = options};
+  if (strlen(spec) >= sizeof a.column) return flesh_fail(FLESH_ERR_ARGUMENT, "--to is too long");
+  strcpy(a.column, spec);
+  int status = begin(&a, overrides), reached = 0;
   while (!status && !reached) {
     double *indicators = NULL;
     status = step(&a, &indicators);
@@ -429,7 +427,6 @@ int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *over
   if (!status) status = finish(&a);
   flesh_overrides_close(&a.overrides);
   flesh_mesh_destroy(&a.mesh);
-  free(a.path);
   free(a.x);
   free(a.v);
   return status;

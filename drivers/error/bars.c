@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/output.h"
+#include "cli/path.h"
 #include "error/companion.h"
 #include "plot/curves.h"
 #include "scene/scene.h"
@@ -24,7 +25,6 @@ int flesh_error_wanted(const flesh_scene *scene) { return scene->keys.output.err
 
 /* The run with all that its bars are made of. */
 typedef struct bars {
-  char *path; /* room for the folder and a name */
   flesh_scene *scene;
   flesh_error_judge judges[FLESH_ERROR_KINDS];
   sqlite3 *database;
@@ -110,9 +110,9 @@ static int write_table(const bars *b, const char *folder, int tab)
   const int bad = sqlite3_prepare_v2(b->database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab);
   int status = bad ? flesh_no_memory() : FLESH_OK;
   if (!status && sqlite3_step(query) == SQLITE_ROW) {
-    sprintf(b->path, "%s/%s", folder, files[tab]);
-    status = flesh_csv_read(b->path, FLESH_CSV_WHOLE, &csv);
-    if (!status) status = flesh_file_open(b->path, &file);
+    const char *path = flesh_path("%s/%s", folder, files[tab]);
+    status = flesh_csv_read(path, FLESH_CSV_WHOLE, &csv);
+    if (!status) status = flesh_file_open(path, &file);
     if (!status) {
       print_table(file.stream, &csv, query);
       status = flesh_file_commit(&file);
@@ -138,10 +138,10 @@ static int tell(bars *b, const char *folder, int quiet)
     status = flesh_curves_make(b->database, count, paths, flesh_own_text("error_columns"), flesh_own_text("error_bars"), &to);
   for (int tab = 0; tab < 2 && !status; tab++) status = write_table(b, folder, tab);
   size_t size;
-  sprintf(b->path, "%s/result.json", folder);
-  if (!status) status = flesh_file_load(b->path, &text, &size);
+  const char *path = flesh_path("%s/result.json", folder);
+  if (!status) status = flesh_file_load(path, &text, &size);
   if (!status) status = execute(b, "INSERT INTO asked VALUES (%Q)", text);
-  if (!status) status = flesh_results_make(b->database, b->path, words, &to);
+  if (!status) status = flesh_results_make(b->database, path, words, &to);
   for (int k = 0; k < count; k++) free(paths[k]);
   free(text);
   return status;
@@ -149,12 +149,10 @@ static int tell(bars *b, const char *folder, int quiet)
 
 static int make(bars *b, const flesh_runner_options *options)
 {
-  sprintf(b->path, "%s/scene.yaml", options->out);
-  int status = flesh_scene_read(b->path, 0, NULL, &b->scene);
-  char *path = strdup(b->path);
+  char *path = flesh_text_new("%s/scene.yaml", options->out);
+  int status = path ? flesh_scene_read(path, 0, NULL, &b->scene) : flesh_no_memory();
   flesh_runner_options of_companions = *options;
   of_companions.scene_path = path;
-  if (!status && !path) status = flesh_no_memory();
   for (int kind = FLESH_ERROR_KINDS - 1; kind >= 0 && !status; kind--) {
     status = flesh_error_choose(b->scene, path, (flesh_error_kind)kind, b->judges);
     if (!status) status = flesh_error_run(&of_companions, &b->judges[kind]);
@@ -165,32 +163,26 @@ static int make(bars *b, const flesh_runner_options *options)
 
 int flesh_error_bars(const flesh_runner_options *options)
 {
-  bars b = {.path = malloc(strlen(options->out) + 64)};
+  bars b = {0};
   flesh_folder_claim claim = {.descriptor = -1};
-  int status = b.path ? flesh_output_claim(options->out, "run", &claim) : flesh_no_memory();
+  int status = flesh_output_claim(options->out, "run", &claim);
   if (!status) status = make(&b, options);
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) flesh_error_judge_close(&b.judges[kind]);
   sqlite3_close(b.database);
   flesh_scene_destroy(&b.scene);
-  free(b.path);
   flesh_folder_claim_release(&claim);
   return status;
 }
 
 int flesh_error_catch_up(const flesh_runner_options *options, int wanted)
 {
-  char *path = malloc(strlen(options->out) + 64);
   json_t *result = NULL;
   flesh_scene *scene = NULL;
-  if (!path) return flesh_no_memory();
-  sprintf(path, "%s/result.json", options->out);
-  int status = flesh_json_read(path, &result);
+  int status = flesh_json_read(flesh_path("%s/result.json", options->out), &result);
   const int has = json_object_get(result, "error_bars") != NULL;
-  sprintf(path, "%s/scene.yaml", options->out);
-  if (!status && !has && !wanted) status = flesh_scene_read(path, 0, NULL, &scene);
+  if (!status && !has && !wanted) status = flesh_scene_read(flesh_path("%s/scene.yaml", options->out), 0, NULL, &scene);
   if (scene) wanted = flesh_error_wanted(scene);
   json_decref(result);
   flesh_scene_destroy(&scene);
-  free(path);
   return status || has || !wanted ? status : flesh_error_bars(options);
 }

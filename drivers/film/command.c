@@ -16,6 +16,7 @@
 #include "cli/interrupt.h"
 #include "base/file.h"
 #include "cli/output.h"
+#include "cli/path.h"
 #include "picture/program.h"
 #include "picture/snapshot.h"
 #include "study/embedded.h"
@@ -63,19 +64,12 @@ static int fit(film *f)
   return status;
 }
 
-static void picture_path(const film *f, int k, char path[PATH_SIZE + 32])
-{
-  snprintf(path, PATH_SIZE + 32, "%s/frame_%06d.png", f->folder, k);
-}
+static const char *picture_path(const film *f, int k) { return flesh_path("%s/frame_%06d.png", f->folder, k); }
 
 /* Takes the pictures away that were made (or an earlier film's, from `first`). */
 static void remove_pictures(film *f, int first)
 {
-  char path[PATH_SIZE + 32];
-  for (int k = first;; k++) {
-    picture_path(f, k, path);
-    if (flesh_path_unlink(path)) break;
-  }
+  for (int k = first; !flesh_path_unlink(picture_path(f, k));) k++;
   if (first) return;
   flesh_folder_claim_release(&f->claim);
   flesh_path_remove_folder(f->folder); /* stays where something else is in it */
@@ -83,16 +77,14 @@ static void remove_pictures(film *f, int first)
 
 static int draw(film *f)
 {
-  char path[PATH_SIZE + 32];
   int status = flesh_output_claim(f->folder, "film", &f->claim);
   for (int k = 0; k < picture_count(f) && !status; k++) {
     if (flesh_interrupt_signal())
       return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s after %d of %d pictures; they are in %s",
                         flesh_interrupt_name(), k, picture_count(f), f->folder);
     status = load(f, k);
-    picture_path(f, k, path);
     if (!status)
-      status = flesh_picture_draw(path, f->snapshot.count, f->panels, &f->snapshot.options, &f->frame);
+      status = flesh_picture_draw(picture_path(f, k), f->snapshot.count, f->panels, &f->snapshot.options, &f->frame);
   }
   if (!status) remove_pictures(f, picture_count(f));
   return status;
@@ -121,10 +113,9 @@ static int run_ffmpeg(const film *f, const char *video, const char *log)
 /* The video under its name when it is whole. */
 static int encode(film *f)
 {
-  char video[64], target[PATH_SIZE + 80], log[PATH_SIZE + 64];
+  char video[64];
   snprintf(video, sizeof video, "./film.part-%ld%s", (long)getpid(), strrchr(f->out, '.'));
-  snprintf(target, sizeof target, "%s/%s", f->folder, video);
-  snprintf(log, sizeof log, "%s/ffmpeg.log", f->folder);
+  const char *target = flesh_path("%s/%s", f->folder, video), *log = flesh_path("%s/ffmpeg.log", f->folder);
   flesh_path_unlink(target); /* ffmpeg would write through a link of that name */
   int code = run_ffmpeg(f, video, log), renamed = !code && !flesh_path_rename(target, f->out), reason = errno;
   if (renamed) {

@@ -5,9 +5,9 @@
 
 #include "base/error.h"
 #include "base/sort.h"
-#include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "fit/map.h"
 #include "output/vtu.h"
 #include "run/result.h"
@@ -85,8 +85,6 @@ int flesh_fit_map_tell(const flesh_fit *fit, const flesh_fit_found *found, flesh
   return FLESH_OK;
 }
 
-static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
-
 static int write_tets(const report *r, const flesh_mesh *mesh)
 {
   const flesh_fit_map *map = r->map;
@@ -117,9 +115,8 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
 {
   const int tets = flesh_mesh_tet_count(mesh);
   const double *const from[] = {r->found->p + r->fit->key_count, r->found->deviations, r->found->resolutions};
-  char *path = path_in(r->fit, "map.vtu");
   double *room = malloc(3 * (size_t)tets * sizeof *room);
-  int status = path && room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
+  int status = room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
   for (int k = 0; k < 3 * tets && !status; k++) room[k] = NAN;
   for (int a = 0; a < 3 && !status; a++)
     for (int k = 0; k < r->map->count && from[a]; k++) room[(size_t)a * (size_t)tets + (size_t)r->map->tets[k]] = from[a][k];
@@ -130,8 +127,7 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
   const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
                              .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh),
                              .cell_array_count = from[1] ? 3 : 1, .cell_arrays = arrays};
-  if (!status) status = flesh_vtu_write(path, &content);
-  free(path);
+  if (!status) status = flesh_vtu_write(flesh_path("%s/map.vtu", r->fit->out), &content);
   free(room);
   return status;
 }

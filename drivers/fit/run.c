@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "cli/path.h"
 #include "fit/map.h"
 #include "fit/told.h"
 #include "run/runner.h"
@@ -28,11 +29,7 @@ char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e)
 
 void flesh_fit_scratch_remove(char *folder)
 {
-  for (int k = 0; k < 2 && folder; k++) {
-    char *path = flesh_text_new("%s/%s", folder, table_names[k]);
-    if (path) flesh_path_unlink(path);
-    free(path);
-  }
+  for (int k = 0; k < 2 && folder; k++) flesh_path_unlink(flesh_path("%s/%s", folder, table_names[k]));
   if (folder) flesh_path_remove_folder(folder);
   free(folder);
 }
@@ -63,13 +60,11 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
 {
   int count;
   char **overrides = flesh_fit_overrides(fit, experiment, p, &count);
-  char *map = flesh_text_new("%s/map.csv", fit->out);
-  int status = overrides && map ? FLESH_OK : flesh_no_memory();
-  if (!status && fit->map) status = flesh_fit_map_write(fit, map, p);
+  int status = overrides ? FLESH_OK : flesh_no_memory();
+  if (!status && fit->map) status = flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->out), p);
   if (!status)
     status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
   if (overrides) flesh_fit_overrides_free(count, overrides);
-  free(map);
   return status;
 }
 
@@ -120,14 +115,12 @@ static int check_columns(const flesh_fit_experiment *e, const char *folder)
   for (int k = 0; k < e->measured_count && !status; k++) {
     const flesh_fit_measured *m = &e->measured[k];
     if (m->table == FLESH_FIT_OF_POSITIONS) continue;
-    char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
-    flesh_csv csv = {0};
-    if (!path) return flesh_no_memory();
-    if (!flesh_csv_read(path, FLESH_CSV_TORN, &csv) || m->table == FLESH_FIT_OF_PROBES) {
+    flesh_csv csv;
+    if (!flesh_csv_read(flesh_path("%s/%s", folder, table_names[m->table]), FLESH_CSV_TORN, &csv) ||
+        m->table == FLESH_FIT_OF_PROBES) {
       for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &column);
     } else status = FLESH_ERR_FILE;
     flesh_csv_clear(&csv);
-    free(path);
   }
   return status;
 }
@@ -137,14 +130,10 @@ int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_hi
   int count, status = FLESH_OK;
   const flesh_probe *list = flesh_scene_probes(scene, &count);
   const flesh_system *system = flesh_scene_system(scene);
-  char *paths[] = {flesh_text_new("%s/probes.csv", folder), flesh_text_new("%s/history.csv", folder)};
-  if (!paths[0] || !paths[1]) status = flesh_no_memory();
-  if (!status && history) status = flesh_history_create(paths[1], system, history);
+  if (history) status = flesh_history_create(flesh_path("%s/history.csv", folder), system, history);
   if (!status && probes && count)
-    status =
-        flesh_probes_create(paths[0], flesh_scene_body(scene), system, flesh_scene_times(scene)->method, count, list, probes);
-  free(paths[0]);
-  free(paths[1]);
+    status = flesh_probes_create(flesh_path("%s/probes.csv", folder), flesh_scene_body(scene), system,
+                                 flesh_scene_times(scene)->method, count, list, probes);
   return status;
 }
 
@@ -191,16 +180,15 @@ static double number_at(const flesh_csv *csv, int time, int column, double t)
 
 static int take_table(const flesh_fit_measured *m, const char *folder, double *values)
 {
-  char *path = flesh_text_new("%s/%s", folder, table_names[m->table]);
   int *columns = calloc((size_t)m->quantity_count + 1, sizeof *columns);
   flesh_csv csv = {0};
-  int status = path && columns ? flesh_csv_read(path, FLESH_CSV_WHOLE, &csv) : flesh_no_memory();
+  int status = columns ? flesh_csv_read(flesh_path("%s/%s", folder, table_names[m->table]), FLESH_CSV_WHOLE, &csv)
+                       : flesh_no_memory();
   for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &columns[q]);
   for (int d = 0; d < m->count && !status; d++)
     values[d] = number_at(&csv, 0, columns[m->data[d].quantity], m->data[d].t);
   flesh_csv_clear(&csv);
   free(columns);
-  free(path);
   return status;
 }
 
@@ -218,16 +206,14 @@ int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const doub
 /* The values of a run that has ended well, by its tables and its last state. */
 static int take(const flesh_fit_experiment *e, const char *folder, double *values, char why[FLESH_FIT_WORDS])
 {
-  char *path = flesh_text_new("%s/state.txt", folder);
-  flesh_state state = {0};
-  int status = path ? flesh_state_make(e->nodes, 0, 0, &state) : flesh_no_memory();
-  if (!status) status = flesh_state_read(path, e->nodes, &state);
+  flesh_state state;
+  int status = flesh_state_make(e->nodes, 0, 0, &state);
+  if (!status) status = flesh_state_read(flesh_path("%s/state.txt", folder), e->nodes, &state);
   if (!status) status = flesh_fit_take(e, folder, state.x, values);
   for (int d = 0; d < e->count && !status && !*why; d++)
     if (!isfinite(values[d]))
       snprintf(why, FLESH_FIT_WORDS, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
   free(state.x);
-  free(path);
   return status;
 }
 

@@ -6,9 +6,9 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "fit/map.h"
 #include "picture/plot.h"
 #include "run/provenance.h"
@@ -74,17 +74,11 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
   return list;
 }
 
-static char *path_in(const flesh_fit *fit, const char *name) { return flesh_text_new("%s/%s", fit->out, name); }
-
 static int write_result(const flesh_fit *fit, json_t *value)
 {
-  char *path = path_in(fit, "result.json");
   json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
   json_object_set_new(value, "program", flesh_provenance_program(fit->argc, fit->argv));
-  if (!path) json_decref(value);
-  const int status = path ? flesh_json_write(path, value) : flesh_no_memory();
-  free(path);
-  return status;
+  return flesh_json_write(flesh_path("%s/result.json", fit->out), value);
 }
 
 static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
@@ -145,17 +139,13 @@ static int tabulate(flesh_fit *fit, const double *values)
 /* The scene of each experiment with the parameters that were found. */
 static int write_scenes(const flesh_fit *fit, const double *p)
 {
-  char *folder = path_in(fit, "scenes");
-  int status = folder ? flesh_folder_make(folder) : flesh_no_memory();
+  int status = flesh_folder_make(flesh_path("%s/scenes", fit->out));
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     flesh_scene *scene = NULL;
-    char *path = flesh_text_new("%s/%s.yaml", folder, fit->experiments[e].name);
-    status = path ? flesh_fit_scene_at(fit, e, p, &scene) : flesh_no_memory();
-    if (!status) status = flesh_scene_write(scene, path);
+    status = flesh_fit_scene_at(fit, e, p, &scene);
+    if (!status) status = flesh_scene_write(scene, flesh_path("%s/scenes/%s.yaml", fit->out, fit->experiments[e].name));
     flesh_scene_destroy(&scene);
-    free(path);
   }
-  free(folder);
   return status;
 }
 

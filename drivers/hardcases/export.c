@@ -52,7 +52,6 @@ static json_t *judge_json(const flesh_scene *scene, int held)
 static int write_case(const flesh_hardcases_run *run, const flesh_scene *scene, const char *path)
 {
   const char *name = strrchr(path, '/') + 1;
-  char file[1500];
   uint8_t *fixed = calloc(3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene)), 1);
   if (!fixed) return flesh_no_memory();
   const int held = flesh_system_fixed(flesh_scene_system(scene), 0, fixed);
@@ -62,20 +61,17 @@ static int write_case(const flesh_hardcases_run *run, const flesh_scene *scene, 
       flesh_json_text(run->row->doc), "materials", flesh_materials_json(scene), "tet_material",
       tet_material_json(flesh_scene_body(scene)), "fixed", fixed_json(scene, fixed), "loads", "judge", judge_json(scene, held));
   free(fixed);
-  snprintf(file, sizeof file, "%s/case.json", path);
-  return flesh_json_write(file, value);
+  return flesh_json_write(flesh_path("%s/case.json", path), value);
 }
 
 static int export_run(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run)
 {
-  char folder[256], path[1300], file[1400];
+  const char *folder = flesh_hardcases_run_folder(run);
+  char path[1300];
   flesh_scene *scene = NULL;
-  flesh_hardcases_run_folder(run, folder);
-  snprintf(path, sizeof path, "%s/%s", plan->out, folder);
-  path[strlen(path) - strlen("_default")] = 0;
+  snprintf(path, sizeof path, "%s/%.*s", plan->out, (int)(strlen(folder) - strlen("_default")), folder);
   int status = flesh_hardcases_write_scene(plan, run, path);
-  snprintf(file, sizeof file, "%s/scene.yaml", path);
-  if (!status) status = flesh_scene_read(file, 0, NULL, &scene);
+  if (!status) status = flesh_scene_read(flesh_path("%s/scene.yaml", path), 0, NULL, &scene);
   if (!status) status = write_case(run, scene, path);
   flesh_scene_destroy(&scene);
   return status;

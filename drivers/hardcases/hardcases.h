@@ -11,6 +11,7 @@
 #include "flesh/solver.h"
 #include "run/run_trace.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "study/study.h"
 #include "hardcases/cases.h"
 
@@ -160,8 +161,8 @@ const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 /* "S 0.49 default": with mesh, constants, step and element where they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[112]);
 
-/* "cases/scramble_2_S_0.49_default", below plan->out. */
-void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]);
+/* "cases/scramble_2_S_0.49_default", below plan->out; for the next few calls (cli/path.h). */
+const char *flesh_hardcases_run_folder(const flesh_hardcases_run *run);
 
 /* Distance from rest and volume below which a body is back. */
 #define FLESH_HARDCASES_TOLERANCE 1e-3

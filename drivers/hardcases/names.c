@@ -40,7 +40,7 @@ void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[
            flesh_hardcases_solver_name(s->solver));
 }
 
-void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256])
+const char *flesh_hardcases_run_folder(const flesh_hardcases_run *run)
 {
   const flesh_hardcases_setting *s = run->setting;
   char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
@@ -50,9 +50,7 @@ void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]
   if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
     snprintf(step, sizeof step, "_h%g", s->step);
   if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
-  snprintf(folder, 256, "cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "",
-           run->row->name, seed,
-           flesh_energy_name(s->energy), constants,
-           flesh_hardcases_poisson(run), step, element,
-           flesh_hardcases_solver_name(s->solver));
+  return flesh_path("cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "", run->row->name, seed,
+                    flesh_energy_name(s->energy), constants, flesh_hardcases_poisson(run), step, element,
+                    flesh_hardcases_solver_name(s->solver));
 }

@@ -93,9 +93,7 @@ static int keep_cost(watch_of_run *w, int newton, double seconds)
 static void keep_frame(const watch_of_run *w, const flesh_step_record *record,
                        const char *name)
 {
-  char path[1500];
-  snprintf(path, sizeof path, "%s/%s", w->folder, name);
-  flesh_state_write(path, w->unknowns / 3, record->state); /* a picture less is no failure */
+  flesh_state_write(flesh_path("%s/%s", w->folder, name), w->unknowns / 3, record->state); /* a picture less is no failure */
 }
 
 /* Whether the body is at rest where it should be. */
@@ -222,14 +220,13 @@ static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene,
 /* The shape to come back to: by the phase that is to do so, from rest. NULL: none. */
 static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh_mesh **rest)
 {
-  char file[1400];
   flesh_scene *last = NULL;
   flesh_overrides overrides;
   int status = flesh_overrides_copy(&overrides, plan->overrides);
   if (status) return status;
   status = flesh_overrides_add(&overrides, "start", "null"); /* it is not there yet */
-  snprintf(file, sizeof file, "%s/release.yaml", folder);
-  if (flesh_path_access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
+  const char *file = flesh_path("%s/release.yaml", folder);
+  if (flesh_path_access(file, F_OK)) file = flesh_path("%s/scene.yaml", folder);
   if (!status) status = flesh_scene_read(file, overrides.texts.count, overrides.texts.values, &last);
   if (!status) flesh_hardcases_rest_shape(last, flesh_scene_times(last)->end, rest);
   flesh_scene_destroy(&last);
@@ -248,17 +245,15 @@ static int refuse(flesh_hardcases_figures *f, int status)
 void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                              flesh_hardcases_figures *f)
 {
-  char folder[256], path[1300], file[1400];
+  char path[1300];
   flesh_scene *scene = NULL, *release = NULL;
   flesh_mesh *rest = NULL;
   *f = (flesh_hardcases_figures){.status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .rank = -1, .distance = NAN,
                                  .volume_error = NAN, .recovered_at = NAN, .newton_ratio = NAN, .time_ratio = NAN,
                                  .longest = {.t = NAN, .ratio = NAN}, .gradient = NAN, .smallest_eigenvalue = NAN};
-  flesh_hardcases_run_folder(run, folder);
-  snprintf(path, sizeof path, "%s/%s", plan->out, folder);
+  snprintf(path, sizeof path, "%s/%s", plan->out, flesh_hardcases_run_folder(run));
   int status = flesh_hardcases_write_scene(plan, run, path);
-  snprintf(file, sizeof file, "%s/scene.yaml", path);
-  if (!status) status = read_phase(plan, file, &scene);
+  if (!status) status = read_phase(plan, flesh_path("%s/scene.yaml", path), &scene);
   if (!status) status = find_rest(plan, path, &rest);
   watch_of_run watch = {.folder = path, .figures = f};
   if (!status) status = watch_open(&watch, flesh_scene_mesh(scene));
@@ -272,7 +267,7 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   watch.rest = rest;
   watch.early = 0.1 * end;
   status = run_phase(plan, scene, path, "out", &watch);
-  snprintf(file, sizeof file, "%s/release.yaml", path);
+  const char *file = flesh_path("%s/release.yaml", path);
   if (!status && flesh_path_access(file, F_OK) == 0) {
     status = read_phase(plan, file, &release);
     if (status) {

@@ -176,18 +176,15 @@ int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardc
 static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                        const char *folder)
 {
-  char path[1500];
   flesh_mesh *mesh = NULL;
   int status = flesh_hardcases_run_mesh(plan, run, &mesh);
   if (status) return status;
-  snprintf(path, sizeof path, "%s/body.mesh", folder);
-  status = flesh_mesh_write(mesh, path);
+  status = flesh_mesh_write(mesh, flesh_path("%s/body.mesh", folder));
   int nodes = flesh_mesh_node_count(mesh);
   flesh_state state = {0};
   if (!status) status = flesh_state_make(nodes, 0, 0, &state);
   if (!status) status = flesh_hardcases_make_start(run->row, mesh, run->seed, step_of(run), &state);
-  snprintf(path, sizeof path, "%s/start.txt", folder);
-  if (!status) status = flesh_state_write(path, nodes, &state);
+  if (!status) status = flesh_state_write(flesh_path("%s/start.txt", folder), nodes, &state);
   free(state.x);
   flesh_mesh_destroy(&mesh);
   return status;
@@ -196,12 +193,10 @@ static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_r
 int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                                 const char *folder)
 {
-  char path[1500];
   int status = flesh_folder_make(folder);
   if (!status) status = write_start(plan, run, folder);
-  snprintf(path, sizeof path, "%s/scene.yaml", folder);
-  if (!status) status = write_text(run, path, 0);
-  snprintf(path, sizeof path, "%s/release.yaml", folder);
+  if (!status) status = write_text(run, flesh_path("%s/scene.yaml", folder), 0);
+  const char *path = flesh_path("%s/release.yaml", folder);
   flesh_path_unlink(path); /* of an older battery */
   if (!status && (run->row->release > 0 || has_long_release(run)))
     status = write_text(run, path, 1);

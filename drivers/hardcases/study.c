@@ -82,12 +82,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 static void shed(const char *out, const flesh_hardcases_run *run)
 {
   static const char *const large[] = {"body.mesh", "start.txt", "frame_first.txt", "frame_early.txt", "out/state.txt"};
-  char folder[256], path[1700];
-  flesh_hardcases_run_folder(run, folder);
-  for (size_t k = 0; k < sizeof large / sizeof *large; k++) {
-    snprintf(path, sizeof path, "%s/%s/%s", out, folder, large[k]);
-    flesh_path_unlink(path);
-  }
+  for (size_t k = 0; k < sizeof large / sizeof *large; k++)
+    flesh_path_unlink(flesh_path("%s/%s/%s", out, flesh_hardcases_run_folder(run), large[k]));
 }
 
 static json_t *do_case(const void *data, int number, const char *folder)
@@ -111,9 +107,8 @@ static json_t *facts_of(const void *data, int number)
   const flesh_hardcases_setting *s = run->setting;
   const unsigned flags = run->row->flags;
   flesh_hardcases_setting alike = *s; /* on the cases' own meshes */
-  char folder[256], title[112], sheet[112];
+  char title[112], sheet[112];
   alike.body = NULL;
-  flesh_hardcases_run_folder(run, folder);
   flesh_hardcases_setting_title(s, title);
   flesh_hardcases_setting_title(&alike, sheet);
   return json_pack(
@@ -123,7 +118,7 @@ static json_t *facts_of(const void *data, int number)
       flesh_hardcases_solver_name(s->solver), "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "",
       "static", (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
       (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0,
-      "folder", flesh_json_text(folder), "out", flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet,
+      "folder", flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet,
       "setting_poisson", s->poisson, "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
       s->first_poisson && !isnan(run->row->poisson));
 }

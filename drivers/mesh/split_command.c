@@ -8,22 +8,18 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
 #include "mesh/split.h"
 #include "parallel/partition.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "cli/path.h"
 #include "study/embedded.h"
 
 /* Claims the folder for the index, which must be none of the inputs. */
 static int claim(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
 {
-  char *index = flesh_text_new("%s/index.txt", folder);
-  if (!index) return flesh_no_memory();
-  int status = flesh_output_claim(folder, command, claim);
-  if (!status) status = flesh_output_prepare_from(index, inputs, input, NULL);
-  free(index);
-  return status;
+  const int status = flesh_output_claim(folder, command, claim);
+  return status ? status : flesh_output_prepare_from(flesh_path("%s/index.txt", folder), inputs, input, NULL);
 }
 
 /* A folder that was made for nothing goes. */
@@ -90,15 +86,12 @@ int flesh_split_command(int argc, char **argv)
   flesh_mesh *mesh = NULL;
   flesh_split split = {0};
   flesh_folder_claim claimed = {.descriptor = -1};
-  char *index = NULL;
   int status = flesh_mesh_read(argv[1], &mesh);
   if (!status) status = claim(usage.command, out, 1, argv + 1, &claimed);
   if (!status) status = split_mesh(mesh, parts, out);
   flesh_mesh_destroy(&mesh);
-  if (!status && !(index = flesh_text_new("%s/index.txt", out))) status = flesh_no_memory();
-  if (!status) status = flesh_split_open(index, &split);
+  if (!status) status = flesh_split_open(flesh_path("%s/index.txt", out), &split);
   if (!status) say(out, &split);
-  free(index);
   flesh_split_close(&split);
   let_go(status, out, &claimed);
   return status ? flesh_command_fail(usage.command, status) : 0;

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/text.h"
+#include "cli/path.h"
 #include "cli/safe_text.h"
 
 /* Stands for itself between double quotes, wherever gnuplot looks. */
@@ -60,13 +60,8 @@ static int check_name(const char *name)
 
 int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file)
 {
-  int status = check_name(name);
-  if (status) return status;
-  char *path = flesh_text_new("%s/%s%s", folder, name, suffix);
-  if (!path) return flesh_no_memory();
-  status = flesh_file_open(path, file);
-  free(path);
-  return status;
+  const int status = check_name(name);
+  return status ? status : flesh_file_open(flesh_path("%s/%s%s", folder, name, suffix), file);
 }
 
 void flesh_plot_begin(FILE *stream, const char *name, const char *suffix, int width, int height)

@@ -7,10 +7,10 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/text.h"
 #include "plot/curves.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "cli/path.h"
 #include "picture/plot.h"
 #include "study/embedded.h"
 
@@ -39,12 +39,9 @@ static int cut_path(const char *out, picture *p)
 /* Neither the picture nor its script may replace what is read. */
 static int prepare(const char *out, const picture *p, int count, char *const *paths)
 {
-  char *script = p->folder && p->name ? flesh_text_new("%s/%s.gp", p->folder, p->name) : NULL;
-  if (!script) return flesh_no_memory();
-  int status = flesh_output_prepare_from(out, count, paths, NULL);
-  if (!status) status = flesh_output_prepare_from(script, count, paths, NULL);
-  free(script);
-  return status;
+  if (!p->folder || !p->name) return flesh_no_memory();
+  const int status = flesh_output_prepare_from(out, count, paths, NULL);
+  return status ? status : flesh_output_prepare_from(flesh_path("%s/%s.gp", p->folder, p->name), count, paths, NULL);
 }
 
 static void draw(void *data, const char *folder, const char *name)

@@ -9,7 +9,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
+#include "cli/path.h"
 #include "study/database.h"
 #include "study/embedded.h"
 
@@ -60,11 +60,9 @@ static int read_folder(source *s)
                                             "accuracy.csv", "orders.csv", "hardcases.csv"};
   int status = flesh_confine(s->path);
   for (int k = 0; k < TABLES && !status; k++) {
-    char *path = flesh_text_new("%s/%s", s->path, names[k]);
-    if (!path) return flesh_no_memory();
+    const char *path = flesh_path("%s/%s", s->path, names[k]);
     status = flesh_path_check(path);
     if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_WHOLE, &s->tables[s->count++]);
-    free(path);
   }
   if (!status && !s->count)
     return flesh_fail(FLESH_ERR_FILE, "%s: this folder has no history.csv, nor another table of flesh's; give the folder of a run "

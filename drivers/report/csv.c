@@ -9,8 +9,8 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/scan.h"
-#include "base/text.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "report/report.h"
 #include "study/csv.h"
 
@@ -48,15 +48,13 @@ static int read_table(const char *path, flesh_csv *csv)
 int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step)
 {
   flesh_csv csv = {0};
-  char *path = flesh_report_path(folder, name);
-  int status = path ? read_table(path, &csv) : flesh_report_no_memory();
+  int status = read_table(flesh_report_path(folder, name), &csv);
   const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
   if (step) *step = every;
   *columns = csv.columns ? json_array() : NULL;
   for (int c = 0; c < csv.columns; c++) add_column(*columns, csv.names[c], values_of(&csv, c, every));
   if (csv.columns && !*columns) status = flesh_report_no_memory();
   flesh_csv_clear(&csv);
-  free(path);
   return status;
 }
 
@@ -111,24 +109,23 @@ size_t flesh_report_rows(const json_t *columns)
   return json_array_size(json_object_get(json_array_get(columns, 0), "values"));
 }
 
-char *flesh_report_path(const char *folder, const char *name)
+const char *flesh_report_path(const char *folder, const char *name)
 {
-  char *path = *folder ? flesh_text_new("%s/%s", folder, name) : strdup(name);
-  if (!path) flesh_json_note_lack(); /* what is there must not seem to be missing */
-  return path;
+  return flesh_path("%s%s%s", folder, *folder ? "/" : "", name);
 }
 
 /* Takes a file into a new value, if there is such a file. */
 static int take_file(const char *folder, const char *name, int is_json, json_t **value)
 {
   size_t size;
-  char *path = flesh_report_path(folder, name), *data = NULL;
-  int status = path ? flesh_path_check(path) : flesh_report_no_memory();
+  const char *path = flesh_report_path(folder, name);
+  char *data = NULL;
+  int status = flesh_path_check(path);
   if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, &data, &size);
   *value = !data     ? NULL
            : is_json ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL)
                      : flesh_json_bytes(data, size);
-  free(path), free(data);
+  free(data);
   return status;
 }
 
@@ -138,8 +135,5 @@ int flesh_report_json(const char *folder, const char *name, json_t **value) { re
 
 int flesh_report_has(const char *folder, const char *name)
 {
-  char *path = flesh_report_path(folder, name);
-  const int found = path && flesh_path_is_there(path);
-  free(path);
-  return found;
+  return flesh_path_is_there(flesh_report_path(folder, name));
 }

@@ -19,8 +19,8 @@ const json_t *flesh_report_column(const json_t *columns, const char *name);
 /* How many rows there are. */
 size_t flesh_report_rows(const json_t *columns);
 
-/* folder/name, or in an empty folder the name (new); NULL without memory, which is noted (json_memory.h). */
-char *flesh_report_path(const char *folder, const char *name);
+/* folder/name, or in an empty folder the name, for the next few calls (cli/path.h). */
+const char *flesh_report_path(const char *folder, const char *name);
 /* A text file as a new string; NULL where there is none. FLESH_ERR_FILE for what is no file of the folder. */
 int flesh_report_file(const char *folder, const char *name, json_t **text);
 /* A JSON file as a new value; NULL where there is none, or no JSON in it. FLESH_ERR_FILE as before. */

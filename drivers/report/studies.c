@@ -164,11 +164,10 @@ static int add_source(const maker *m, const char *title, const char *name, const
 static int add_history(const maker *m, const char *name, const char *file, const char *label, const char *colour)
 {
   const json_t *plots = json_object_get(m->part, "plots");
-  char *path = flesh_report_path(m->folder, name), title[300];
+  char title[300];
   json_t *columns = NULL;
   int step;
-  const int status = path ? flesh_report_csv(path, file, MOST_ROWS, &columns, &step) : flesh_report_no_memory();
-  free(path);
+  const int status = flesh_report_csv(flesh_report_path(m->folder, name), file, MOST_ROWS, &columns, &step);
   if (!columns && !status) flesh_report_note(m->part, "%s has no %s that can be read.", label, file);
   if (!columns) return status;
   snprintf(title, sizeof title, "%s: %s", label, file);
@@ -187,7 +186,7 @@ static int add_run(const maker *m, const char *name, const char *title, int opti
   if (!longer) return flesh_report_no_memory();
   r->shown = longer;
   flesh_report_shown *s = &longer[r->shown_count++];
-  *s = (flesh_report_shown){.folder = flesh_report_path(m->folder, name), .name = strdup(title), .optional = optional};
+  *s = (flesh_report_shown){.folder = strdup(flesh_report_path(m->folder, name)), .name = strdup(title), .optional = optional};
   return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
 }
 

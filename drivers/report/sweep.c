@@ -19,7 +19,7 @@ int flesh_report_add_sweep(flesh_report *report, const char *path)
   static const char asked[] = "SELECT 1 FROM cases, results, rows, parameters, derived, meta, workers";
   sqlite3 *database = NULL;
   sqlite3_stmt *query = NULL;
-  char *whole = flesh_report_is_database(path) ? strdup(path) : flesh_report_path(path, "sweep.db");
+  char *whole = strdup(flesh_report_is_database(path) ? path : flesh_report_path(path, "sweep.db"));
   if (!whole) return flesh_report_no_memory();
   json_t *part = flesh_report_part(report, "Sweep", whole);
   int status = flesh_path_check(whole);

@@ -12,19 +12,14 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "base/sync.h"
-#include "base/text.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "output/resume.h"
 #include "run/provenance.h"
 
 static const char mark[] = "flesh checkpoint 3\n";
 
-static char *in_folder(const char *folder, const char *name)
-{
-  char *path = flesh_text_new("%s/%s", folder, name);
-  if (!path) flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
-  return path;
-}
+static const char *path_in(const char *folder) { return flesh_path("%s/" FLESH_CHECKPOINT_NAME, folder); }
 
 int flesh_checkpoint_times_read(const char *text, flesh_checkpoint_times *times)
 {
@@ -45,12 +40,11 @@ int flesh_checkpoint_times_read(const char *text, flesh_checkpoint_times *times)
 
 void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE])
 {
-  char *path = in_folder(folder, "scene.yaml"), *text = NULL;
+  char *text = NULL;
   size_t size;
   *digest = 0;
-  if (path && !flesh_file_load(path, &text, &size)) SHA256Data((const uint8_t *)text, size, digest);
+  if (!flesh_file_load(flesh_path("%s/scene.yaml", folder), &text, &size)) SHA256Data((const uint8_t *)text, size, digest);
   free(text);
-  free(path);
 }
 
 static void archive_head(flesh_checkpoint_head *head, flesh_archive *archive)
@@ -137,19 +131,18 @@ int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head
                            const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file)
 {
   flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
-  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME), identity[FLESH_IDENTITY_SIZE];
-  int status = path ? archive_all(head, scene_digest, notes, parts, &archive) : FLESH_ERR_MEMORY;
+  char identity[FLESH_IDENTITY_SIZE];
+  int status = archive_all(head, scene_digest, notes, parts, &archive);
   archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .size = archive.at, .data = status ? NULL : malloc(archive.at)};
   if (!status && !archive.data) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
   if (!status) status = archive_all(head, scene_digest, notes, parts, &archive);
-  if (!status) status = flesh_file_open(path, file);
+  if (!status) status = flesh_file_open(path_in(folder), file);
   if (!status) {
     flesh_provenance_identity(identity);
     fprintf(file->stream, "%s%s\n", mark, identity);
     write_bytes(file->stream, archive.size, archive.data);
   }
   free(archive.data);
-  free(path);
   return status;
 }
 
@@ -214,9 +207,9 @@ static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoin
 
 static FILE *open_file(const char *folder, long *end)
 {
-  char *path = in_folder(folder, FLESH_CHECKPOINT_NAME);
+  const char *path = path_in(folder);
   FILE *file = NULL;
-  if (path && flesh_regular_open(path, &file))
+  if (flesh_regular_open(path, &file))
     flesh_fail_within(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: ",
                       folder);
   if (file && (fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
@@ -224,7 +217,6 @@ static FILE *open_file(const char *folder, long *end)
     fclose(file);
     file = NULL;
   }
-  free(path);
   return file;
 }
 

@@ -20,6 +20,7 @@
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "run/provenance.h"
 #include "cli/overrides.h"
 #include "pool/pool.h"
@@ -196,14 +197,12 @@ static int check(given *g, int positionals)
 
 /* Whether the folder is that of a run that has come to its end. One that has not yet put away its checkpoint may have
  * been stopped before all was on the disk: its last steps are taken again. */
-static int is_complete(const char *folder, char *path)
+static int is_complete(const char *folder)
 {
   struct stat info;
-  sprintf(path, "%s/" FLESH_CHECKPOINT_NAME, folder);
-  if (!flesh_path_stat(path, &info)) return 0;
-  sprintf(path, "%s/result.json", folder);
+  if (!flesh_path_stat(flesh_path("%s/" FLESH_CHECKPOINT_NAME, folder), &info)) return 0;
   json_t *result;
-  flesh_json_read(path, &result);
+  flesh_json_read(flesh_path("%s/result.json", folder), &result);
   const char *status = json_string_value(json_object_get(result, "status"));
   const int complete = status && !strcmp(status, "complete");
   const json_t *figures = json_object_get(result, "figures");
@@ -220,17 +219,16 @@ static int is_complete(const char *folder, char *path)
 static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
 {
   flesh_runner_options *options = &g->options;
-  *path = malloc(strlen(g->resume) + 32);
+  *path = flesh_text_new("%s/scene.yaml", g->resume);
   int status = *path ? flesh_confine(g->resume) : flesh_no_memory();
   status = flesh_ranks_agree(g->ranks, status);
   if (status) return flesh_ranks_fail(g->ranks, "run", status);
-  if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume, *path))) {
+  if (flesh_ranks_largest(g->ranks, flesh_ranks_first(g->ranks) && is_complete(g->resume))) {
     options->out = g->resume;
     status = g->ranks ? FLESH_OK : flesh_error_catch_up(options, g->error);
     return status ? flesh_ranks_fail(g->ranks, "run", status) : 0;
   }
   status = flesh_checkpoint_open(g->resume, checkpoint);
-  sprintf(*path, "%s/scene.yaml", g->resume);
   const int rank = g->ranks ? g->ranks->rank : 0, count = g->ranks ? g->ranks->count : 0;
   if (!status) status = flesh_scene_read_on_rank(*path, 0, NULL, rank, count, scene);
   if (!status) status = refuse_bars(g, *scene);

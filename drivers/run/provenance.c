@@ -110,9 +110,8 @@ static void add_input(void *data, const char *path)
 {
   add_file(data, path);
   /* TetGen's meshes are two files. */
-  char *name = flesh_tetgen_partner(path);
+  const char *name = flesh_tetgen_partner(path);
   if (name) add_file(data, name);
-  free(name);
 }
 
 json_t *flesh_provenance_mesh(const flesh_mesh_info *info)

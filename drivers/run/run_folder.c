@@ -10,6 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
+#include "cli/path.h"
 #include "output/vtu_read.h"
 #include "run/start.h"
 
@@ -34,11 +35,10 @@ static int make_room(flesh_run_folder *run, int count)
 static int open_frames(flesh_run_folder *run, const char *path)
 {
   flesh_pvd index = {0};
+  const char *file = flesh_path("%s/frames/frames.pvd", path);
   run->folder = flesh_text_new("%s/frames", path);
-  char *file = run->folder ? flesh_text_new("%s/frames.pvd", run->folder) : NULL;
-  int status = file ? flesh_path_check(file) : flesh_no_memory();
+  int status = run->folder ? flesh_path_check(file) : flesh_no_memory();
   if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
-  free(file);
   if (!status) status = make_room(run, index.count);
   for (int k = 0; k < index.count && !status; k++) {
     flesh_run_frame *frame = &run->frames[run->count++];
@@ -56,11 +56,7 @@ static int load_state(flesh_run_folder *run, const char *folder, const char *nam
 {
   flesh_scene_start(run->scene, &run->state);
   if (!name) return FLESH_OK;
-  char *path = flesh_text_new("%s/%s", folder, name);
-  const int nodes = flesh_mesh_node_count(flesh_scene_mesh(run->scene));
-  const int status = path ? flesh_state_read(path, nodes, &run->state) : flesh_no_memory();
-  free(path);
-  return status;
+  return flesh_state_read(flesh_path("%s/%s", folder, name), flesh_mesh_node_count(flesh_scene_mesh(run->scene)), &run->state);
 }
 
 /* A single frame: the last state of a run without frames, or a scene's start. */
@@ -98,11 +94,7 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
   run->folder = strdup(path);
   int status = run->folder ? make_room(run, MOST) : flesh_no_memory();
   for (int k = 0; k < MOST && !status; k++) {
-    char *file = names[k] ? flesh_text_new("%s/%s", path, names[k]) : NULL;
-    if (names[k] && !file) return flesh_no_memory();
-    const int there = !file || flesh_path_is_there(file);
-    free(file);
-    if (!there) continue;
+    if (names[k] && !flesh_path_is_there(flesh_path("%s/%s", path, names[k]))) continue;
     status = load_state(run, path, names[k]);
     if (!status) status = add_state(run, names[k]);
   }
@@ -118,18 +110,15 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
     return flesh_fail(FLESH_ERR_FILE, "%s: there is no such folder of a run, nor a scene",
                       *path ? path : "''");
   int is_folder = S_ISDIR(info.st_mode);
-  char *scene = is_folder ? flesh_text_new("%s/scene.yaml", path) : strdup(path);
-  int status = scene ? FLESH_OK : flesh_no_memory();
-  if (!status && is_folder) status = flesh_confine(path);
+  const char *scene = is_folder ? flesh_path("%s/scene.yaml", path) : path;
+  int status = is_folder ? flesh_confine(path) : FLESH_OK;
   if (!status && is_folder) status = flesh_path_check(scene);
   if (!status && is_folder && !flesh_path_is_file(scene))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no folder of a run: it has no scene.yaml", path);
   if (!status) status = flesh_scene_read(scene, 0, NULL, &run->scene);
   if (!status) status = flesh_state_make(flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 0, 0, &run->state);
   if (!status && is_folder) status = open_frames(run, path);
-  if (!status && !run->count) status = open_single(run, is_folder ? path : NULL);
-  free(scene);
-  return status;
+  return status || run->count ? status : open_single(run, is_folder ? path : NULL);
 }
 
 void flesh_run_folder_close(flesh_run_folder *run)
@@ -148,14 +137,10 @@ int flesh_run_folder_load(flesh_run_folder *run, int k)
   if (run->few) return load_state(run, run->folder, frame->file);
   run->state.t = frame->time;
   if (!frame->file) return FLESH_OK; /* the only frame is loaded */
-  char *path = flesh_text_new("%s/%s", run->folder, frame->file);
-  if (!path) return flesh_no_memory();
   static const char *const names[] = {"Points", "velocity"};
   double *const targets[] = {run->state.x, run->state.v};
-  int status = flesh_vtu_read(path, flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 2, names,
-                              targets);
-  free(path);
-  return status;
+  return flesh_vtu_read(flesh_path("%s/%s", run->folder, frame->file), flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 2,
+                        names, targets);
 }
 
 int flesh_run_folder_at(const flesh_run_folder *run, double time)

@@ -96,7 +96,6 @@ static int probe(const char *path)
 
 static int open_state(flesh_running *r)
 {
-  if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64))) return flesh_no_memory();
   const int status = flesh_start_make(r->scene, &r->state);
   if (status) return status;
   r->start_t = r->state.t;
@@ -370,7 +369,6 @@ static void close_running(flesh_running *r)
   free(r->J_mean);
   free(r->J_min);
   flesh_part_frames_close(&r->part_frames);
-  free(r->path);
   flesh_run_trace_clear(&r->trace);
 }
 

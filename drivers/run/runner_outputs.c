@@ -7,6 +7,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "base/sync.h"
 #include "output/resume.h"
 #include "output/skin_frames.h"
@@ -16,16 +17,15 @@
 /* Frames of an older run would not belong to this one's history. */
 static void drop_frames(flesh_running *r)
 {
-  char *folder = strdup(flesh_running_path(r, "frames"));
+  const char *folder = flesh_running_path(r, "frames");
   struct stat info;
   flesh_frames *frames = NULL;
-  if (folder && !flesh_path_stat(folder, &info) && S_ISDIR(info.st_mode) &&
+  if (!flesh_path_stat(folder, &info) && S_ISDIR(info.st_mode) &&
       !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
     flesh_frames_close(&frames);
     flesh_path_unlink(flesh_running_path(r, "frames/frames.pvd"));
     flesh_path_remove_folder(folder); /* stays where something else is in it */
   }
-  free(folder);
 }
 
 /* Companions of an older run would not belong to this one. */
@@ -33,12 +33,9 @@ static void drop_companions(flesh_running *r)
 {
   static const char *const folders[] = {"error/mesh", "error/mesh_2", "error/step", "error/step_2", "error"};
   static const char *const files[] = {"history.csv", "probes.csv", "result.json", "scene.yaml", "state.txt"};
-  char name[40];
   for (size_t k = 0; k < sizeof folders / sizeof *folders; k++) {
-    for (size_t f = 0; f < sizeof files / sizeof *files && strchr(folders[k], '/'); f++) {
-      snprintf(name, sizeof name, "%s/%s", folders[k], files[f]);
-      flesh_path_unlink(flesh_running_path(r, name));
-    }
+    for (size_t f = 0; f < sizeof files / sizeof *files && strchr(folders[k], '/'); f++)
+      flesh_path_unlink(flesh_path("%s/%s/%s", r->options->out, folders[k], files[f]));
     flesh_path_remove_folder(flesh_running_path(r, folders[k])); /* stays where something else is in it */
   }
 }
@@ -148,13 +145,10 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
 /* The skin as it was; what of it is outside has been said. */
 static int reopen_skin(flesh_running *r, int every, int last)
 {
-  char *frames = strdup(flesh_running_path(r, "frames"));
-  if (!frames) return flesh_no_memory();
-  int status = flesh_skin_frames_open(flesh_running_path(r, "skin"), r->skin, r->surface,
-                                      flesh_scene_outputs(r->scene)->skin.formats, every, &r->skin_frames);
-  if (!status) status = flesh_skin_frames_resume(&r->skin_frames, last, frames, flesh_scene_mesh(r->scene));
-  free(frames);
-  return status;
+  const int status = flesh_skin_frames_open(flesh_running_path(r, "skin"), r->skin, r->surface,
+                                            flesh_scene_outputs(r->scene)->skin.formats, every, &r->skin_frames);
+  return status ? status : flesh_skin_frames_resume(&r->skin_frames, last, flesh_running_path(r, "frames"),
+                                                    flesh_scene_mesh(r->scene));
 }
 
 int flesh_running_reopen(flesh_running *r, flesh_figures *figures, const flesh_checkpoint_head *head)

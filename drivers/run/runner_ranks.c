@@ -40,11 +40,8 @@ int flesh_running_open_parts(flesh_running *r)
   const flesh_ranks *ranks = r->options->ranks;
   const int every = flesh_scene_outputs(r->scene)->frame_interval;
   const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
-  int status = FLESH_OK;
   if (!r->options->out) return FLESH_OK;
-  if (!r->path && !(r->path = malloc(strlen(r->options->out) + 64))) status = flesh_no_memory();
-  status = flesh_ranks_agree(ranks, status);
-  if (!status) status = flesh_running_open_probes(r);
+  int status = flesh_running_open_probes(r);
   if (status || !flesh_running_is_split(r) || r->options->no_frames || every < 1) return status;
   const flesh_checkpoint *from = r->options->resume;
   const char *folder = flesh_running_path(r, "frames");
@@ -103,8 +100,7 @@ int flesh_running_keep_parts(flesh_running *r)
   const flesh_ranks *ranks = r->options->ranks;
   const flesh_runner_options *options = r->options;
   double *rows = malloc(6 * (size_t)ROWS * sizeof *rows), sum = 0;
-  if (options->out && !r->path) r->path = malloc(strlen(options->out) + 64);
-  int status = rows && (!options->out || r->path) ? FLESH_OK : flesh_no_memory();
+  int status = rows ? FLESH_OK : flesh_no_memory();
   for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
   if (!status && sum != 0)
     status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");

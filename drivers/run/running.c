@@ -1,16 +1,10 @@
 /* running.c: facts about a run that is being made. */
 #include "run/running.h"
 
-#include <stdio.h>
-
-#include "cli/output.h"
+#include "cli/path.h"
 #include "time/integrator.h"
 
-const char *flesh_running_path(flesh_running *r, const char *name)
-{
-  sprintf(r->path, "%s/%s", r->options->out, name);
-  return r->path;
-}
+const char *flesh_running_path(const flesh_running *r, const char *name) { return flesh_path("%s/%s", r->options->out, name); }
 
 json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
 {

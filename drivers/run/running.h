@@ -14,7 +14,6 @@
 typedef struct flesh_running {
   const flesh_scene *scene;
   const flesh_runner_options *options;
-  char *path; /* room for out/name */
   flesh_history *history;
   flesh_probes *probes; /* NULL without any */
   flesh_frames *frames;
@@ -55,8 +54,8 @@ typedef struct flesh_running {
   } checkpoint;
 } flesh_running;
 
-/* out/name, until the next call. */
-const char *flesh_running_path(flesh_running *running, const char *name);
+/* out/name, for the next few calls (cli/path.h). */
+const char *flesh_running_path(const flesh_running *running, const char *name);
 /* The outcome (taken) with everything else that result.json has. */
 json_t *flesh_running_result(flesh_running *running, json_t *outcome, const flesh_figures *figures);
 

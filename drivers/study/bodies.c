@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "cli/path.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 #include "run/run_folder.h"
@@ -63,11 +64,8 @@ static double *read_positions(const gallery *g, sqlite3_stmt *row, const flesh_m
   const size_t size = 3 * (size_t)nodes * sizeof(double);
   double *x = NULL;
   if (sqlite3_column_type(row, 4) == SQLITE_NULL) return (x = malloc(size)) ? memcpy(x, flesh_mesh_positions(mesh), size) : x;
-  for (int k = 4; k < 6 && !x && sqlite3_column_type(row, k) != SQLITE_NULL; k++) {
-    char *path = flesh_text_new("%s/%s", g->out, (const char *)sqlite3_column_text(row, k));
-    if (path) x = flesh_run_positions(path, nodes);
-    free(path);
-  }
+  for (int k = 4; k < 6 && !x && sqlite3_column_type(row, k) != SQLITE_NULL; k++)
+    x = flesh_run_positions(flesh_path("%s/%s", g->out, (const char *)sqlite3_column_text(row, k)), nodes);
   return x;
 }
 
@@ -115,15 +113,13 @@ static void close_gallery(gallery *g)
 static int draw(const gallery *g, const char *name)
 {
   flesh_picture_panel *panels = calloc((size_t)g->count + 1, sizeof *panels);
-  char *path = flesh_text_new("%s/%s.png", g->out, name);
-  int status = panels && path ? FLESH_OK : flesh_no_memory();
-  for (int k = 0; k < g->count && !status; k++) {
+  if (!panels) return flesh_no_memory();
+  for (int k = 0; k < g->count; k++) {
     const shown *s = &g->bodies[k];
     panels[k] = (flesh_picture_panel){.title = s->title, .subtitle = s->subtitle, .body = &s->body, .x = s->x, .J = s->J};
   }
-  if (!status) status = flesh_picture(path, g->count, panels, &g->options, NULL);
+  const int status = flesh_picture(flesh_path("%s/%s.png", g->out, name), g->count, panels, &g->options, NULL);
   free(panels);
-  free(path);
   return status;
 }
 

@@ -10,8 +10,8 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "flesh/status.h"
 #include "picture/plot_text.h"
 #include "study/database.h"
@@ -151,16 +151,6 @@ static void print_row(FILE *stream, sqlite3_stmt *query, int column)
   fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, column));
 }
 
-/* Removes out/name+suffix. */
-static int drop(const maker *m, const char *name, const char *suffix)
-{
-  char *path = flesh_text_new("%s/%s%s", m->to->out, name, suffix);
-  if (!path) return flesh_no_memory();
-  flesh_path_unlink(path);
-  free(path);
-  return FLESH_OK;
-}
-
 /* A script, which is drawn, or its data: the first column of all rows; with `each` the second one of this row. */
 static int write_script(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix, int each)
 {
@@ -186,18 +176,18 @@ static int draw(const maker *m, sqlite3_stmt *query, const char *name, const cha
     status = write_script(m, query, (const char *)sqlite3_column_text(query, 0), suffix, 1);
   if (code == SQLITE_ROW && !status) return write_script(m, query, name, suffix, 0);
   if (code != SQLITE_DONE && !status) return fail_to_read(m, query);
-  if (!each) status = drop(m, name, suffix);
-  return status || each ? status : drop(m, name, ".png");
+  if (!each) { /* of an earlier study */
+    flesh_path_unlink(flesh_path("%s/%s%s", m->to->out, name, suffix));
+    flesh_path_unlink(flesh_path("%s/%s.png", m->to->out, name));
+  }
+  return status;
 }
 
 static int write_json(const maker *m, sqlite3_stmt *query, const char *name)
 {
   if (sqlite3_step(query) != SQLITE_ROW) return fail_to_read(m, query);
   json_t *value = json_loads((const char *)sqlite3_column_text(query, 0), JSON_DECODE_ANY, NULL);
-  char *path = value ? flesh_text_new("%s/%s", m->to->out, name) : NULL;
-  const int status = path ? flesh_json_write(path, value) : flesh_no_memory();
-  free(path);
-  return status;
+  return value ? flesh_json_write(flesh_path("%s/%s", m->to->out, name), value) : flesh_no_memory();
 }
 
 static int execute(void *data, sqlite3_stmt *query, const char *target)

@@ -12,9 +12,9 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/folder.h"
-#include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "study/bodies.h"
 #include "study/results.h"
 #include "study/study.h"
@@ -54,11 +54,8 @@ static void direct_output(const char *folder)
 {
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
   if (folder) wait_for(folder);
-  if (folder && !flesh_folder_make(folder)) {
-    char *path = flesh_text_new("%s/log.txt", folder);
-    log = path ? flesh_path_open(path, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666) : nowhere;
-    free(path);
-  }
+  if (folder && !flesh_folder_make(folder))
+    log = flesh_path_open(flesh_path("%s/log.txt", folder), O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
   dup2(nowhere, STDIN_FILENO);
   dup2(log < 0 ? nowhere : log, STDOUT_FILENO);
   dup2(log < 0 ? nowhere : log, STDERR_FILENO);

@@ -9,9 +9,9 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
 #include "study/database.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "run/provenance.h"
 #include "study/tables.h"
 
@@ -154,16 +154,16 @@ static int compare(flesh_study_store *store, const flesh_study *study)
   return status;
 }
 
-char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
+const char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
 {
   const char *slash = strrchr(store->path, '/');
-  return flesh_text_new("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
+  return flesh_path("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
 }
 
 /* A file that stays locked while this process lives, however it ends. */
 static int open_lock(flesh_study_store *store, const char *name)
 {
-  store->lock_path = flesh_study_store_beside(store, name);
+  store->lock_path = strdup(flesh_study_store_beside(store, name));
   if (!store->lock_path) return flesh_no_memory();
   store->lock = flesh_path_open(store->lock_path, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
   if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
@@ -249,12 +249,7 @@ static int make_way(const flesh_study *study, const char *path, int resume)
                     : flesh_fail(FLESH_ERR_ARGUMENT,
                                  "%s: is there already; --resume goes on with it, another --out begins a new one", path);
   }
-  for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) {
-    char *other = sqlite3_mprintf("%s%s", path, ends[k]);
-    if (!other) return flesh_no_memory();
-    flesh_path_unlink(other);
-    sqlite3_free(other);
-  }
+  for (size_t k = 0; k < sizeof ends / sizeof *ends; k++) flesh_path_unlink(flesh_path("%s%s", path, ends[k]));
   return FLESH_OK;
 }
 
@@ -272,12 +267,10 @@ int flesh_study_store_open(const flesh_study *study, const flesh_study_options *
   int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
   *store = (flesh_study_store){.lock = -1};
   if (status) return status;
-  char *path = flesh_text_new("%s/%s.db", options->out, study->name);
-  if (!path) return flesh_no_memory();
+  const char *path = flesh_path("%s/%s.db", options->out, study->name);
   status = flesh_path_check(path);
   if (!status) status = make_way(study, path, options->resume);
   if (!status) status = open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, store);
-  free(path);
   store->shard = shard, store->shards = shards;
   store->end = study->case_count;
   if (!status) status = prepare_journal(store);

@@ -91,24 +91,20 @@ static int is_lock(const char *name)
 static int lives(const flesh_study_store *store, const char *lock)
 {
   if (!is_lock(lock)) return 0;
-  char *path = flesh_study_store_beside(store, lock);
-  if (!path) return 1;
+  const char *path = flesh_study_store_beside(store, lock);
   int file = flesh_path_open(path, O_RDWR | O_NOFOLLOW | O_NONBLOCK, 0), living = 0;
   if (file >= 0) {
     living = flock(file, LOCK_EX | LOCK_NB) != 0;
     if (!living) flesh_path_unlink(path);
     close(file);
   }
-  free(path);
   return living;
 }
 
 /* Removes what processes left that were killed. */
 static void clean(const flesh_study_store *store)
 {
-  char *folder = flesh_study_store_beside(store, ".");
-  DIR *list = folder ? flesh_path_list(folder) : NULL;
-  free(folder);
+  DIR *list = flesh_path_list(flesh_study_store_beside(store, "."));
   if (!list) return;
   for (struct dirent *entry; (entry = readdir(list));) lives(store, entry->d_name);
   closedir(list);

@@ -2,19 +2,13 @@
 #include "study/table.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
-#include "base/text.h"
+#include "cli/path.h"
 
 int flesh_table_open(const char *folder, const char *name, flesh_file *file)
 {
-  char *path = flesh_text_new("%s/%s", folder, name);
-  if (!path) return flesh_no_memory();
-  int status = flesh_file_open(path, file);
-  free(path);
-  return status;
+  return flesh_file_open(flesh_path("%s/%s", folder, name), file);
 }
 
 int flesh_table_say(const char *folder, const char *name, const char *text)

@@ -17,7 +17,7 @@ int flesh_study_store_prepare(flesh_study_store *store, const char *sql, sqlite3
 /* Ends the transaction that has begun: commits, or rolls back and keeps the error `status`. */
 int flesh_study_store_end(flesh_study_store *store, int status);
 /* Path of the file of that name beside the database. New text. */
-char *flesh_study_store_beside(const flesh_study_store *store, const char *name);
+const char *flesh_study_store_beside(const flesh_study_store *store, const char *name);
 
 /* Adds the cases of the store's shard that the database has not, within a transaction, and notes in the table `wanted` of
  * this connection which ids this study's cases have (store_plan.c). */

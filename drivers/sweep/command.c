@@ -12,8 +12,8 @@
 #include "flesh/status.h"
 #include "cli/interrupt.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "cli/options.h"
+#include "cli/path.h"
 #include "run/ranks.h"
 #include "study/lead.h"
 #include "study/settings.h"
@@ -84,10 +84,9 @@ static int sweep_all(void *data)
     print_plan(&set->sweep, set->shard, set->shards);
     return 0;
   }
-  char *database = flesh_text_new("%s/%s.db", set->options.out, set->study.name);
-  if (database && !flesh_path_is_file(database)) status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
-  if (!status) status = database ? flesh_folder_make(set->options.out) : flesh_no_memory();
-  free(database);
+  if (!flesh_path_is_file(flesh_path("%s/%s.db", set->options.out, set->study.name)))
+    status = flesh_sweep_case_try(&set->sweep, set->shard, set->shards);
+  if (!status) status = flesh_folder_make(set->options.out);
   if (!status) {
     flesh_folder_clear(set->options.out);
     status = flesh_study_store_open(&set->study, &set->options, &store);
