@@ -131,13 +131,13 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, 1, p->lambda, p->lag);
   if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, 1, p->lambda, p->c);
   if (status) return status;
-  flesh_pass_forget_constrained(p, p->lag);
+  for (int k = 0; k < FLESH_OWN_V; k++)
+    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, 1, p->lambda,
+                        flesh_reading_is_of_v((flesh_reading)k) ? p->c : p->lag);
+  flesh_pass_forget_constrained(p, p->lag); /* what a parameter moves of these is in its force */
   flesh_pass_forget_constrained(p, p->c);
   flesh_add_scaled(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
   flesh_add_scaled(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
-  for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda,
-                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)]);
   memset(bar, 0, (size_t)self->n * sizeof *bar);
   return add_parameters(p, NULL);
 }

@@ -72,7 +72,7 @@ int flesh_pass_linearise_start(flesh_motion_pass *p, const flesh_recorded_part *
                            .multipliers = part->solves[0].multipliers};
   self->tangent.newton->equations.evaluation.environment.starts = 1;
   self->tangent.newton->equations.evaluation.environment.past = 0;
-  p->follows = 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V; /* nothing is lagged or frozen there */
+  p->follows = (1u << FLESH_OWN_V) - 1; /* nothing is lagged or frozen there */
   return flesh_stage_tangent_set(&self->tangent, &p->stage, u, p->follows);
 }
 

@@ -100,8 +100,7 @@ static int begin(flesh_motion_pass *p)
   if (status) return status;
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
   for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1,
-                        p->known[FLESH_KNOWN_X + flesh_reading_is_of_v((flesh_reading)k)], right);
+    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, flesh_reading_is_of_v((flesh_reading)k) ? v : x, right);
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 

@@ -81,6 +81,11 @@ static const motion_case others[] = {
      TIME("0.01", "0.04"),
      {{"effects.muscle.peak_stress", 3e3, 6, 10}, {"effects.viscosity.shear", 20, 0.04, 0.1},
       {"body.material.young", 1e4, 20, 10}}, 1}, /* as tension at the optimal stretch */
+    {"viscous body whose clamp turns within",
+     BODY "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\neffects:\n  - inertia: {}\n  - viscosity: {shear: 20}\n"
+     "  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0}, {time: 0.015, translation: [0, 0.01, 0]}, "
+     "{time: 0.1}]}\n" TIME("0.01", "0.03"),
+     {{"effects.prescribed_motion.motion[1].translation[1]", 0.01, 1e-4, 1e-5}, {"effects.viscosity.shear", 20, 0.04, 0.1}}, 0},
     {"muscle at speed in a fluid",
      BODY "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\neffects:\n  - inertia: {}\n" CLAMP
      "  - muscle: {fibres: {direction: [1, 0.3, 0]}, peak_stress: 3e3, optimal_stretch: 1.1, max_shortening_velocity: 8}\n"
