@@ -98,7 +98,8 @@ class Sensitivity(Handle):
     def gradient(self, parameters: Sequence[Parameter], by_x=None, of_residual=None) -> np.ndarray:
         """[parameters] dQ/dp of Q as in `adjoint`, by one solve for all of them."""
         struct, _kept = self._quantity(by_x, of_residual)
-        all_of_them, gradient = list(parameters), np.empty(len(list(parameters)))
+        all_of_them = list(parameters)
+        gradient = np.empty(len(all_of_them))
         structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in all_of_them])
         call(lib.flesh_sensitivity_gradient, self._pointer, struct, len(all_of_them), structs, pointer(gradient))
         return gradient
@@ -159,7 +160,7 @@ class Trajectory(Handle):
     Steps end with ArgumentError where they have no sensitivities (a removed tangle, internal variables that change).
 
     Args:
-        integrator: of any method but ida and static; solve to a small newton_tolerance.
+        integrator: of any method but ida; solve to a small newton_tolerance.
         tolerance: of the adjoint's solves, over their right-hand sides.
         states: how much memory it may take, in states of the body (x and v), at least 20; steps that do not fit in are
             taken again from checkpoints, with the same bits.
@@ -202,7 +203,7 @@ class Trajectory(Handle):
         Args:
             low, high, difference: as of `tet_forces`.
             visit: visit(t, by_x, by_v) adds dQ/dx and dQ/dv of the state at t to arrays [nodes, 3], from the last state
-                to the first.
+                to the first. The arrays are the library's: copy what is to last.
         """
         struct, _kept = _by_tet(low, high, difference)
 

@@ -64,7 +64,7 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
     sensitivity = flesh.Sensitivity(system(), state)
     weights = np.zeros_like(state.x)
     weights[-1, 2] = 1
-    young, gravity = sensitivity.gradient(parameters, by_x=weights)
+    young, gravity = sensitivity.gradient(iter(parameters), by_x=weights)
     assert young * 1e5 == pytest.approx(-gravity * -1.0, rel=1e-9)  # the shape depends on their ratio alone
     ends = [flesh.equilibrium(system(young=1e5 + k), options=exact).x[-1, 2] for k in (-20, 20)]
     assert young == pytest.approx((ends[1] - ends[0]) / 40, rel=1e-6)
