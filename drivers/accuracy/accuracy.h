@@ -141,13 +141,12 @@ typedef struct flesh_accuracy_meshes {
 } flesh_accuracy_meshes;
 
 typedef struct flesh_accuracy_plan {
-  flesh_study_options options; /* folder, ranks, shard, command line */
-  const char *scene, *out;
+  flesh_study_options options; /* folder, ranks, shard, command line, --set */
+  const char *scene;
   int mesh;              /* the error of the mesh is measured too */
   double mesh_seconds;   /* to spend on it */
-  const flesh_texts *coarser; /* further meshes for it */
-  int tets;                   /* of the scene's own */
-  const flesh_texts *overrides;
+  flesh_texts coarser; /* further meshes for it */
+  int tets;            /* of the scene's own */
   int method_count, methods[FLESH_ACCURACY_LIMIT];
   int step_count, tolerance_count; /* steps from the longest to the shortest */
   flesh_accuracy_value steps[FLESH_ACCURACY_LIMIT], tolerances[FLESH_ACCURACY_LIMIT];
@@ -171,7 +170,7 @@ typedef struct flesh_accuracy_plan {
 /* Reads a scene with the overrides of the command line alone. */
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene);
 /* The plan's overrides and those of the row's method, step, tolerance and extra value; to be closed. */
-int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
+void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
 /* Reads the row's scene: the plan's with the row's method, step, tolerance and extra value. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene);

@@ -122,7 +122,7 @@ static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const
   static const char *const subfolders[] = {"steps", NULL};
   flesh_inputs inputs = {0};
   flesh_inputs_add_scene(&inputs, path, scene);
-  int status = flesh_inputs_spare_in(&inputs, plan->out, names, subfolders);
+  int status = flesh_inputs_spare_in(&inputs, plan->options.out, names, subfolders);
   flesh_inputs_close(&inputs);
   return status;
 }
@@ -191,12 +191,12 @@ static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
 /* The other scenes must stand before hours are spent. */
 static int check_others(const flesh_accuracy_plan *plan)
 {
-  if (plan->coarser->count && !plan->mesh)
+  if (plan->coarser.count && !plan->mesh)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
-  if (plan->coarser->count >= FLESH_ACCURACY_LEVELS)
+  if (plan->coarser.count >= FLESH_ACCURACY_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
   int status = FLESH_OK;
-  for (int k = 0; k < plan->coarser->count && !status; k++) status = check_coarser(plan, plan->coarser->values[k]);
+  for (int k = 0; k < plan->coarser.count && !status; k++) status = check_coarser(plan, plan->coarser.values[k]);
   return status;
 }
 
@@ -223,9 +223,7 @@ int flesh_command_accuracy(int argc, char **argv)
 {
   const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
   flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
-  flesh_texts coarser = {.values = calloc((size_t)argc + 1, sizeof *coarser.values)};
-  int status = flesh_study_open(&plan.options, argc, argv);
-  if (!status && !coarser.values) status = flesh_no_memory();
+  plan.coarser.values = calloc((size_t)argc + 1, sizeof *plan.coarser.values);
   const flesh_option rows[] = {
       {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
@@ -233,7 +231,7 @@ int flesh_command_accuracy(int argc, char **argv)
       {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
        "of the others, in s (default twice the scene's, the scene's, its half, ... to its 64th; to its 8th with --quick)"},
       {"mesh", NULL, FLESH_OPTION_SWITCH, &plan.mesh, "measure the error of the mesh too, with tet4, tet10, tet10-mean"},
-      {"coarser", "SCENE2", FLESH_OPTION_LIST, &coarser, "the same scene on a coarser mesh, for --mesh"},
+      {"coarser", "SCENE2", FLESH_OPTION_LIST, &plan.coarser, "the same scene on a coarser mesh, for --mesh"},
       {"mesh-seconds", "S", FLESH_OPTION_POSITIVE, &plan.mesh_seconds,
        "how long meshes are refined, beyond what two of each element need (default 120; 20 with --quick)"},
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
@@ -249,18 +247,15 @@ int flesh_command_accuracy(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"),
                              1, 1, rows, NULL, FLESH_EXITS_ALL};
-  int count, code = status ? flesh_command_fail("accuracy", status)
-                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  int count, code = plan.coarser.values ? flesh_study_open(&plan.options, &usage, argc, argv, &count)
+                                        : flesh_command_fail("accuracy", flesh_no_memory());
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
-    plan.out = plan.options.out;
-    plan.overrides = &plan.options.overrides.texts;
-    plan.coarser = &coarser;
     code = run(&plan, methods, steps, tolerances);
   }
   flesh_study_close(&plan.options);
   flesh_accuracy_measure_close(&plan.measure);
   free(plan.rows);
-  free(coarser.values);
+  free(plan.coarser.values);
   return code;
 }

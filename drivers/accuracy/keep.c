@@ -28,14 +28,14 @@ int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words)
 {
   json_t *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);
   json_object_set_new(reference, "made_by", flesh_json_text(words));
-  return flesh_json_write(flesh_path("%s/accuracy.json", plan->out),
+  return flesh_json_write(flesh_path("%s/accuracy.json", plan->options.out),
                           json_pack("{so* so* so*}", "scene_path", flesh_json_text(plan->scene), "program",
                                     flesh_provenance_program(plan->options.argc, plan->options.argv), "reference", reference));
 }
 
 int flesh_accuracy_load(flesh_accuracy_plan *plan)
 {
-  const char *path = flesh_path("%s/accuracy.json", plan->out);
+  const char *path = flesh_path("%s/accuracy.json", plan->options.out);
   json_t *root = json_load_file(path, 0, NULL);
   const int lacks = flesh_fields_read(flesh_accuracy_reference_fields, json_object_get(root, "reference"), &plan->reference);
   json_decref(root);

@@ -24,14 +24,12 @@ static int read_scene(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
   flesh_overrides overrides;
   char number[32];
   *scene = NULL;
-  int status = row->method < 0 ? flesh_overrides_copy(&overrides, plan->overrides)
-                               : flesh_accuracy_overrides(plan, row, &overrides);
-  if (status) return status;
+  if (row->method < 0) flesh_overrides_copy(&overrides, &plan->options.overrides.texts);
+  else flesh_accuracy_overrides(plan, row, &overrides);
   snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : plan->meshes.own_refine));
-  if (!row->source || row->refine) status = flesh_overrides_add(&overrides, "body.refine", number);
-  if (!status) status = flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
-  if (!status)
-    status = flesh_scene_read(flesh_accuracy_scene_of(plan, row), overrides.texts.count, overrides.texts.values, scene);
+  if (!row->source || row->refine) flesh_overrides_add(&overrides, "body.refine", number);
+  flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
+  const int status = flesh_overrides_read(&overrides, flesh_accuracy_scene_of(plan, row), scene);
   flesh_overrides_close(&overrides);
   return status;
 }
@@ -335,9 +333,9 @@ static int look_at_scenes(flesh_accuracy_session *s)
   if (in_time && meshes->shared < 0)
     return flesh_fail(FLESH_ERR_SOLVE, "the meshes are not compared: no method of fixed steps reached the end");
   meshes->sources[meshes->source_count++] = plan->scene;
-  for (int k = 0; k < plan->coarser->count && !status; k++) {
-    status = flesh_accuracy_fingerprint(plan, plan->coarser->values[k], meshes->inputs[meshes->source_count]);
-    meshes->sources[meshes->source_count++] = plan->coarser->values[k];
+  for (int k = 0; k < plan->coarser.count && !status; k++) {
+    status = flesh_accuracy_fingerprint(plan, plan->coarser.values[k], meshes->inputs[meshes->source_count]);
+    meshes->sources[meshes->source_count++] = plan->coarser.values[k];
   }
   return status;
 }

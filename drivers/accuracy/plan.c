@@ -46,29 +46,25 @@ static const char *const tight[][2] = {{"solver.newton_tolerance", "1e-12"}, {"s
                                        {"solver.max_newton", "100"},         {"solver.max_cutbacks", "8"},
                                        {"solver.line_search", "potential"},  {"solver.accept_unconverged", "false"}};
 
-int flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
+void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   char order[16];
-  int status = flesh_overrides_copy(all, plan->overrides);
-  if (status) return status;
-  status = flesh_overrides_add(all, "time.method", method->scene);
-  if (!status) status = flesh_overrides_add(all, "time.step", row->step.text);
-  if (!status && method->adaptive && *row->tolerance.text) {
-    status = flesh_overrides_add(all, "time.tolerance", row->tolerance.text);
-    if (!status && method->adaptive == 2) status = flesh_overrides_add(all, "time.adaptive", "true");
+  flesh_overrides_copy(all, &plan->options.overrides.texts);
+  flesh_overrides_add(all, "time.method", method->scene);
+  flesh_overrides_add(all, "time.step", row->step.text);
+  if (method->adaptive && *row->tolerance.text) {
+    flesh_overrides_add(all, "time.tolerance", row->tolerance.text);
+    if (method->adaptive == 2) flesh_overrides_add(all, "time.adaptive", "true");
   }
-  if (!status && plan->controlled && method->adaptive != 2) status = flesh_overrides_add(all, "time.adaptive", "false");
+  if (plan->controlled && method->adaptive != 2) flesh_overrides_add(all, "time.adaptive", "false");
   snprintf(order, sizeof order, "%d", method->max_order);
-  if (!status && method->max_order) status = flesh_overrides_add(all, "time.max_order", order);
-  for (size_t k = 0; row->tight && k < sizeof tight / sizeof *tight && !status; k++)
-    status = flesh_overrides_add(all, tight[k][0], tight[k][1]);
+  if (method->max_order) flesh_overrides_add(all, "time.max_order", order);
+  for (size_t k = 0; row->tight && k < sizeof tight / sizeof *tight; k++) flesh_overrides_add(all, tight[k][0], tight[k][1]);
   const char *is = strchr(row->extra, '=');
   char key[sizeof row->extra];
   snprintf(key, sizeof key, "%.*s", is ? (int)(is - row->extra) : 0, row->extra);
-  if (!status && is) status = flesh_overrides_add(all, key, is + 1);
-  if (status) flesh_overrides_close(all);
-  return status;
+  if (is) flesh_overrides_add(all, key, is + 1);
 }
 
 const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
@@ -95,11 +91,11 @@ const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int numb
 {
   const flesh_accuracy_row *row = &plan->rows[number];
   if (row->group == FLESH_ACCURACY_SOURCE)
-    return flesh_path("%s/reference_%s.states", plan->out, flesh_accuracy_methods[row->method].name);
+    return flesh_path("%s/reference_%s.states", plan->options.out, flesh_accuracy_methods[row->method].name);
   if (row->group == FLESH_ACCURACY_RESOLUTION)
-    return flesh_path("%s/mesh_%d.states", plan->out, number - flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION));
+    return flesh_path("%s/mesh_%d.states", plan->options.out, number - flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION));
   const int leaves = row->group == FLESH_ACCURACY_REFERENCE || row->group == FLESH_ACCURACY_TIGHT;
-  return leaves ? flesh_path("%s/%s.states", plan->out, flesh_accuracy_group_names[row->group]) : "";
+  return leaves ? flesh_path("%s/%s.states", plan->options.out, flesh_accuracy_group_names[row->group]) : "";
 }
 
 int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
@@ -121,16 +117,15 @@ void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_ST
 
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene)
 {
-  return flesh_scene_read(path, plan->overrides->count, plan->overrides->values, scene);
+  return flesh_overrides_read(&plan->options.overrides, path, scene);
 }
 
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
                         flesh_scene **scene)
 {
   flesh_overrides all;
-  int status = flesh_accuracy_overrides(plan, row, &all);
-  if (status) return status;
-  status = flesh_scene_read(flesh_accuracy_scene_of(plan, row), all.texts.count, all.texts.values, scene);
+  flesh_accuracy_overrides(plan, row, &all);
+  const int status = flesh_overrides_read(&all, flesh_accuracy_scene_of(plan, row), scene);
   flesh_overrides_close(&all);
   return status;
 }
@@ -140,8 +135,8 @@ char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accura
   char *text = NULL;
   size_t size = 0;
   flesh_overrides all;
-  if (flesh_accuracy_overrides(plan, row, &all)) return NULL;
-  FILE *stream = open_memstream(&text, &size);
+  flesh_accuracy_overrides(plan, row, &all);
+  FILE *stream = all.failed ? NULL : open_memstream(&text, &size);
   if (stream) {
     fputs("flesh run ", stream);
     flesh_shell_word_print(stream, flesh_accuracy_scene_of(plan, row));
@@ -162,7 +157,7 @@ const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const fle
   char tolerance[FLESH_ACCURACY_TEXT];
   snprintf(tolerance, sizeof tolerance, "%s", row->tolerance.text);
   flesh_safe_name(tolerance); /* 1/1000 has a slash */
-  return flesh_path("%s%ssteps/%s_%s.csv", plan ? plan->out : "", plan ? "/" : "", method->name, tolerance);
+  return flesh_path("%s%ssteps/%s_%s.csv", plan ? plan->options.out : "", plan ? "/" : "", method->name, tolerance);
 }
 
 const flesh_accuracy_figures flesh_accuracy_unknown = {.status = FLESH_ERR_INTERRUPTED,

@@ -279,7 +279,7 @@ int flesh_accuracy_run(void *data)
   flesh_accuracy_plan *plan = data;
   flesh_accuracy_session s = {.plan = plan, .store = {.lock = -1}};
   const flesh_accuracy_work given = {plan, &s.reference, &s.tight};
-  int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", plan->out)) : FLESH_OK;
+  int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", plan->options.out)) : FLESH_OK;
   if (!status) status = make_fingerprints(plan);
   s.study = flesh_accuracy_study(&given, plan);
   if (!status) status = flesh_study_store_open(&s.study, &plan->options, &s.store);

@@ -123,7 +123,6 @@ int flesh_command_bench(int argc, char **argv)
   const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
   const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto", *element = "tet4";
   flesh_bench_plan plan = {.options = {.out = "out/bench", .jobs = 1}, .repeats = 3, .steps = 10, .tolerance = 1e-6};
-  int status = flesh_study_open(&plan.options, argc, argv);
   const flesh_option rows[] = {
       {"cells", "LIST", FLESH_OPTION_TEXT, &sizes, "cells as 48x13x13, or numbers of tets (default 6000,48x13x13)"},
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms of the energy (default S)"},
@@ -142,8 +141,7 @@ int flesh_command_bench(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"),
                              0, 0, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = status ? flesh_command_fail("bench", status)
-                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  int count, status = FLESH_OK, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     flesh_study_close(&plan.options);
     return code;

@@ -161,9 +161,8 @@ int flesh_command_check(int argc, char **argv)
   int positionals, failed = 0, code = flesh_options_read(&usage, argc, argv, &positionals);
   flesh_scene *scene = NULL;
   if (code == FLESH_OPTIONS_GO_ON) {
-    if (start_state) status = flesh_overrides_add_text(&overrides, "start.state", start_state);
-    if (!status)
-      status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
+    if (start_state) flesh_overrides_add_text(&overrides, "start.state", start_state);
+    status = flesh_overrides_read(&overrides, argv[1], &scene);
     if (!status) status = check(scene, &failed);
     code = status ? flesh_command_fail("check", status) : failed ? 2 : 0;
     if (!status) printf(failed ? "%d of the effects FAILED\n" : "all fine\n", failed);

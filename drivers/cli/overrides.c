@@ -11,14 +11,14 @@ int flesh_overrides_open(flesh_overrides *overrides, int argc)
 {
   *overrides = (flesh_overrides){.room = argc + 1};
   overrides->texts.values = calloc((size_t)argc + 1, sizeof *overrides->texts.values);
-  return overrides->texts.values ? FLESH_OK : flesh_no_memory();
+  overrides->failed = !overrides->texts.values;
+  return overrides->failed ? flesh_no_memory() : FLESH_OK;
 }
 
-int flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
+void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
 {
-  const int status = flesh_overrides_open(overrides, given->count);
-  for (int k = 0; k < given->count && !status; k++) overrides->texts.values[overrides->texts.count++] = given->values[k];
-  return status;
+  if (flesh_overrides_open(overrides, given->count)) return;
+  for (int k = 0; k < given->count; k++) overrides->texts.values[overrides->texts.count++] = given->values[k];
 }
 
 void flesh_overrides_close(flesh_overrides *overrides)
@@ -29,14 +29,17 @@ void flesh_overrides_close(flesh_overrides *overrides)
   *overrides = (flesh_overrides){0};
 }
 
-static int add(flesh_overrides *overrides, const char *key, const char *value, int quoted)
+static void add(flesh_overrides *overrides, const char *key, const char *value, int quoted)
 {
   flesh_texts *texts = &overrides->texts;
-  if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room) ||
-      !flesh_grow(&overrides->owned, sizeof *overrides->owned, overrides->owned_count, &overrides->owned_room))
-    return flesh_no_memory();
   char *text = malloc(strlen(key) + 2 * strlen(value) + 4), *end = text;
-  if (!text) return flesh_no_memory();
+  if (!text || overrides->failed ||
+      !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room) ||
+      !flesh_grow(&overrides->owned, sizeof *overrides->owned, overrides->owned_count, &overrides->owned_room)) {
+    overrides->failed = 1;
+    free(text);
+    return;
+  }
   end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
   for (const char *c = value; *c; c++) {
     if (quoted && *c == '\'') *end++ = '\''; /* YAML doubles it */
@@ -45,15 +48,17 @@ static int add(flesh_overrides *overrides, const char *key, const char *value, i
   strcpy(end, quoted ? "'" : "");
   overrides->owned[overrides->owned_count++] = text;
   texts->values[texts->count++] = text;
-  return FLESH_OK;
 }
 
-int flesh_overrides_add_text(flesh_overrides *overrides, const char *key, const char *value)
+void flesh_overrides_add_text(flesh_overrides *overrides, const char *key, const char *value)
 {
-  return add(overrides, key, value, 1);
+  add(overrides, key, value, 1);
 }
 
-int flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value)
+void flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value) { add(overrides, key, value, 0); }
+
+int flesh_overrides_read(const flesh_overrides *overrides, const char *path, flesh_scene **scene)
 {
-  return add(overrides, key, value, 0);
+  return overrides->failed ? flesh_no_memory()
+                           : flesh_scene_read(path, overrides->texts.count, overrides->texts.values, scene);
 }

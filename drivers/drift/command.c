@@ -95,7 +95,7 @@ static int prepare(flesh_drift_plan *plan)
   flesh_inputs inputs = {0};
   int status = check_scenes(plan, &inputs);
   if (!status) status = make_cases(plan);
-  if (!status) status = flesh_inputs_spare_in(&inputs, plan->out, names, NULL);
+  if (!status) status = flesh_inputs_spare_in(&inputs, plan->options.out, names, NULL);
   flesh_inputs_close(&inputs);
   return status;
 }
@@ -105,7 +105,6 @@ int flesh_command_drift(int argc, char **argv)
   const char *energies = "B,D,E,S", *poissons = "0.3,0.4,0.45,0.49", *solvers = "guarded,plain";
   const char *elements = "", *refine = "";
   flesh_drift_plan plan = {.options = {.out = "out/drift"}};
-  int status = flesh_study_open(&plan.options, argc, argv);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms to compare (default B,D,E,S)"},
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.3,0.4,0.45,0.49)"},
@@ -121,15 +120,12 @@ int flesh_command_drift(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
                              flesh_own_text("drift_help"), 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = status ? flesh_command_fail("drift", status)
-                           : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
+  int count, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     flesh_study_close(&plan.options);
     return code;
   }
-  plan.overrides = &plan.options.overrides.texts;
-  plan.out = plan.options.out;
-  status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
+  int status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
   if (!status) status = read_energies(energies, &plan);
   if (!status)
     status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,

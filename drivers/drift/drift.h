@@ -52,8 +52,7 @@ typedef struct flesh_drift_scene {
 enum { FLESH_DRIFT_VARIANTS = 2 * FLESH_ENERGY_COUNT, FLESH_DRIFT_LIST = 16 };
 
 typedef struct flesh_drift_plan {
-  flesh_study_options options; /* folder, ranks, jobs, shard */
-  const char *out;
+  flesh_study_options options; /* folder, ranks, jobs, shard, --set */
   char fingerprint[120]; /* of what all cases have in common */
   int scene_count;           /* files x elements x refinements */
   flesh_drift_scene *scenes; /* [scene_count] */
@@ -63,7 +62,6 @@ typedef struct flesh_drift_plan {
   double poissons[FLESH_DRIFT_LIST];
   int solver_count;
   flesh_drift_solver solvers[FLESH_DRIFT_SOLVERS];
-  const flesh_texts *overrides;
   double max_seconds; /* per case; 0: no limit */
   int case_count;
   flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
@@ -74,7 +72,7 @@ const char *flesh_drift_solver_name(flesh_drift_solver solver);
 /* "S", "D raw", "D as_e": with the constants where the energy alone does not say it. */
 void flesh_drift_variant_title(flesh_drift_variant variant, char title[16]);
 
-/* The case's folder below plan->out: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
+/* The case's folder below the study's: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
 void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256]);
 
 /* Runs a case in this process. */
@@ -88,6 +86,6 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
 /* Reads a scene of the plan as it stands, with its element and refinement. */
 int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
 /* The plan's overrides and those of the scene; to be closed. */
-int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
+void flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
 
 #endif

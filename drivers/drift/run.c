@@ -85,6 +85,11 @@ static int write_frame(const char *folder, const char *name, const frame *kept, 
   return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
 }
 
+/* Steps that are taken as they come. */
+static const char *const plain[][2] = {{"solver.line_search", "none"}, {"time.max_energy_gain", "1e300"},
+                                       {"solver.eigenvalue_filter", "clamp-always"}, {"solver.max_newton", "10"},
+                                       {"solver.max_cutbacks", "0"}, {"solver.accept_unconverged", "true"}};
+
 /* Reads the case's scene; `at_rest` without inertia and external loads, for its rest shape. */
 static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, int at_rest,
                       flesh_scene **scene)
@@ -107,33 +112,22 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
     status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
     young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   }
-  if (!status) status = flesh_drift_overrides(plan, c->scene, &overrides);
-  if (status) {
-    flesh_scene_destroy(&base);
-    return status;
-  }
+  flesh_drift_overrides(plan, c->scene, &overrides);
   snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
            flesh_energy_name(v->energy), flesh_constants_name(v->constants), young,
            plan->poissons[c->poisson]);
-  status = flesh_overrides_add(&overrides, "body.material", material);
-  if (!status && c->solver == FLESH_DRIFT_PLAIN)
-    status = flesh_overrides_add(&overrides, "solver.line_search", "none") ||
-             flesh_overrides_add(&overrides, "time.max_energy_gain", "1e300") || /* as they come */
-             flesh_overrides_add(&overrides, "solver.eigenvalue_filter", "clamp-always") ||
-             flesh_overrides_add(&overrides, "solver.max_newton", "10") ||
-             flesh_overrides_add(&overrides, "solver.max_cutbacks", "0") ||
-             flesh_overrides_add(&overrides, "solver.accept_unconverged", "true")
-                 ? FLESH_ERR_MEMORY
-                 : FLESH_OK;
+  flesh_overrides_add(&overrides, "body.material", material);
+  for (size_t k = 0; k < sizeof plain / sizeof *plain && c->solver == FLESH_DRIFT_PLAIN; k++)
+    flesh_overrides_add(&overrides, plain[k][0], plain[k][1]);
   const flesh_system *system = flesh_scene_system(base);
-  for (int k = 0; at_rest && !status && k < flesh_system_effect_count(system); k++) {
+  for (int k = 0; at_rest && k < flesh_system_effect_count(system); k++) {
     const flesh_effect_operations *effect = flesh_system_effect(system, k)->operations;
     if (effect->role != FLESH_ROLE_LOAD && effect->role != FLESH_ROLE_INERTIA) continue;
     snprintf(key, sizeof key, "effects.%s", effect->name);
-    status = flesh_overrides_add(&overrides, key, "null");
+    flesh_overrides_add(&overrides, key, "null");
   }
   flesh_scene_destroy(&base);
-  if (!status) status = flesh_scene_read(path, overrides.texts.count, overrides.texts.values, scene);
+  if (!status) status = flesh_overrides_read(&overrides, path, scene);
   flesh_overrides_close(&overrides);
   return status;
 }
@@ -220,7 +214,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   }
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   flesh_drift_case_folder(plan, c, folder);
-  snprintf(path, sizeof path, "%s/%s", plan->out, folder);
+  snprintf(path, sizeof path, "%s/%s", plan->options.out, folder);
   const flesh_observer watching = {watch, &w};
   const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene].path,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,

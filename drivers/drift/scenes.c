@@ -75,24 +75,20 @@ int flesh_drift_make_scenes(int count, char *const *paths, const char *elements,
   return FLESH_OK;
 }
 
-int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
+void flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
 {
   const flesh_drift_scene *s = &plan->scenes[scene];
-  int status = flesh_overrides_copy(overrides, plan->overrides);
-  if (status) return status;
-  if (*s->element) status = flesh_overrides_add(overrides, "body.element", s->element);
-  if (!status && *s->refine) status = flesh_overrides_add(overrides, "body.refine", s->refine);
-  if (status) flesh_overrides_close(overrides);
-  return status;
+  flesh_overrides_copy(overrides, &plan->options.overrides.texts);
+  if (*s->element) flesh_overrides_add(overrides, "body.element", s->element);
+  if (*s->refine) flesh_overrides_add(overrides, "body.refine", s->refine);
 }
 
 int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read)
 {
   flesh_overrides overrides;
   *read = NULL;
-  int status = flesh_drift_overrides(plan, scene, &overrides);
-  if (status) return status;
-  status = flesh_scene_read(plan->scenes[scene].path, overrides.texts.count, overrides.texts.values, read);
+  flesh_drift_overrides(plan, scene, &overrides);
+  const int status = flesh_overrides_read(&overrides, plan->scenes[scene].path, read);
   flesh_overrides_close(&overrides);
   return status;
 }

@@ -133,7 +133,7 @@ static json_t *facts_of(const void *data, int number)
   /* The two D's share a colour: the deflation sets them apart. */
   json_t *facts = json_pack("{ssss}", "folder", folder, "colour",
                             v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[v->energy].colour);
-  add_history(flesh_path("%s/%s", plan->out, folder), facts);
+  add_history(flesh_path("%s/%s", plan->options.out, folder), facts);
   return facts;
 }
 

@@ -121,14 +121,15 @@ static int begin(adapt *a, const flesh_texts *given)
   const char *column;
   read_spec(a->column, &a->tolerance, &a->relative, &column);
   memmove(a->column, column, strlen(column) + 1);
-  int status = flesh_overrides_copy(&a->overrides, given);
-  if (!status) status = flesh_overrides_add(&a->overrides, "body.element", "tet10-mean");
-  if (!status) status = flesh_overrides_add(&a->overrides, "output.error_bars", "false");
-  if (!status) status = flesh_scene_read(a->options->scene_path, a->overrides.texts.count, a->overrides.texts.values, &scene);
+  flesh_overrides_copy(&a->overrides, given);
+  flesh_overrides_add(&a->overrides, "body.element", "tet10-mean");
+  flesh_overrides_add(&a->overrides, "output.error_bars", "false");
+  int status = flesh_overrides_read(&a->overrides, a->options->scene_path, &scene);
   if (!status) status = check(a, scene);
   if (!status) status = flesh_error_carry(scene, a->options->quiet, &a->overrides, &a->mesh);
-  if (!status) status = flesh_overrides_add(&a->overrides, "body.refine", "0");
-  if (!status && scene->keys.body.curved.count) status = flesh_overrides_add(&a->overrides, "body.curved", "null");
+  flesh_overrides_add(&a->overrides, "body.refine", "0");
+  if (!status && scene->keys.body.curved.count) flesh_overrides_add(&a->overrides, "body.curved", "null");
+  if (!status && a->overrides.failed) status = flesh_no_memory();
   flesh_scene_destroy(&scene);
   return status;
 }
@@ -179,12 +180,14 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   char *absolute = NULL;
   status = flesh_mesh_write(a->mesh, mesh);
   if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
-  if (!status) status = flesh_overrides_copy(&own, &a->overrides.texts);
-  if (status) goto done;
-  status = flesh_overrides_add_text(&own, "body.mesh", absolute);
-  if (!status) status = flesh_scene_read(a->options->scene_path, own.texts.count, own.texts.values, scene);
-  flesh_overrides_close(&own);
-  if (status) goto done;
+  if (!status) {
+    flesh_overrides_copy(&own, &a->overrides.texts);
+    flesh_overrides_add_text(&own, "body.mesh", absolute);
+    status = flesh_overrides_read(&own, a->options->scene_path, scene);
+    flesh_overrides_close(&own);
+  }
+  free(absolute);
+  if (status) return status;
   const flesh_observer observer = {keep_state, a};
   flesh_runner_options options = *a->options;
   options.out = folder;
@@ -205,10 +208,7 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
                                             "meshes fold otherwise, and there is no bar", a->mesh->tets, figures.final_inverted);
   l->cpu_s = figures.cpu_s;
   flesh_figures_close(&figures);
-  if (!status) status = read_value(a, folder, *scene, l);
-done:
-  free(absolute);
-  return status;
+  return status ? status : read_value(a, folder, *scene, l);
 }
 
 static int count_free(const flesh_scene *scene)

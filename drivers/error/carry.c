@@ -24,9 +24,10 @@ typedef struct carry {
 static int override(carry *c, const char *path, const char *key, const char *value)
 {
   char *name = flesh_text_new("%s.%s", path, key);
-  const int status = name ? flesh_overrides_add(c->overrides, name, value) : flesh_no_memory();
+  if (!name) return flesh_no_memory();
+  flesh_overrides_add(c->overrides, name, value);
   free(name);
-  return status;
+  return FLESH_OK;
 }
 
 /* Leaves the chosen corners, and the nodes of edges between two of them, which refined meshes carry on. A box that ends

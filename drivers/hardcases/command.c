@@ -254,7 +254,6 @@ static int list_or_batter(const char *path, int list, flesh_hardcases_request *a
   if (!status) status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
   if (!status) status = make_runs(plan);
-  plan->out = plan->options.out;
   const flesh_study study = flesh_hardcases_study(plan);
   return flesh_study_lead(&study, &plan->options, status, batter, plan);
 }
@@ -264,8 +263,7 @@ int flesh_command_hardcases(int argc, char **argv)
   flesh_hardcases_request asked = {.steps = "1/60", .cases = "*", .share = "0:1"};
   room *room = calloc(1, sizeof *room);
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
-  int list = 0, count, status = flesh_study_open(&plan.options, argc, argv);
-  if (!status && !room) status = flesh_no_memory();
+  int list = 0, count;
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
@@ -304,9 +302,8 @@ int flesh_command_hardcases(int argc, char **argv)
   char *text = flesh_settings_help(flesh_own_text("hardcases_help"), describe_keys, "");
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int code = status ? flesh_command_fail("hardcases", status)
-                    : flesh_ranks_read_options(plan.options.ranks, &usage, argc, argv, &count);
-  plan.overrides = &plan.options.overrides.texts;
+  int code = room ? flesh_study_open(&plan.options, &usage, argc, argv, &count)
+                  : flesh_command_fail("hardcases", flesh_no_memory());
   if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, &asked, room, &plan);
   flesh_study_close(&plan.options);
   if (room) flesh_hardcases_close_battery(&room->chosen.battery);

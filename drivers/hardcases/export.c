@@ -69,7 +69,7 @@ static int export_run(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
   const char *folder = flesh_hardcases_run_folder(run);
   char path[1300];
   flesh_scene *scene = NULL;
-  snprintf(path, sizeof path, "%s/%.*s", plan->out, (int)(strlen(folder) - strlen("_default")), folder);
+  snprintf(path, sizeof path, "%s/%.*s", plan->options.out, (int)(strlen(folder) - strlen("_default")), folder);
   int status = flesh_hardcases_write_scene(plan, run, path);
   if (!status) status = flesh_scene_read(flesh_path("%s/scene.yaml", path), 0, NULL, &scene);
   if (!status) status = write_case(run, scene, path);
@@ -105,6 +105,6 @@ int flesh_hardcases_export(const flesh_hardcases_plan *plan)
                       "--export finds no case that is static, has no effects, is stress-free at rest and of tet4 or tet10");
   if (!status)
     printf("%d cases written to %s/cases, %d left out: they move, have effects, are stressed at rest or of tet10-mean\n",
-           written, plan->out, plan->run_count - written);
+           written, plan->options.out, plan->run_count - written);
   return status;
 }

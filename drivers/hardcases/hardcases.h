@@ -125,8 +125,7 @@ typedef struct flesh_hardcases_run {
 } flesh_hardcases_run;
 
 typedef struct flesh_hardcases_plan {
-  flesh_study_options options; /* folder, ranks, jobs, shard */
-  const char *out;
+  flesh_study_options options; /* folder, ranks, jobs, shard, --set */
   char fingerprint[1024]; /* of what all runs have in common */
   int quick;
   int filters;  /* compares eigenvalue filters */
@@ -136,7 +135,6 @@ typedef struct flesh_hardcases_plan {
   int lean;     /* runs that recover leave no mesh and no state: with any of the three, of thousands of runs */
   double max_seconds; /* per run and phase */
   double share[2];    /* of the problems those are run whose hash lies from the first to below the second */
-  const flesh_texts *overrides;
   int case_count;
   const flesh_hardcases_case *const *cases;
   int setting_count;
@@ -161,7 +159,7 @@ const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 /* "S 0.49 default": with mesh, constants, step and element where they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[112]);
 
-/* "cases/scramble_2_S_0.49_default", below plan->out; for the next few calls (cli/path.h). */
+/* "cases/scramble_2_S_0.49_default", below the study's folder; for the next few calls (cli/path.h). */
 const char *flesh_hardcases_run_folder(const flesh_hardcases_run *run);
 
 /* Distance from rest and volume below which a body is back. */
@@ -195,7 +193,7 @@ void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double 
 /* The outcome by the figures of a run of the case. */
 flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, const flesh_hardcases_figures *figures);
 
-/* Writes the static cases without effects as data that other solvers read, below plan->out. FLESH_ERR_ARGUMENT where
+/* Writes the static cases without effects as data that other solvers read, below the study's folder. FLESH_ERR_ARGUMENT where
  * there is none or a run has a solver. */
 int flesh_hardcases_export(const flesh_hardcases_plan *plan);
 

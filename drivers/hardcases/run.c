@@ -176,9 +176,8 @@ static void watch_finish(watch_of_run *w)
  * the file alone gives the same run. */
 static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_scene **scene)
 {
-  int count = plan->overrides->count;
-  int status = flesh_scene_read(path, count, plan->overrides->values, scene);
-  return status || !count ? status : flesh_scene_write(*scene, path);
+  const int status = flesh_overrides_read(&plan->options.overrides, path, scene);
+  return status || !plan->options.overrides.texts.count ? status : flesh_scene_write(*scene, path);
 }
 
 /* The worse of the phases counts. */
@@ -222,12 +221,11 @@ static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh
 {
   flesh_scene *last = NULL;
   flesh_overrides overrides;
-  int status = flesh_overrides_copy(&overrides, plan->overrides);
-  if (status) return status;
-  status = flesh_overrides_add(&overrides, "start", "null"); /* it is not there yet */
+  flesh_overrides_copy(&overrides, &plan->options.overrides.texts);
+  flesh_overrides_add(&overrides, "start", "null"); /* it is not there yet */
   const char *file = flesh_path("%s/release.yaml", folder);
   if (flesh_path_access(file, F_OK)) file = flesh_path("%s/scene.yaml", folder);
-  if (!status) status = flesh_scene_read(file, overrides.texts.count, overrides.texts.values, &last);
+  const int status = flesh_overrides_read(&overrides, file, &last);
   if (!status) flesh_hardcases_rest_shape(last, flesh_scene_times(last)->end, rest);
   flesh_scene_destroy(&last);
   flesh_overrides_close(&overrides);
@@ -251,7 +249,7 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   *f = (flesh_hardcases_figures){.status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .rank = -1, .distance = NAN,
                                  .volume_error = NAN, .recovered_at = NAN, .newton_ratio = NAN, .time_ratio = NAN,
                                  .longest = {.t = NAN, .ratio = NAN}, .gradient = NAN, .smallest_eigenvalue = NAN};
-  snprintf(path, sizeof path, "%s/%s", plan->out, flesh_hardcases_run_folder(run));
+  snprintf(path, sizeof path, "%s/%s", plan->options.out, flesh_hardcases_run_folder(run));
   int status = flesh_hardcases_write_scene(plan, run, path);
   if (!status) status = read_phase(plan, flesh_path("%s/scene.yaml", path), &scene);
   if (!status) status = find_rest(plan, path, &rest);

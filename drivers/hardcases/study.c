@@ -94,7 +94,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   flesh_hardcases_figures figures;
   flesh_hardcases_run_one(plan, run, &figures);
   const flesh_hardcases_outcome outcome = flesh_hardcases_judge(run->row, &figures);
-  if (plan->lean && outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED)) shed(plan->out, run);
+  if (plan->lean && outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED)) shed(plan->options.out, run);
   return flesh_fields_record(flesh_hardcases_outcome_name(outcome), figures.exit_code, figures.message,
                              flesh_fields_json(fields, &figures));
 }
@@ -118,7 +118,7 @@ static json_t *facts_of(const void *data, int number)
       flesh_hardcases_solver_name(s->solver), "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "",
       "static", (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
       (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0,
-      "folder", flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->out), "setting", (int)(s - plan->settings), "sheet", sheet,
+      "folder", flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->options.out), "setting", (int)(s - plan->settings), "sheet", sheet,
       "setting_poisson", s->poisson, "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
       s->first_poisson && !isnan(run->row->poisson));
 }
@@ -147,7 +147,7 @@ static void make_fingerprint(flesh_hardcases_plan *plan)
   *to = 0;
   flesh_text_add(to, size, "flesh %s, %s s%s%s", flesh_version(), flesh_number_text(plan->max_seconds, budget),
                  plan->quick ? ", quick" : "", plan->filters ? ", filters" : plan->shapes ? ", shapes" : "");
-  for (int k = 0; k < plan->overrides->count; k++) flesh_text_add(to, size, ", %s", plan->overrides->values[k]);
+  for (int k = 0; k < plan->options.overrides.texts.count; k++) flesh_text_add(to, size, ", %s", plan->options.overrides.texts.values[k]);
 }
 
 flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)

@@ -151,12 +151,13 @@ static int read_given(given *g, const char *path, flesh_scene **scene)
 {
   flesh_overrides *overrides = &g->overrides;
   const flesh_ranks *ranks = g->ranks;
-  int status = g->start_state ? flesh_overrides_add_text(overrides, "start.state", g->start_state) : FLESH_OK;
-  if (!status && g->method) status = flesh_overrides_add_text(overrides, "time.method", g->method);
-  if (!status && g->error) status = flesh_overrides_add(overrides, "output.error_bars", "true");
-  if (!status)
-    status = flesh_scene_read_on_rank(path, overrides->texts.count, overrides->texts.values, ranks ? ranks->rank : 0,
-                                      ranks ? ranks->count : 0, scene);
+  if (g->start_state) flesh_overrides_add_text(overrides, "start.state", g->start_state);
+  if (g->method) flesh_overrides_add_text(overrides, "time.method", g->method);
+  if (g->error) flesh_overrides_add(overrides, "output.error_bars", "true");
+  const int status = overrides->failed
+                         ? flesh_no_memory()
+                         : flesh_scene_read_on_rank(path, overrides->texts.count, overrides->texts.values,
+                                                    ranks ? ranks->rank : 0, ranks ? ranks->count : 0, scene);
   return status ? status : refuse_bars(g, *scene);
 }
 

@@ -66,7 +66,7 @@ static int take_key(void *data, const char *key)
 
 static int open_study(study *s)
 {
-  int status = flesh_scene_read(s->path, s->overrides.texts.count, s->overrides.texts.values, &s->scene);
+  int status = flesh_overrides_read(&s->overrides, s->path, &s->scene);
   if (!status) status = flesh_list_each("of", s->of, take_column, s);
   if (!status) status = flesh_list_each("to", s->to, take_key, s);
   return status;

@@ -105,9 +105,9 @@ static int make_scenes(const flesh_scene *scene, const char *path, const flesh_o
     flesh_overrides set;
     char number[64];
     snprintf(number, sizeof number, "%.17g", varied->value + (steps[k] + middle) * difference);
-    status = flesh_overrides_copy(&set, &overrides->texts);
-    if (!status) status = flesh_overrides_add(&set, varied->key, number);
-    if (!status) status = flesh_scene_read(path, set.texts.count, set.texts.values, &varied->scenes[k]);
+    flesh_overrides_copy(&set, &overrides->texts);
+    flesh_overrides_add(&set, varied->key, number);
+    status = flesh_overrides_read(&set, path, &varied->scenes[k]);
     flesh_overrides_close(&set);
     if (status) break;
     const flesh_system *beside = varied->parameter.systems[k] = flesh_scene_system(varied->scenes[k]);

@@ -10,14 +10,16 @@
 #include "cli/output.h"
 #include "run/ranks.h"
 
-int flesh_study_open(flesh_study_options *options, int argc, char **argv)
+int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count)
 {
   int status = flesh_ranks_open(&options->ranks);
   if (!status) status = flesh_overrides_open(&options->overrides, argc);
   options->argc = argc;
   options->argv = calloc((size_t)argc + 1, sizeof *argv);
   if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);
-  return status || options->argv ? status : flesh_no_memory();
+  else if (!status) status = flesh_no_memory();
+  return status ? flesh_command_fail(usage->command, status)
+                : flesh_ranks_read_options(options->ranks, usage, argc, argv, count);
 }
 
 void flesh_study_close(flesh_study_options *options)

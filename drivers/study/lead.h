@@ -17,9 +17,9 @@
 #define FLESH_STUDY_OPTION_SET(options, doc)                                                                          \
   {"set", "KEY=VALUE", FLESH_OPTION_LIST, &(options)->overrides.texts, doc}
 
-/* Before the command line is read: joins the ranks, and keeps the words, as reading permutes them. FLESH_ERR_MEMORY and
- * those of ranks. To be closed in any case. */
-int flesh_study_open(flesh_study_options *options, int argc, char **argv);
+/* Joins the ranks, keeps the words, as reading permutes them, and reads the command line: flesh_ranks_read_options, or the
+ * exit code of what failed. To be closed in any case. */
+int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count);
 void flesh_study_close(flesh_study_options *options);
 
 /* Does the study on all ranks: the first one calls compare(plan), which does the cases and makes what follows from them,

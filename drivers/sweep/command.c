@@ -136,7 +136,6 @@ int flesh_command_sweep(int argc, char **argv)
   for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
   settings set = {.options = {.out = "out/sweep"}};
-  const int status = flesh_study_open(&set.options, argc, argv);
   const flesh_option rows[] = {
       FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with values that an axis has got"),
       FLESH_STUDY_OPTION_JOBS(&set.options),
@@ -146,8 +145,7 @@ int flesh_command_sweep(int argc, char **argv)
   char *text = flesh_settings_help(flesh_own_text("sweep_help"), flesh_sweep_describe_keys, flesh_own_text("tables_help"));
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = status ? flesh_command_fail("sweep", status)
-                           : flesh_ranks_read_options(set.options.ranks, &usage, argc, argv, &count);
+  int count, code = flesh_study_open(&set.options, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
   flesh_study_close(&set.options);
   free(text);

@@ -106,9 +106,7 @@ int flesh_command_slump(int argc, char **argv)
   const flesh_usage usage = {"slump", "SCENE", "Shows what volume a body loses by its stiffness.", NULL, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   flesh_scene *scene = NULL;
-  int count, status = flesh_study_open(&p.options, argc, argv);
-  int code = status ? flesh_command_fail("slump", status)
-                    : flesh_ranks_read_options(p.options.ranks, &usage, argc, argv, &count);
+  int count, status, code = flesh_study_open(&p.options, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     p.scene = argv[1];
     flesh_interrupt_watch();
