@@ -13,7 +13,6 @@
 #include "cli/lists.h"
 #include "base/file.h"
 #include "study/lead.h"
-#include "run/ranks.h"
 #include "study/embedded.h"
 
 #define METHOD_NAME(name, ...) "," name

@@ -3,12 +3,9 @@
 #include "accuracy/accuracy.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include "base/confine.h"
 #include "base/error.h"
 #include "base/sort.h"
 

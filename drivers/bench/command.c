@@ -12,7 +12,6 @@
 #include "cli/json_memory.h"
 #include "cli/lists.h"
 #include "cli/path.h"
-#include "run/ranks.h"
 #include "study/lead.h"
 #include "study/embedded.h"
 

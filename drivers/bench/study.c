@@ -1,5 +1,4 @@
 /* study.c: a benchmark as a study: its cases, and their rows as records. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

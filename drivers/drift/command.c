@@ -10,7 +10,6 @@
 #include "study/lead.h"
 #include "flesh/scene.h"
 #include "cli/interrupt.h"
-#include "base/file.h"
 #include "cli/inputs.h"
 #include "cli/lists.h"
 #include "cli/overrides.h"

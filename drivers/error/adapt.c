@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "base/folder.h"
 #include "base/sort.h"
 #include "base/text.h"

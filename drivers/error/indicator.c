@@ -1,7 +1,6 @@
 /* indicator.c: recovered stress and gradient of the adjoint against those of the elements. */
 #include "error/indicator.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -10,20 +10,7 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "fit/fit.h"
-
-static const char details[] =
-    "Finds the parameters with which scenes come closest to measurements, as SPEC, in YAML, says: experiments (each a\n"
-    "scene with what was measured of it), and parameters (keys of the scenes). Writes into DIR: result.json (parameters\n"
-    "with standard errors, 95 % intervals, covariance and correlation; what is not determined, in words), fit.csv (each\n"
-    "measured number with the fitted one), fit.png, scenes/ (fitted), runs/ (the last run of each experiment) and fit.db\n"
-    "(every run, in SQLite: what --resume goes on with).\n\n"
-    "  experiments:\n"
-    "    - name: pull\n"
-    "      scene: pull.yaml\n"
-    "      measured: [{probes: pull.csv, deviation: 1e-4}]\n"
-    "  parameters:\n"
-    "    - {key: body.material.young, start: 5e4, from: 1e3, to: 1e6, spacing: logarithmic}\n"
-    "    - {key: body.material.poisson, start: 0.3, from: 0, to: 0.49}\n\n";
+#include "study/embedded.h"
 
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
@@ -85,7 +72,8 @@ int flesh_command_fit(int argc, char **argv)
                                {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with DIR/fit.db, or begin"},
                                {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
                                {0}};
-  char *text = flesh_settings_help(details, flesh_fit_describe_keys, ""), **words = malloc(((size_t)argc + 1) * sizeof *words);
+  char *text = flesh_settings_help(flesh_own_text("fit_help"), flesh_fit_describe_keys, "");
+  char **words = malloc(((size_t)argc + 1) * sizeof *words);
   for (int k = 0; k <= argc && words; k++) words[k] = argv[k]; /* reading permutes them */
   const flesh_usage usage = {"fit", "SPEC", "Fits parameters of scenes to measurements.", text, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};

@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/text.h"
 #include "fit/map.h"
 
 /* Correlations above this are spoken of. */

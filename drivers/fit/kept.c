@@ -1,5 +1,4 @@
 /* kept.c: keeps the equilibria of a run from which what was measured is taken. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

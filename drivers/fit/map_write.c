@@ -6,7 +6,6 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "cli/json_memory.h"
-#include "cli/options.h"
 #include "cli/path.h"
 #include "fit/map.h"
 #include "output/vtu.h"

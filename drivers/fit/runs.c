@@ -1,13 +1,11 @@
 /* runs.c: the runs of a fit as cases of a study, in DIR/fit.db: one at parameters, its derivatives, or a map with one weight.
  * Each is written when it has ended, and nothing that stands there is made twice. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "cli/json_memory.h"
 #include "cli/options.h"
 #include "fit/map.h"
 

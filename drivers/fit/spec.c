@@ -1,5 +1,4 @@
 /* spec.c: reads the spec of a fit by a table of keys, as those of sweeps are. */
-#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,13 +1,11 @@
 /* tangents.c: derivatives of what was measured by tangents of equilibria: a linear solve for each parameter in place of two
  * runs. A tangent dx/dp takes the equilibrium to x +- h dx/dp, p +- h, where the quantities are differenced without a solve,
  * by the tables that a run writes. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "fit/fit.h"
 #include "flesh/observer.h"
 #include "flesh/sensitivity.h"

@@ -10,7 +10,6 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "base/file.h"
 #include "base/text.h"
 #include "cli/overrides.h"
 #include "study/lead.h"

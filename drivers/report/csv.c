@@ -2,12 +2,10 @@
 #include "report/csv.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/confine.h"
-#include "base/error.h"
 #include "base/scan.h"
 #include "cli/json_memory.h"
 #include "cli/path.h"

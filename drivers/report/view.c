@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "report/body.h"
-#include "report/csv.h"
 #include "report/report.h"
 #include "cli/json_memory.h"
 #include "picture/picture.h"

@@ -11,7 +11,6 @@
 #include "base/confine.h"
 #include "base/clock.h"
 #include "base/error.h"
-#include "base/scan.h"
 #include "base/text.h"
 #include "effect/effect.h"
 #include "error/adapt.h"

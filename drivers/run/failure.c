@@ -1,5 +1,4 @@
 /* failure.c: what is reported of a run that failed: where it did, and what may help. */
-#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,4 @@
 /* runner_ranks.c: a run on several ranks: each steps its part, and the first observes the whole. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

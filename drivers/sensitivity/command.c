@@ -14,23 +14,13 @@
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
+#include "study/embedded.h"
 #include "study/table.h"
 
 enum { MOST = 64 }; /* columns, and keys */
 
 /* A derivative is as exact as the run is solved: at least so deep, and its own solves. */
 static const double newton_tolerance = 1e-10, tolerance = 1e-10;
-
-static const char details[] =
-    "Runs the scene and prints, for each column of its probes at the end and each key, the derivative and what\n"
-    "1 % more of the key changes. Derivatives are those of what is computed, by one adjoint for a column: of equilibria by one\n"
-    "linear solve, of motions, and equilibria that friction or memory makes depend on those before, by one for each solve.\n"
-    "Columns are positions, velocities of motions, reactions in equilibria that depend on none; of the others also means\n"
-    "and integrals over time, as tip.position_z.mean or .integral (by the trapezoidal rule over the steps). Keys are\n"
-    "numbers as --set names them.\n"
-    "\n"
-    "Solves are those of the scene with newton_tolerance 1e-10 at most. Refused are `ida`, tangles that were removed, and\n"
-    "contact whose stiffness adapts.\n";
 
 typedef struct study {
   const char *path, *of, *to, *out;
@@ -238,8 +228,8 @@ int flesh_command_sensitivity(int argc, char **argv)
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &s.overrides.texts, "a value of the scene"},
       {0}};
   const flesh_usage usage = {"sensitivity", "SCENE --of PROBE.COLUMN --to KEY",
-                             "Differentiates what probes tell at the end by keys of the scene.", details, 1, 1, rows,
-                             NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+                             "Differentiates what probes tell at the end by keys of the scene.",
+                             flesh_own_text("sensitivity_help"), 1, 1, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   int code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     s.path = argv[1];

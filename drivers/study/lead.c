@@ -1,7 +1,6 @@
 /* lead.c: a study as a command. */
 #include "study/lead.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

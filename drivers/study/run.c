@@ -10,7 +10,6 @@
 #include "base/confine.h"
 #include "base/clock.h"
 #include "base/error.h"
-#include "base/file.h"
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/scan.h"
 #include "scene/words.h"
 #include "study/database.h"
 #include "study/tables.h"

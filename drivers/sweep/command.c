@@ -1,10 +1,8 @@
 /* command.c: `flesh sweep SPEC`: many cases from one spec into one database. */
 #include "commands.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <unistd.h>
 
 #include "base/archive.h"
 #include "base/confine.h"

@@ -6,7 +6,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
-#include "base/scan.h"
 #include "study/database.h"
 #include "cli/options.h"
 #include "study/tables.h"

@@ -9,7 +9,6 @@
 #include "base/scan.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
-#include "scene/words.h"
 #include "study/keyed_text.h"
 #include "study/settings.h"
 #include "sweep/spec.h"
