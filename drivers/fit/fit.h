@@ -131,9 +131,8 @@ typedef struct flesh_fit_measured_keys {
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
                             flesh_fit_measured *measured);
 
-/* The overrides of an experiment at parameters p, new texts [*count]; NULL without memory. */
-char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count);
-void flesh_fit_overrides_free(int count, char **overrides);
+/* The overrides of an experiment at parameters p; to be closed. */
+void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides);
 
 /* Looks whether the runs of an experiment will have what was measured. */
 int flesh_fit_try(flesh_fit *fit, int experiment);

@@ -34,37 +34,23 @@ void flesh_fit_scratch_remove(char *folder)
   free(folder);
 }
 
-void flesh_fit_overrides_free(int count, char **overrides)
-{
-  for (int k = 0; k < count && overrides; k++) free(overrides[k]);
-  free(overrides);
-}
-
-char **flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, int *count)
+void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
-  char **texts = calloc((size_t)(e->set.count + fit->key_count) + 2, sizeof *texts), number[FLESH_NUMBER_SIZE];
-  int lacks = !texts;
-  *count = 0;
-  for (int k = 0; k < e->set.count && !lacks; k++) lacks = !(texts[(*count)++] = strdup(e->set.texts[k]));
-  if (fit->map && !lacks) lacks = !(texts[(*count)++] = flesh_text_new("body.material_map=%s/map.csv", fit->out));
-  for (int k = 0; k < fit->key_count && !lacks; k++)
-    if (e->acts[k])
-      lacks = !(texts[(*count)++] = flesh_text_new("%s=%s", fit->parameters[k].key, flesh_number_text(p[k], number)));
-  if (!lacks) return texts;
-  flesh_fit_overrides_free(*count, texts);
-  return NULL;
+  char number[FLESH_NUMBER_SIZE];
+  flesh_overrides_copy(overrides, &(flesh_texts){e->set.count, e->set.texts});
+  if (fit->map) flesh_overrides_add(overrides, "body.material_map", flesh_path("%s/map.csv", fit->out));
+  for (int k = 0; k < fit->key_count; k++)
+    if (e->acts[k]) flesh_overrides_add(overrides, fit->parameters[k].key, flesh_number_text(p[k], number));
 }
 
 int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene)
 {
-  int count;
-  char **overrides = flesh_fit_overrides(fit, experiment, p, &count);
-  int status = overrides ? FLESH_OK : flesh_no_memory();
-  if (!status && fit->map) status = flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->out), p);
-  if (!status)
-    status = flesh_scene_read(fit->experiments[experiment].scene, count, (const char *const *)overrides, scene);
-  if (overrides) flesh_fit_overrides_free(count, overrides);
+  flesh_overrides overrides;
+  flesh_fit_overrides(fit, experiment, p, &overrides);
+  int status = fit->map ? flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->out), p) : FLESH_OK;
+  if (!status) status = flesh_overrides_read(&overrides, fit->experiments[experiment].scene, scene);
+  flesh_overrides_close(&overrides);
   return status;
 }
 

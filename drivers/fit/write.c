@@ -59,13 +59,13 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
   for (int e = 0; e < fit->experiment_count; e++) {
     const flesh_fit_experiment *one = &fit->experiments[e];
     const double sum = flesh_fit_squares(fit, one->first, one->count, values);
-    int count;
-    char **texts = flesh_fit_overrides(fit, e, p, &count);
-    if (!texts) flesh_json_note_lack();
+    flesh_overrides set;
+    flesh_fit_overrides(fit, e, p, &set);
+    if (set.failed) flesh_json_note_lack();
     json_t *overrides = json_array(), *files = json_array();
-    for (int k = 0; k < count && texts; k++) json_array_append_new(overrides, flesh_json_text(texts[k]));
+    for (int k = 0; k < set.texts.count; k++) json_array_append_new(overrides, flesh_json_text(set.texts.values[k]));
     for (int k = 0; k < one->measured_count; k++) json_array_append_new(files, flesh_json_text(one->measured[k].path));
-    flesh_fit_overrides_free(count, texts);
+    flesh_overrides_close(&set);
     json_array_append_new(list, json_pack("{sssisososososO}", "name", one->name, "measured_numbers", one->count, "residual_rms",
                                           flesh_json_number(sqrt(sum / one->count)), "derivatives",
                                           derivatives_json(fit, one), "measured", files, "overrides", overrides, "inputs",

@@ -10,8 +10,7 @@
 
 void flesh_study_case_free(flesh_study_case *made)
 {
-  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
-  free(made->overrides);
+  flesh_overrides_close(&made->overrides);
   free(made->owned);
   *made = (flesh_study_case){0};
 }
@@ -82,7 +81,7 @@ static int plan_case(planner *p, int number)
   if (status) return status;
   print_list(&key, p->study->column_count, c.values);
   if (p->study->repeats > 1) flesh_text_print(&key, " %d", c.repeat);
-  print_list(&overrides, c.count, c.overrides);
+  print_list(&overrides, c.overrides.texts.count, c.overrides.texts.values);
   if (key.failed || overrides.failed) status = flesh_no_memory();
   int code = status ? SQLITE_DONE : find(p, key.data, &id);
   if (!status && code == SQLITE_DONE && !id) {

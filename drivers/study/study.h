@@ -33,9 +33,8 @@ typedef struct flesh_study_case {
   const flesh_node *nodes[FLESH_STUDY_COLUMNS]; /* of the values in a spec; NULL: none */
   int repeat;                                   /* from 1 */
   const char *scene;                            /* NULL: none */
-  int count;
-  const char **overrides; /* as for --set; owned, each of them and all */
-  void *owned;            /* where texts of values stand; NULL: nowhere of the case's own */
+  flesh_overrides overrides;                    /* as for --set; owned */
+  void *owned;                                  /* where texts of values stand; NULL: nowhere of the case's own */
 } flesh_study_case;
 void flesh_study_case_free(flesh_study_case *made);
 

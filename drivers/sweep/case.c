@@ -11,14 +11,6 @@
 #include "sweep/sweep.h"
 #include "cli/json_memory.h"
 
-/* Takes the text, "KEY=VALUE". */
-static int add_override(flesh_study_case *made, char *text)
-{
-  if (!text) return flesh_no_memory();
-  made->overrides[made->count++] = text;
-  return FLESH_OK;
-}
-
 static void choose_values(const flesh_sweep *sweep, long number, flesh_study_case *made)
 {
   long left = number;
@@ -37,20 +29,18 @@ static void choose_values(const flesh_sweep *sweep, long number, flesh_study_cas
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  char seed[16];
   *made = (flesh_study_case){.scene = sweep->scene};
-  made->overrides = calloc((size_t)(sweep->set.count + sweep->column_count + 1), sizeof *made->overrides);
-  int status = made->overrides ? FLESH_OK : flesh_no_memory();
-  if (!status) choose_values(sweep, number, made);
-  for (int s = 0; s < sweep->set.count && !status; s++) status = add_override(made, strdup(sweep->set.texts[s]));
-  for (int c = 0; c < sweep->column_count && !status; c++) {
-    const char *key = sweep->columns[c].key;
-    if (!strcmp(key, "scene")) made->scene = made->values[c];
-    else status = add_override(made, flesh_text_new("%s=%s", key, made->values[c]));
-  }
-  if (!status && sweep->seed >= 0)
-    status = add_override(made, flesh_text_new("output.seed=%d", sweep->seed + made->repeat - 1));
-  if (status) flesh_study_case_free(made);
-  return status;
+  choose_values(sweep, number, made);
+  flesh_overrides_copy(&made->overrides, &(flesh_texts){sweep->set.count, sweep->set.texts});
+  for (int c = 0; c < sweep->column_count; c++)
+    if (!strcmp(sweep->columns[c].key, "scene")) made->scene = made->values[c];
+    else flesh_overrides_add(&made->overrides, sweep->columns[c].key, made->values[c]);
+  snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
+  if (sweep->seed >= 0) flesh_overrides_add(&made->overrides, "output.seed", seed);
+  if (!made->overrides.failed) return FLESH_OK;
+  flesh_study_case_free(made);
+  return flesh_no_memory();
 }
 
 /* The scene as the case will read it. */
@@ -61,7 +51,7 @@ static int build(const flesh_sweep *sweep, int number)
   flesh_scene *scene = NULL;
   int status = make_case(&given, number, &c);
   if (status) return status;
-  status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
+  status = flesh_overrides_read(&c.overrides, c.scene, &scene);
   flesh_scene_destroy(&scene);
   flesh_study_case_free(&c);
   return status;
@@ -94,7 +84,7 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  int status = flesh_scene_read(c->scene, c->count, c->overrides, &scene);
+  int status = flesh_overrides_read(&c->overrides, c->scene, &scene);
   if (status) return refused(status);
   const flesh_runner_options options = {.out = folder, .scene_path = c->scene, .max_seconds = sweep->max_seconds,
                                         .no_frames = !folder, .quiet = 1};
@@ -140,7 +130,7 @@ static json_t *figure_names(const void *data)
   for (int number = 0; number < sweep->case_count && !scene; number++) {
     flesh_study_case c;
     if (make_case(data, number, &c) || flesh_interrupt_signal()) return names;
-    flesh_scene_read(c.scene, c.count, c.overrides, &scene);
+    flesh_overrides_read(&c.overrides, c.scene, &scene);
     flesh_study_case_free(&c);
   }
   if (scene && !flesh_figures_open(&empty, flesh_scene_system(scene), scene))

@@ -113,14 +113,11 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
         if (!column->nodes[k] && k && k < count - 1) continue;
         if ((k > 200 || column->nodes[k] == last) && last) continue;
         last = column->nodes[k];
-        char *text = flesh_text_new("%s=%s", column->key, column->values[k]);
-        if (!text) status = flesh_no_memory();
-        else {
-          overrides[sweep->set.count] = text;
-          status = flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
-                         sweep->set.count + !is_scene, overrides);
-        }
-        free(text);
+        overrides[sweep->set.count] = flesh_arena_print(&sweep->arena, "%s=%s", column->key, column->values[k]);
+        status = overrides[sweep->set.count]
+                     ? flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
+                                            sweep->set.count + !is_scene, overrides)
+                     : flesh_no_memory();
       }
     }
   free(overrides);

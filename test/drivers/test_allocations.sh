@@ -111,11 +111,11 @@ lacks() {
 cases_have_all_that_is_set() {
   mesh=$(printf '%0701d' 0 | tr 0 /)
   mesh=.${mesh}bar.msh
-  printf 'scene: bar.yaml\nset: {body.mesh: %s}\naxes: [{key: time.end, values: [1/60, 1/30]}]\n' "$mesh" >spec.yaml
-  set="body.mesh=\"$mesh\""
+  printf 'scene: bar.yaml\nset: {time.end: 1/30}\naxes: [{key: body.mesh, values: [%s]}]\n' "$mesh" >spec.yaml
+  key=body.mesh value="\"$mesh\""
   expect 0 "$flesh" sweep spec.yaml --out cases --quiet &&
     sqlite3 cases/sweep.db 'SELECT overrides FROM cases' >overrides.txt && has overrides.txt "$mesh" &&
-    lacks 1 'out of memory' $((${#set} + 1)) "$flesh" sweep spec.yaml --out lacking --quiet
+    lacks 1 'out of memory' $((${#key} + 2 * ${#value} + 4)) "$flesh" sweep spec.yaml --out lacking --quiet
 }
 
 run_tests meshes checks runs adaptive_runs cases_have_all_that_is_set
