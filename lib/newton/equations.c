@@ -128,7 +128,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   if (!stage->x_from) self->stage.x_from = self->stage.x_lag, self->stage.t_from = self->stage.t_lag;
   flesh_evaluation_forget(e);
   flesh_proximity_begin(&e->proximity);
-  self->refused = e->is_frozen = 0;
+  self->refused = self->fatal = e->is_frozen = 0;
   /* They may have changed where x has not. */
   if (stage->multipliers || flesh_equations_is_softened(self)) e->reached.there.known = 0;
   double numbers[2] = {flesh_equations_find_constrained(self, stage->t, stage->held), 0};
@@ -339,7 +339,7 @@ int flesh_equations_residual(flesh_equations *self, const double *u, double *r)
     self->stats->residuals++;
     if (!flesh_equations_are_guarded(self) && !flesh_equations_is_clear(self, u) && !is_free_to(self, e->x))
       return self->refused = FLESH_UNDEFINED;
-    int status = flesh_system_residual(self->system, &point, e->residual.r);
+    int status = flesh_equations_keep_fatal(self, flesh_system_residual(self->system, &point, e->residual.r));
     if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;
   }
@@ -359,7 +359,7 @@ int flesh_equations_potential(flesh_equations *self, const double *u, double *ph
     if (self->stage.shift.x != 1 || !flesh_evaluation_has_reached(e)) by_position->known = 0;
     int status = flesh_system_potential_by_position(self->system, &point, &self->stage.shift, by_position,
                                                     &e->potential.value, &e->potential.magnitude);
-    if (status) return status;
+    if (status) return flesh_equations_keep_fatal(self, status);
     finish_potential(self, u);
     flesh_evaluation_take_potential(e, u);
   }
@@ -379,7 +379,7 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
     flesh_position_potential *by_position = &e->potential.by_position;
     int status = flesh_system_evaluate_by_position(self->system, &point, &self->stage.shift, by_position,
                                               e->residual.r, &e->potential.value, &e->potential.magnitude);
-    if (status) return status;
+    if (status) return flesh_equations_keep_fatal(self, status);
     finish_potential(self, u);
     /* One without a finite norm is refused when it is asked for. */
     e->potential.with_residual = finish_residual(self, u) == FLESH_OK;
@@ -423,7 +423,7 @@ int flesh_equations_assemble(flesh_equations *self, const double *u, flesh_eigen
   flesh_proximity_predict(&self->evaluation.proximity, &point);
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (!status) flesh_equations_constrain_matrix(self);
-  return status;
+  return flesh_equations_keep_fatal(self, status);
 }
 
 int flesh_equations_assemble_mass(flesh_equations *self, double t, const double *x, const double *v)

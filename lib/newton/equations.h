@@ -34,6 +34,7 @@ typedef struct flesh_equations {
   int patterns; /* how often K has got another pattern */
   int far_away; /* from the origin, so that the elements take positions less those of a node */
   int refused;  /* status of the stage's last residual that had no value; 0: none */
+  int fatal;    /* the first negative status of the stage's evaluations, which ends it; 0: none */
   const double *weights; /* [n] of residuals in their norms, borrowed; NULL: ones */
   double *scratch; /* [4*n] of the functions that say so */
   /* [n] of what tries a step, one after the other: where it leads, and what else is needed there. */
@@ -45,6 +46,13 @@ typedef struct flesh_equations {
 static inline int flesh_equations_is_softened(const flesh_equations *equations)
 {
   return equations->system != equations->evaluation.system;
+}
+
+/* Keeps a status that ends the stage, of whatever was evaluated on the way. */
+static inline int flesh_equations_keep_fatal(flesh_equations *equations, int status)
+{
+  if (status < 0 && !equations->fatal) equations->fatal = status;
+  return status;
 }
 
 /* FLESH_ERR_ARGUMENT with the first option that makes no sense. */

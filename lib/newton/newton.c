@@ -26,6 +26,7 @@ typedef struct iteration {
 int flesh_newton_asked_to_stop(void *data)
 {
   flesh_newton *self = data;
+  if (!self->stopped) self->stopped = self->equations.fatal;
   if (!self->stopped) self->stopped = flesh_ask_together(self->equations.team, self->stop.stop, self->stop.data);
   return self->stopped;
 }

@@ -66,6 +66,7 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
 {
   flesh_equations *equations = &newton->equations;
   if (newton->stopped) return newton->stopped;
+  if (equations->fatal) return equations->fatal;
   if (end == FLESH_ITERATION_UNDEFINED) return equations->refused ? equations->refused : FLESH_NOT_CONVERGED;
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
   if (status) return status;
@@ -297,6 +298,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   if (!status) status = evaluate(newton, u, &self->first);
   double load = 0;
   if (!status) status = flesh_equations_load_norm(equations, u, &load);
+  if (equations->fatal) status = equations->fatal;
   self->status = status;
   self->begun = !status;
   if (status) return 0;

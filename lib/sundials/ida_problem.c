@@ -289,7 +289,7 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
   int status = flesh_system_jacobian(self->evaluation.system, &point, &shift, J->K);
   shift.x = 0, shift.v = 1, shift.a = cj;
   if (!status) status = flesh_system_jacobian(self->evaluation.system, &point, &shift, J->D);
-  if (status) return status;
+  if (status) return self->refused = status;
   const double diagonal = content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(J->K) : 0;
   flesh_block_fix(J->K, self->constraints.fixed, diagonal, self->threads);
   flesh_block_fix(J->D, self->constraints.fixed, 0, self->threads);

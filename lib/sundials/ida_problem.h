@@ -82,7 +82,7 @@ struct flesh_ida_problem {
   flesh_ida_solver solver;
   flesh_ida_sparse sparse;
   flesh_ida_accepted accepted;
-  int refused; /* status of the last residual that had no value; 0: it had one */
+  int refused; /* status of the last residual or matrix that had no value; 0: it had one */
   flesh_solve_stats stats;
 };
 

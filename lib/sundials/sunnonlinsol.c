@@ -253,7 +253,7 @@ static int solve_stage(content *self, const equation *e, double target)
   const int status = flesh_nonlinear_solve(self->newton, &stage, guesses, 0, stats);
   flesh_nonlinear_set_target(self->newton, 0);
   self->iterations = stats->newton - before;
-  self->motion->refused = status > 0 ? status : FLESH_OK;
+  self->motion->refused = status;
   if (status > 0) /* for whoever tells of it */
     memcpy(self->motion->evaluation.x, flesh_nonlinear_evaluation(self->newton)->x,
            (size_t)self->motion->evaluation.n * sizeof(double));

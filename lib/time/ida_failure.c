@@ -54,6 +54,10 @@ int flesh_ida_steps_fail_start(struct flesh_ida_steps *self, const flesh_state *
 int flesh_ida_steps_fail_by_flag(struct flesh_ida_steps *self, int flag)
 {
   const double t = self->t_internal, *x = self->problem->evaluation.x; /* of the last attempt */
+  if (self->problem->refused < 0) { /* fatal, with its own sentence */
+    self->running = 0;
+    return self->problem->refused;
+  }
   switch (flag) {
   case IDA_ERR_FAIL:
     return flesh_ida_steps_fail(self, t, x, FLESH_NOT_CONVERGED,

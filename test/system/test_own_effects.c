@@ -1,6 +1,7 @@
 // TEST quick
 /* test_own_effects.c: what a system says of an effect from outside of the library: its refusals are sentences that name
  * it, and one that changes smoothly with time moves. */
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -14,10 +15,11 @@ typedef enum refuses { NOTHING, RESIDUAL, JACOBIAN, POTENTIAL, ENERGY, CHECK_OF_
 /* Which operation refuses, and whether with a sentence of the library. */
 static refuses refusing;
 static int speaks;
+static int only, calls; /* the call that refuses, of how many there were; 0: all refuse */
 
 static int answer(refuses operation)
 {
-  if (refusing != operation) return FLESH_OK;
+  if (refusing != operation || (only && ++calls != only)) return FLESH_OK;
   return speaks ? flesh_mesh_read("nowhere.mesh", &(flesh_mesh *){NULL}) : FLESH_ERR_BUDGET;
 }
 
@@ -66,10 +68,10 @@ static const flesh_effect_operations operations = {
     .barrier = &(const flesh_effect_barrier){.check = check},
     .internal = &(const flesh_effect_internal){.count = count, .update = update}};
 
-static void add(test_body *b, const flesh_effect_operations *kind)
+static void add(test_body *b, const flesh_effect_operations *kind, int with_inertia)
 {
   flesh_effect *effect = NULL;
-  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, b));
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, with_inertia, b));
   CHECK_OK(flesh_effect_create(kind, b->mesh, NULL, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finalize(b->system));
@@ -100,7 +102,7 @@ static int ask(const test_body *b, refuses operation)
 static void refusals_name_the_effect(void)
 {
   test_body b;
-  add(&b, &operations);
+  add(&b, &operations, 0);
   for (refuses operation = RESIDUAL; operation <= UPDATE; operation++)
     for (speaks = 0; speaks <= 1; speaks++) {
       flesh_fail(FLESH_ERR_ARGUMENT, "of something else");
@@ -117,7 +119,7 @@ static void the_audit_names_it_too(void)
   test_body b;
   flesh_derivative_report report;
   flesh_effect *effect = NULL;
-  add(&b, &operations);
+  add(&b, &operations, 0);
   CHECK_OK(flesh_effect_create(&operations, b.mesh, NULL, &effect));
   for (refusing = RESIDUAL; refusing <= POTENTIAL; refusing++) {
     flesh_fail(FLESH_ERR_ARGUMENT, "of something else");
@@ -129,16 +131,43 @@ static void the_audit_names_it_too(void)
   test_body_destroy(&b);
 }
 
+/* Also one that would not come again, and whatever asked. */
+static void a_fatal_status_ends_the_step(void)
+{
+  const flesh_effect_operations twitch = {.name = "twitch", .residual = residual, .jacobian = jacobian, .potential = potential};
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  for (int k = 0; flesh_method_name((flesh_method)k); k++)
+    for (refuses operation = RESIDUAL; operation <= (k == FLESH_METHOD_IDA ? RESIDUAL : POTENTIAL); operation++) {
+      test_body b;
+      flesh_integrator *integrator;
+      add(&b, &twitch, 1);
+      for (int d = 0; d < 24; d++) b.state.v[d] = sin(d), b.state.x[d] *= 1 + 0.01 * cos(d);
+      CHECK_OK(flesh_integrator_create(b.system, (flesh_method)k, &options, &integrator));
+      refusing = operation;
+      only = operation == JACOBIAN ? 1 : 3;
+      calls = 0;
+      const int status = flesh_integrator_step(integrator, &b.state, 0.01, NULL);
+      if (status != FLESH_ERR_BUDGET) printf("# %s, operation %d: %d\n", flesh_method_name((flesh_method)k), (int)operation, status);
+      CHECK(status == FLESH_ERR_BUDGET && calls >= only && b.state.t == 0);
+      CHECK(strstr(flesh_error_text(), "effect twitch returned FLESH_ERR_BUDGET"));
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+  refusing = NOTHING;
+  only = 0;
+}
+
 /* Statics repeats its equilibria where something moves. */
 static void smooth_effects_move(void)
 {
   const flesh_effect_operations still = {.name = "still", .residual = residual},
                                 smooth = {.name = "smooth", .residual = residual, .time = &(const flesh_effect_time){0}};
   test_body b;
-  add(&b, &still);
+  add(&b, &still, 0);
   CHECK(!flesh_system_moves(b.system));
   test_body_destroy(&b);
-  add(&b, &smooth);
+  add(&b, &smooth, 0);
   CHECK(flesh_system_moves(b.system) && flesh_system_next_event(b.system, 0) == INFINITY);
   test_body_destroy(&b);
 }
@@ -160,7 +189,7 @@ static void a_start_that_bars_all_ways_is_told(void)
   for (int m = 0; m < FLESH_METHOD_IDA; m++) {
     test_body b;
     flesh_integrator *integrator = NULL;
-    add(&b, &wall);
+    add(&b, &wall, 0);
     b.state.v[0] = 1;
     CHECK_OK(flesh_integrator_create(b.system, (flesh_method)m, &options, &integrator));
     CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL) == FLESH_ERR_SOLVE);
@@ -173,6 +202,6 @@ static void a_start_that_bars_all_ways_is_told(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(smooth_effects_move),
-                   TEST(a_start_that_bars_all_ways_is_told));
+  return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(a_fatal_status_ends_the_step),
+                   TEST(smooth_effects_move), TEST(a_start_that_bars_all_ways_is_told));
 }
