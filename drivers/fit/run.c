@@ -30,7 +30,7 @@ char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e)
 void flesh_fit_scratch_remove(char *folder)
 {
   for (int k = 0; k < 2 && folder; k++) flesh_path_unlink(flesh_path("%s/%s", folder, table_names[k]));
-  if (folder) flesh_path_remove_folder(folder);
+  for (int k = 0; k < 3 && folder && !flesh_path_remove_folder(folder); k++) *strrchr(folder, '/') = 0;
   free(folder);
 }
 

@@ -74,6 +74,7 @@ static int take_lock(const char *folder, const char *who, double patience, flesh
   for (double waited = 0;;) {
     /* No link is followed, and no pipe waited for. */
     int descriptor = flesh_path_open(claim->path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK, 0666);
+    if (descriptor < 0 && errno == ENOENT && !flesh_folder_make(folder)) continue; /* its last holder has removed it */
     if (descriptor < 0)
       return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", claim->path, flesh_path_reason(claim->path, errno));
     if (flock(descriptor, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
@@ -97,7 +98,7 @@ static int take_lock(const char *folder, const char *who, double patience, flesh
 
 int flesh_folder_claim_take(const char *path, const char *who, double patience, flesh_folder_claim *claim)
 {
-  *claim = (flesh_folder_claim){.descriptor = -1};
+  *claim = (flesh_folder_claim){.descriptor = -1, .made = flesh_path_access(path, F_OK) != 0};
   int status = flesh_folder_make(path);
   if (!status) status = flesh_confine(path);
   if (status) return status;
@@ -119,6 +120,8 @@ void flesh_folder_claim_release(flesh_folder_claim *claim)
 {
   if (!claim->path) return;
   flesh_path_unlink(claim->path);
+  claim->path[strlen(claim->path) - strlen(lock_name) - 1] = 0;
+  if (claim->made) flesh_path_remove_folder(claim->path);
   close(claim->descriptor);
   free(claim->path);
   *claim = (flesh_folder_claim){.descriptor = -1};

@@ -10,6 +10,7 @@ int flesh_folder_make(const char *path);
 typedef struct flesh_folder_claim {
   char *path;     /* of the lock file; NULL: none is held */
   int descriptor; /* whose lock ends with the process, however that ends */
+  int made;       /* the folder was not there before */
 } flesh_folder_claim;
 
 /* Makes the folder, locks the file .flesh.lock in it, which holds `who` for others to read, and clears the folder
@@ -17,7 +18,7 @@ typedef struct flesh_folder_claim {
  * until it has ended, and so do its children. FLESH_ERR_FILE when that is not enough, with the other's words. A lock
  * file without a lock holds nobody up. Where a file system knows no locks, the folder is not guarded. */
 int flesh_folder_claim_take(const char *path, const char *who, double patience, flesh_folder_claim *claim);
-/* Removes the lock file; harmless without a claim. */
+/* Removes the lock file, and the folder where the claim has made it and it is empty; harmless without a claim. */
 void flesh_folder_claim_release(flesh_folder_claim *claim);
 
 /* Removes the temporary files of flesh_file_open (NAME.part-<process>-<number>) whose writers are gone; those of living

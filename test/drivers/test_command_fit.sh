@@ -251,7 +251,7 @@ bad() {
   shift
   sed "$@" two.yaml >bad.yaml
   expect 2 "$flesh" fit bad.yaml --out bad || return 1
-  [ "$(lines stderr.txt)" -eq 1 ] && has stderr.txt "$words" && [ ! -e bad/fit.db ]
+  [ "$(lines stderr.txt)" -eq 1 ] && has stderr.txt "$words" && [ ! -e bad ]
 }
 bad_specs_are_refused() {
   bad 'bad.yaml:8:[0-9]*: body.material.youngs is unknown; did you mean young' 's/material.young/material.youngs/' &&
