@@ -129,7 +129,8 @@ typedef struct flesh_motion_quantity {
  * for each solve of a stage; as exact as the steps were solved. A parameter that moves a time of the motion at which
  * what is prescribed or a load turns, begins or ends has derivatives by backward Euler only. While steps are taken
  * again, the integrator's memory of the run's end is saved (flesh_integrator_save); afterwards it is there again.
- * FLESH_ERR_ARGUMENT also where the integrator is gone but parts are not kept; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+ * FLESH_ERR_ARGUMENT also where no step is recorded, or the integrator is gone but parts are not kept; FLESH_ERR_MEMORY,
+ * FLESH_ERR_SOLVE. */
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 

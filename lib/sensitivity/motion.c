@@ -269,11 +269,13 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
 {
   FLESH_NEED({self, "trajectory"}, {quantity, "quantity"}, {parameters, "parameters"}, {gradient, "gradient"});
   const size_t n = (size_t)self->n;
-  memset(gradient, 0, (size_t)count * sizeof *gradient);
   flesh_motion_pass p = flesh_pass_of(self, self->vectors);
   p.gradient = gradient;
-  int status = flesh_pass_take_parameters(&p, count, parameters);
-  if (!status) status = go_back(&p, &(asking){.quantity = quantity});
+  int status = flesh_trajectory_check(self);
+  if (!status) status = flesh_pass_take_parameters(&p, count, parameters);
+  if (status) return status;
+  memset(gradient, 0, (size_t)count * sizeof *gradient);
+  status = go_back(&p, &(asking){.quantity = quantity});
   flesh_free(p.same);
   if (status || !by_start) return status;
   memcpy(by_start, p.known[FLESH_KNOWN_X], n * sizeof *by_start);
@@ -286,7 +288,9 @@ int flesh_trajectory_tet_gradient(flesh_trajectory *self, const flesh_tet_parame
 {
   FLESH_NEED({self, "trajectory"}, {parameter, "parameter"}, {visit, "visit"}, {gradient, "gradient"});
   flesh_varied_tets tets;
-  int status = flesh_varied_tets_open(parameter, self->system, &tets);
+  int status = flesh_trajectory_check(self);
+  if (status) return status;
+  status = flesh_varied_tets_open(parameter, self->system, &tets);
   flesh_motion_pass p = flesh_pass_of(self, self->vectors);
   p.tets = &tets;
   p.by_tet = gradient;

@@ -227,6 +227,8 @@ int flesh_trajectory_tangents(flesh_trajectory *self, int count, const flesh_par
 {
   FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {visit, "visit"});
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "the parameters of tangents are %d; they must be at least one", count);
+  const int recorded = flesh_trajectory_check(self);
+  if (recorded) return recorded;
   const size_t numbers = (size_t)(count - 1) * FLESH_PASS_ARRAYS * (size_t)self->n;
   double *room = flesh_malloc((numbers + 1) * sizeof *room);
   tangents t = {.self = self, .count = count, .of = flesh_calloc((size_t)count, sizeof *t.of), .visit = visit, .data = data};
@@ -234,7 +236,7 @@ int flesh_trajectory_tangents(flesh_trajectory *self, int count, const flesh_par
                             : flesh_fail(FLESH_ERR_MEMORY, "no memory for the tangents by %d parameters", count);
   flesh_newton_forget(self->tangent.newton);
   if (!status) status = flesh_trajectory_visit(self, part_on, &t);
-  if (!status && self->total) status = visit_all(&t, t.end);
+  if (!status) status = visit_all(&t, t.end);
   for (int k = 0; k < count && t.of; k++) flesh_free(t.of[k].same);
   flesh_free(t.of);
   flesh_free(room);

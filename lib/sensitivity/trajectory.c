@@ -162,6 +162,12 @@ static int moved(void *data)
                                         "recorded do not follow each other");
 }
 
+int flesh_trajectory_check(const flesh_trajectory *self)
+{
+  if (self->total) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the trajectory has recorded no step, and derivatives are those of its steps");
+}
+
 static void gone(void *data) { ((flesh_trajectory *)data)->integrator = NULL; }
 
 int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states, flesh_trajectory **trajectory)

@@ -99,6 +99,8 @@ static inline size_t flesh_trajectory_state(const flesh_trajectory *trajectory)
 {
   return 2 * (size_t)trajectory->n * sizeof(double);
 }
+/* FLESH_ERR_ARGUMENT where no step is recorded. */
+int flesh_trajectory_check(const flesh_trajectory *trajectory);
 /* Frees the kept parts before `first`. */
 void flesh_trajectory_forget(flesh_trajectory *trajectory, int first);
 /* Whether the part under way is only passed, on the way to a block that is wanted. */

@@ -310,6 +310,19 @@ static void what_has_no_gradient_is_refused(void)
   CHECK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory) == FLESH_ERR_ARGUMENT && !m.trajectory);
   CHECK_TEXT(flesh_error_text(), "ida has no sensitivities");
   end(&m);
+  m = begin(swing.text, NULL, 0, FLESH_METHOD_BDF2);
+  gradient_parameter young = gradient_parameter_of(swing.text, swing.keys[0]);
+  double *dx = calloc(2 * (size_t)m.n, sizeof *dx), gradient = 0;
+  const flesh_motion_quantity quantity = {dx, NULL, FLESH_AT_END};
+  CHECK_OK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory));
+  CHECK(flesh_trajectory_tangent(m.trajectory, &young.parameter, dx, dx + m.n) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_trajectory_gradient(m.trajectory, &quantity, 1, &young.parameter, &gradient, NULL) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "recorded no step");
+  run(&m);
+  CHECK(flesh_trajectory_gradient(m.trajectory, &quantity, -1, &young.parameter, &gradient, NULL) == FLESH_ERR_ARGUMENT);
+  gradient_parameter_clear(&young);
+  free(dx);
+  end(&m);
 }
 
 /* The status of a tangent by a time, at which methods of order 2 cut their steps. */
