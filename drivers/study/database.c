@@ -54,6 +54,7 @@ int flesh_database_fail(sqlite3 *database, const char *path, const char *doing)
                       "%s: %s: its queries take more operations than those of any sweep with a file of this size; one of its "
                       "views may never end",
                       path, doing);
+  if (code == SQLITE_CORRUPT) doing = "is damaged";
   return flesh_fail(code == SQLITE_NOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s: %s", path, doing,
                     sqlite3_errmsg(database));
 }

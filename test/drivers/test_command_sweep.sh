@@ -173,7 +173,9 @@ a_finished_sweep_needs_no_log() {
   [ "$(od -An -tu1 -j18 -N2 whole/sweep.db | tr -d ' \n')" = 11 ] && [ "$(find whole -name 'sweep.db*' | wc -l)" -eq 1 ] ||
     { od -An -tu1 -j18 -N2 whole/sweep.db; ls -a whole; return 1; }
   head -c 4096 whole/sweep.db >torn.db && head -c 20000 /dev/zero | tr '\0' '\377' >>torn.db
-  expect 3 "$flesh" sweep export torn.db && has stderr.txt 'torn.db: cannot be read: .*malformed'
+  expect 3 "$flesh" sweep export torn.db && has stderr.txt 'torn.db: is damaged: .*malformed' || return 1
+  mkdir torn && cp torn.db torn/sweep.db
+  expect 3 "$flesh" sweep spec.yaml --out torn --resume && has stderr.txt 'torn/sweep.db: is damaged'
 }
 
 near_values_are_told_apart() {
