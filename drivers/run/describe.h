@@ -18,4 +18,8 @@ void flesh_describe_touching(const flesh_scene *scene, FILE *stream);
  * the state; NULL: there is none. In the limit of fine meshes such a load digs a hole, so that nothing converges. */
 const char *flesh_point_load(const flesh_scene *scene);
 
+/* In how many steps of backward Euler before a time, which evaluate their ends alone, what acts has several events, such as
+ * the begin and the end of a load, that no step ends at; *first [s]: the first of these. */
+int flesh_steps_over(const flesh_scene *scene, double until, double *first);
+
 #endif

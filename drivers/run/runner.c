@@ -19,6 +19,7 @@
 #include "cli/interrupt.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "run/describe.h"
 #include "run/running.h"
 #include "run/start.h"
 #include "system/internal.h"
@@ -170,7 +171,7 @@ static int rounding_hides(const flesh_figures *figures, double tolerance, double
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
   char words[300];
-  double part;
+  double part, first;
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
   tell_effects(r, outcome);
@@ -196,6 +197,14 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
              "%ld of %ld solves ended at rounding, the last with %.3g N out of balance, %.2g of the forces to balance: the motion "
              "is not to be trusted; a nearly flat tet (`flesh mesh info`), a tiny body or too small a load does that",
              figures->at_rounding, figures->solves, figures->residual, part);
+    warn(r, outcome, 1, words);
+  }
+  const int over = flesh_steps_over(r->scene, r->state.t, &first);
+  if (over) {
+    snprintf(words, sizeof words,
+             "in %d step%s, first at t = %.6g s, loads or motions begin and end within a step, of which backward-euler sees the "
+             "end alone, so that what lies between is lost: make time.step shorter, or take another method",
+             over, over == 1 ? "" : "s", first);
     warn(r, outcome, 1, words);
   }
   figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton, figures->unfinished_linear);

@@ -252,7 +252,18 @@ END
     has stderr.txt 'advice: nodes start or are held in an obstacle'
 }
 
+# Backward Euler, which looks at the ends of its steps alone, misses a load between two of them; others stop at its ends.
+a_load_within_a_step_is_told() {
+  scene pulse '  - inertia: {}
+  - force: {body: body, force: [1, 0, 0], from: 0.02, until: 0.03}' 'step: 1/60, end: 0.1'
+  expect 0 "$flesh" run pulse.yaml --out pulse --no-frames && has stderr.txt 'in 1 step, first at t = 0.02 s, loads or motions' &&
+    has pulse/result.json '"warning": "in 1 step, first at t = 0.02 s' && has pulse/result.json '"work_put_in": 0.0' || return 1
+  for other in time.method=bdf2 time.step=1/100 effects.force.until=0.034 effects.force.from=1/60 time.end=0.02; do
+    expect 0 "$flesh" run pulse.yaml --out pulse --no-frames --set "$other" && has pulse/result.json '"warning": null' || return 1
+  done
+}
+
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
   thin_bodies_find_what_follows_them a_long_step_is_told motion_without_force_is_nothing_to_tell \
   more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body nodes_led_into_others_are_told \
-  loads_that_follow_for_ever_are_told
+  loads_that_follow_for_ever_are_told a_load_within_a_step_is_told
