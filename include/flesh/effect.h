@@ -212,8 +212,7 @@ typedef struct flesh_effect_figures {
 
 /* A kind of effect. Members that it does not need are NULL or 0: a dead load has a name, a role, a residual, a potential
  * and `destroy`. Operations that return a status return FLESH_OK, FLESH_UNDEFINED or FLESH_NONFINITE (recoverable: what
- * was added is then discarded by the caller), or a negative status, which ends the step or the solve, with a sentence
- * that names the effect. */
+ * was added is then discarded by the caller), or a negative status, which ends the step, and whose sentence names it. */
 typedef struct flesh_effect_operations {
   const char *name; /* as in a scene; for messages and columns only */
   flesh_role role;
