@@ -202,8 +202,9 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   const int over = flesh_steps_over(r->scene, r->state.t, &first);
   if (over) {
     snprintf(words, sizeof words,
-             "in %d step%s, first at t = %.6g s, loads or motions begin and end within a step, of which backward-euler sees the "
-             "end alone, so that what lies between is lost: make time.step shorter, or take another method",
+             "in %d step%s, first at t = %.6g s, loads or motions begin, turn or end more than once within the step; "
+             "backward-euler takes them as they are at its end and misses a pulse before it: make time.step shorter, or take "
+             "another method",
              over, over == 1 ? "" : "s", first);
     warn(r, outcome, 1, words);
   }

@@ -1,4 +1,4 @@
-/* stepped_over.c: loads, motions and their keyframes that begin and end within a step which sees its end alone. */
+/* stepped_over.c: loads and motions that begin, turn or end more than once within a step which evaluates them at its end. */
 #include "run/describe.h"
 
 #include <math.h>
