@@ -14,7 +14,8 @@ enum { FLESH_CHECK_SHIFTS = 2 };
 
 /* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
 typedef struct flesh_derivative_report {
-  double potential[FLESH_CHECK_SHIFTS]; /* |d phi - r.du| / sum |r_i du_i| */
+  /* |d phi - r.du| / sum |r_i du_i|; of the energy, too, where it stands for phi (FLESH_DEPENDS_ON_POSITION_ONLY) */
+  double potential[FLESH_CHECK_SHIFTS];
   double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; of a matrix set anew and of products, too */
   double evaluate[FLESH_CHECK_SHIFTS];  /* residual and potential in one pass against both */
   double asymmetry;                     /* of the diagonal blocks (the others are stored once) */

@@ -30,9 +30,9 @@ extern "C" {
  *
  * The reaction is the sum of all effects at the state, r = sum of r_e(t, x, v, a), on the constrained
  * dofs: v is the state's, a on constrained dofs the prescribed one, on free ones that of the balance
- * r = 0. In statics v and a are 0. Nothing is lagged or frozen: with friction, viscosity or
- * muscles with a max_shortening_velocity it differs from the reaction within a step of finite length by an error of
- * order 1 in the step. */
+ * r = 0. In statics v and a are 0. Nothing is lagged or frozen: it differs from the reaction within
+ * a step by an error of order 1 in the step with friction, of the method's order with viscosity or
+ * muscles with a max_shortening_velocity. */
 typedef enum flesh_probe_quantity {
   FLESH_PROBE_POSITION = 1,
   FLESH_PROBE_VELOCITY = 2,

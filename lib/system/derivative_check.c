@@ -110,23 +110,26 @@ static double difference_ratio(double error, double scale, double terms, double 
 
 static int check_potential(check *c, const flesh_shift *shift, double *worst)
 {
+  const flesh_effect_operations *can = c->effect->operations;
+  const int energies = can->energy && flesh_effect_has_trait(c->effect, FLESH_DEPENDS_ON_POSITION_ONLY);
   int status = residual_at(c, shift, 0, c->r), last = FLESH_OK;
   if (status) return status;
   double expected = dot(c, c->r, c->du), scale = dot_absolute(c, c->r, c->du), best = INFINITY;
   for (int l = 0; l < STEP_LENGTHS; l++) {
-    double s = step_lengths[l], slope = 0, terms = 0;
+    double s = step_lengths[l], slope = 0, terms = 0, apart = 0;
     for (int k = 0; k < 4 && !status; k++) {
       flesh_point point = moved(c, shift, offsets[k] * s);
-      double phi = 0, magnitude = 0;
-      status = c->effect->operations->potential(c->effect, &point, shift, &phi, &magnitude);
+      double phi = 0, magnitude = 0, energy;
+      status = can->potential(c->effect, &point, shift, &phi, &magnitude);
       slope += weights[k] * phi / s;
       terms = fmax(terms, magnitude);
+      if (energies && !status && !(status = can->energy(c->effect, &point, &energy)))
+        apart += weights[k] * (energy / shift->x - phi) / s;
     }
-    if (status < 0) return status;
-    last = status;
+    if ((last = status) < 0) return status;
     status = FLESH_OK;
     if (last) continue; /* a shorter step may stay where there is a value: near an obstacle */
-    best = fmin(best, difference_ratio(fabs(slope - expected), scale, terms, s));
+    best = fmin(best, difference_ratio(fmax(fabs(slope - expected), fabs(apart)), scale, terms, s));
   }
   if (last && best == INFINITY) return last;
   *worst = fmax(*worst, best);

@@ -19,6 +19,7 @@ typedef enum spoiled {
   SPOIL_NOTHING,
   SPOIL_RESIDUAL,
   SPOIL_POTENTIAL,
+  SPOIL_ENERGY,
   SPOIL_JACOBIAN,
   SPOIL_EVALUATE,
   SPOIL_ANEW,
@@ -52,6 +53,13 @@ static int potential(const flesh_effect *effect, const flesh_point *point, const
   int status =
       of(effect)->inner->operations->potential(of(effect)->inner, point, shift, phi, magnitude);
   if (of(effect)->what == SPOIL_POTENTIAL) *phi *= 1.0001;
+  return status;
+}
+
+static int energy(const flesh_effect *effect, const flesh_point *point, double *value)
+{
+  int status = of(effect)->inner->operations->energy(of(effect)->inner, point, value);
+  if (of(effect)->what == SPOIL_ENERGY) *value *= 1.0001;
   return status;
 }
 
@@ -91,6 +99,8 @@ static const flesh_effect_operations spoiled_operations = {
     .residual = residual,
     .jacobian = jacobian,
     .potential = potential,
+    .energy = energy,
+    .traits = FLESH_DEPENDS_ON_POSITION_ONLY,
     .library = &(const flesh_effect_private){.jacobian_assign = jacobian_assign, .evaluate = evaluate},
 };
 
@@ -201,6 +211,8 @@ static void a_wrong_potential_is_seen(void)
   flesh_derivative_report report = report_spoiled(&s, SPOIL_POTENTIAL);
   CHECK(report.potential[0] > 1e-6 && report.jacobian[0] < 1e-8);
   CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  report = report_spoiled(&s, SPOIL_ENERGY); /* which line searches take for it */
+  CHECK(report.potential[0] > 1e-6 && report.potential[1] > 1e-6 && report.jacobian[0] < 1e-8);
   drop(&s);
 }
 
