@@ -98,8 +98,7 @@ static flesh_selection listed(int first)
 static void a_set_is_what_a_box_is(void)
 {
   static const char *const bodies[] = {"}", ", refine: 1}", ", element: tet10-mean}", ", refine: 1, element: tet10}",
-                                       ", refine: 1, element: tet10, curved: [{sphere: {centre: [2, .5, .5], radius: "
-                                       "2.1213203435596424}}]}"};
+    ", refine: 1, element: tet10, curved: [{sphere: {centre: [2, .5, .5], radius: 2.1213203435596424}}]}"};
   for (int b = 0; b < 5; b++) {
     flesh_scene *scene = read_bar(bodies[b], "pin: {set: clamp}");
     if (!scene) continue;
