@@ -200,7 +200,7 @@ static int read_integer(flesh_scanner *s, int64_t *value)
   return flesh_scan_integer(s, value);
 }
 
-/* Reads the nodes of an element that is no tet, as their count and they at *first of d->other_nodes. Rows of solids may go on. */
+/* Reads the nodes of an element that is no tet: d->other_nodes has their count at *first, then them. Rows of solids may go on. */
 static int read_other(flesh_deck *d, int solid, int *first)
 {
   flesh_scanner *s = d->s;
