@@ -3,9 +3,10 @@
 #include <stdio.h>
 
 #include "base/error.h"
+#include "base/plain_locale.h"
 #include "flesh/solver.h"
 
-/* X(member, is_real, name): the one list from which both layouts are made. */
+/* X(member, name): the two lists, of counts and of real numbers, from which both layouts are made. */
 #define STATISTICS(X)                                    \
   X(steps, "Steps")                                      \
   X(rejected, "Error test fails")                        \
@@ -77,12 +78,13 @@ static int print_csv(const flesh_solve_stats *stats, int header, FILE *file)
 int flesh_solve_stats_print(const flesh_solve_stats *stats, flesh_stats_format format, FILE *file)
 {
   FLESH_NEED({stats, "stats"}, {file, "file"});
-  int length;
-  switch (format) {
-  case FLESH_STATS_TABLE: length = print_table(stats, file); break;
-  case FLESH_STATS_CSV: length = print_csv(stats, 1, file); break;
-  case FLESH_STATS_CSV_ROW: length = print_csv(stats, 0, file); break;
-  default: return flesh_fail(FLESH_ERR_ARGUMENT, "there is no layout %d of statistics; 0 to 2 are valid", (int)format);
-  }
+  if ((unsigned)format > FLESH_STATS_CSV_ROW)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there is no layout %d of statistics; 0 to 2 are valid", (int)format);
+  flesh_plain_locale locale;
+  const int status = flesh_plain_locale_begin(&locale);
+  if (status) return status;
+  const int length =
+      format == FLESH_STATS_TABLE ? print_table(stats, file) : print_csv(stats, format == FLESH_STATS_CSV, file);
+  flesh_plain_locale_end(&locale);
   return length < 0 ? flesh_fail(FLESH_ERR_FILE, "the statistics could not be written") : FLESH_OK;
 }

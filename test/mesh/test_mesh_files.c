@@ -1,6 +1,7 @@
 // TEST quick seconds=60
 /* test_mesh_files.c: every format reads what is right, and what is written reads back the same. */
 #include "mesh_files.h"
+#include "flesh/solver.h"
 
 #include <locale.h>
 #include <signal.h>
@@ -253,6 +254,13 @@ static void a_decimal_comma_changes_nothing(void)
   snprintf(shown, sizeof shown, "%.1f", 0.5);
   CHECK_TEXT(shown, found ? "0,5" : "0.5");
   check_two_tets(write_text("comma.txt", plain_text), 0, 0);
+  FILE *file = tmpfile();
+  char row[256] = "";
+  CHECK_OK(flesh_solve_stats_print(&(flesh_solve_stats){.h_last = 0.5}, FLESH_STATS_CSV_ROW, file));
+  rewind(file);
+  CHECK(fgets(row, sizeof row, file) != NULL);
+  CHECK(strstr(row, ",0.5,") != NULL);
+  fclose(file);
   setlocale(LC_ALL, "C");
   flesh_mesh_destroy(&back);
   flesh_mesh_destroy(&mesh);
