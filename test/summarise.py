@@ -86,7 +86,7 @@ def count_suite(status, directory, name):
     if not entries:
         fail(f"{name}: no test ran")
     for entry in entries:
-        test = entry["name"].split(" / ")[-1]  # meson puts `project:suite / ` before it
+        test = re.split(r" / |:", entry["name"])[-1]  # meson puts `project:suite / ` or `suite - project:` before it
         label = f"{name}: {test}"
         known = tests.get(test, {"protocol": "tap", "timeout": math.inf})
         if entry.get("duration", 0) > known["timeout"] / 10:

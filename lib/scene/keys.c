@@ -115,12 +115,12 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     SAY("a list of whole numbers%s%s", each, range);
     break;
   case FLESH_KEY_OBJECT:
-    SAY(key->children && key->children->name ? "a mapping of the keys" : "{}: it has no keys");
+  case FLESH_KEY_OBJECTS:
+    SAY(!key->children || !key->children->name ? "{}: it has no keys"
+        : key->type == FLESH_KEY_OBJECT        ? "a mapping of the keys"
+                                               : "a list of mappings of the keys");
     for (const flesh_key *child = key->children; child && child->name && strlen(text) < most; child++)
       SAY("%s %s", child == key->children ? "" : ",", child->name);
-    break;
-  case FLESH_KEY_OBJECTS:
-    SAY("a list of mappings");
     break;
   case FLESH_KEY_EFFECTS:
     SAY("a list of effects, each \"- name: {its keys}\"");
