@@ -1,7 +1,8 @@
 /* status.h: what every function of the library returns, and the text of the last error.
  *
  * The sign is SUNDIALS': 0 fine; > 0 recoverable (nothing was modified, a shorter step or another
- * state may succeed); < 0 fatal. The library never prints and never exits.
+ * state may succeed); < 0 fatal. The library never prints and never exits. Floating-point traps (feenableexcept) must be
+ * off in threads that call it: it computes with infinities and NaN, which lanes of vectors may have that are not used.
  * Functions that return no status cannot fail. */
 #ifndef FLESH_STATUS_H
 #define FLESH_STATUS_H

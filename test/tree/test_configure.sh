@@ -12,7 +12,7 @@ trap 'rm -rf "$work"' EXIT
 unset CPATH C_INCLUDE_PATH LIBRARY_PATH CFLAGS CPPFLAGS LDFLAGS
 number=0
 compiler=${CC:-cc}
-count=8
+count=9
 
 echo 1..$count
 if ! command -v meson >/dev/null 2>&1; then
@@ -74,6 +74,19 @@ verdict $? 'fits: is taken and recorded'
 (CPATH="$work/fits/include" && export CPATH && configure) &&
   grep -q "^Libs.private:.* $work/fits/lib/libsundials_kinsol" "$work/build/meson-private/flesh.pc"
 verdict $? 'fits: libraries come from where CPATH finds the headers'
+
+# A project of which flesh is a subproject; its program is compiled and not linked, which would take the whole library.
+mkdir -p "$work/outer/subprojects"
+ln -s "$top" "$work/outer/subprojects/flesh"
+cp "$top"/drivers/examples/bar_kinsol.c "$top"/drivers/examples/bar.h "$work/outer"
+cat >"$work/outer/meson.build" <<END
+project('outer', 'c')
+flesh = dependency('flesh', fallback: 'flesh', default_options: ['program=false', 'tests=false'])
+executable('bar', 'bar_kinsol.c', dependencies: flesh)
+END
+(cd "$work/outer" && meson setup --force-fallback-for=flesh build >"$work/log" 2>&1 &&
+  object=$(ninja -C build -t targets all | sed -n 's/^\(bar\.p[^:]*\.o\):.*/\1/p') && ninja -C build "$object" >>"$work/log" 2>&1)
+verdict $? 'a subproject of meson is found as flesh'
 
 # A compiler for another machine: nothing that it makes can be run here.
 cat >"$work/cross.ini" <<END
