@@ -8,13 +8,14 @@
 extern "C" {
 #endif
 
-/* The shifts that flesh_effect_check_derivatives takes: statics (1,0,0) and backward Euler with h = 1/60 s
- * (1,60,3600). */
+/* The shifts that flesh_effect_check_derivatives takes: statics (1,0,0) and the midpoint rule with h = 1/60 s
+ * (1/2,60,7200). */
 enum { FLESH_CHECK_SHIFTS = 2 };
 
 /* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
 typedef struct flesh_derivative_report {
-  /* |d phi - r.du| / sum |r_i du_i|; of the energy, too, where it stands for phi (FLESH_DEPENDS_ON_POSITION_ONLY) */
+  /* |d phi - r.du| / sum |r_i du_i|; [0] of the energy, too, at rest with nothing lagged, unless the effect is of
+   * something that moves (flesh_effect_time.carry) */
   double potential[FLESH_CHECK_SHIFTS];
   double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; of a matrix set anew and of products, too */
   double evaluate[FLESH_CHECK_SHIFTS];  /* residual and potential in one pass against both */

@@ -1,4 +1,4 @@
-/* derivative_check.c: fourth-order central differences of an effect's potential and residual. */
+/* derivative_check.c: fourth-order central differences of an effect's potential, energy and residual. */
 #include "system/derivative_check.h"
 
 #include <float.h>
@@ -13,15 +13,14 @@
 #include "linear/block_matrix.h"
 #include "system/pattern.h"
 
-const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 1, .v = 60, .a = 3600}};
+const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 0.5, .v = 60, .a = 7200}};
 
 enum { DIRECTIONS = 2, POWER_STEPS = 80 };
 static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0] };
 
 /* f'(0) is the sum of weight * f(offset * s) / s. */
-static const double offsets[] = {-2, -1, 1, 2},
-                    weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
+static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
 
 typedef struct check {
   const flesh_effect *effect;
@@ -36,6 +35,7 @@ typedef struct check {
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
   int zero;                  /* no residual yet was other than 0 */
+  int physical;              /* the energy is checked, at rest, where nothing is lagged, frozen or enforced */
   flesh_environment environment; /* with the effect's memory as in a run, where it needs one */
   flesh_pattern pattern;
   int *slots;
@@ -45,8 +45,7 @@ typedef struct check {
 static double uniform(unsigned long long *state) /* splitmix64; [-1, 1) */
 {
   unsigned long long z = (*state += 0x9e3779b97f4a7c15ULL);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL, z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
   return (double)((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
 }
 
@@ -81,11 +80,12 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->v_frozen[d] = c->v[d] + shift->v * c->w[d];
   }
   flesh_point point = flesh_point_at(c->t, c->xs, c->vs, c->as);
+  point.environment = &c->environment;
+  if (c->physical) return point.lagged.x = c->x, point;
   point.lagged = (flesh_lagged){0, c->x_lag, c->v_lag};
   point.frozen = (flesh_frozen){c->x_frozen, shift->v != 0 ? c->v_frozen : NULL};
   point.multipliers = c->multipliers;
   point.penalty = 3;
-  point.environment = &c->environment;
   return point;
 }
 
@@ -108,28 +108,27 @@ static double difference_ratio(double error, double scale, double terms, double 
   return error <= rounding && scale <= rounding ? 0 : ratio(error, scale);
 }
 
+/* Checks the potential or, where c->physical says so, the energy. */
 static int check_potential(check *c, const flesh_shift *shift, double *worst)
 {
   const flesh_effect_operations *can = c->effect->operations;
-  const int energies = can->energy && flesh_effect_has_trait(c->effect, FLESH_DEPENDS_ON_POSITION_ONLY);
   int status = residual_at(c, shift, 0, c->r), last = FLESH_OK;
   if (status) return status;
   double expected = dot(c, c->r, c->du), scale = dot_absolute(c, c->r, c->du), best = INFINITY;
   for (int l = 0; l < STEP_LENGTHS; l++) {
-    double s = step_lengths[l], slope = 0, terms = 0, apart = 0;
+    double s = step_lengths[l], slope = 0, terms = 0;
     for (int k = 0; k < 4 && !status; k++) {
       flesh_point point = moved(c, shift, offsets[k] * s);
-      double phi = 0, magnitude = 0, energy;
-      status = can->potential(c->effect, &point, shift, &phi, &magnitude);
+      double phi = 0, magnitude = 0;
+      status = c->physical ? can->energy(c->effect, &point, &phi)
+                           : can->potential(c->effect, &point, shift, &phi, &magnitude);
       slope += weights[k] * phi / s;
-      terms = fmax(terms, magnitude);
-      if (energies && !status && !(status = can->energy(c->effect, &point, &energy)))
-        apart += weights[k] * (energy / shift->x - phi) / s;
+      terms = fmax(terms, fmax(magnitude, fabs(phi)));
     }
     if ((last = status) < 0) return status;
     status = FLESH_OK;
     if (last) continue; /* a shorter step may stay where there is a value: near an obstacle */
-    best = fmin(best, difference_ratio(fmax(fabs(slope - expected), fabs(apart)), scale, terms, s));
+    best = fmin(best, difference_ratio(fabs(slope - expected), scale, terms, s));
   }
   if (last && best == INFINITY) return last;
   *worst = fmax(*worst, best);
@@ -162,8 +161,7 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
     }
     if (last < 0) return last;
     if (last) continue; /* as above */
-    for (size_t d = 0; d < c->unknowns; d++)
-      error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
+    for (size_t d = 0; d < c->unknowns; d++) error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
     best = fmin(best, difference_ratio(sqrt(error), scale, terms, s));
   }
   if (last && best == INFINITY) return last;
@@ -295,8 +293,7 @@ static double extreme_curvature(check *c, double shift, double *lowest)
     flesh_block_multiply(&c->K, c->du, c->Kdu);
     quotient = dot(c, c->du, c->Kdu);
     *lowest = fmin(*lowest, quotient);
-    for (size_t d = 0; d < c->unknowns; d++)
-      c->du[d] = shift > 0 ? shift * c->du[d] - c->Kdu[d] : c->Kdu[d];
+    for (size_t d = 0; d < c->unknowns; d++) c->du[d] = shift > 0 ? shift * c->du[d] - c->Kdu[d] : c->Kdu[d];
   }
   return quotient;
 }
@@ -326,6 +323,9 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     randomize(c, c->du, c->edge);
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
+    c->physical = s == 0 && operations->energy && operations->residual && !flesh_effect_in_time(c->effect)->carry;
+    if (!status && c->physical) status = check_potential(c, shift, &report->potential[s]);
+    c->physical = 0;
   }
   if (!status && c->environment.near && library->predict) status = check_predicted(c, shift, &report->jacobian[s]);
   for (int k = 0; k < FLESH_READINGS && !status && library->readings && library->readings->multiply && shift->v != 0; k++)

@@ -21,6 +21,7 @@ typedef enum spoiled {
   SPOIL_POTENTIAL,
   SPOIL_ENERGY,
   SPOIL_JACOBIAN,
+  SPOIL_SHIFTS, /* the unknown is taken to be the position */
   SPOIL_EVALUATE,
   SPOIL_ANEW,
   SPOIL_PROJECTION
@@ -50,8 +51,8 @@ static int residual(const flesh_effect *effect, const flesh_point *point, double
 static int potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                      double *phi, double *magnitude)
 {
-  int status =
-      of(effect)->inner->operations->potential(of(effect)->inner, point, shift, phi, magnitude);
+  const flesh_shift used = {of(effect)->what == SPOIL_SHIFTS ? 1 : shift->x, shift->v, shift->a, shift->filter};
+  int status = of(effect)->inner->operations->potential(of(effect)->inner, point, &used, phi, magnitude);
   if (of(effect)->what == SPOIL_POTENTIAL) *phi *= 1.0001;
   return status;
 }
@@ -78,6 +79,7 @@ static int jacobian(const flesh_effect *effect, const flesh_point *point, const 
 {
   flesh_shift used = *shift;
   if (of(effect)->what == SPOIL_PROJECTION) used.filter = 0;
+  if (of(effect)->what == SPOIL_SHIFTS) used.x = 1;
   int status = of(effect)->inner->operations->jacobian(of(effect)->inner, point, &used, K, slots);
   if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
   return status;
@@ -100,7 +102,6 @@ static const flesh_effect_operations spoiled_operations = {
     .jacobian = jacobian,
     .potential = potential,
     .energy = energy,
-    .traits = FLESH_DEPENDS_ON_POSITION_ONLY,
     .library = &(const flesh_effect_private){.jacobian_assign = jacobian_assign, .evaluate = evaluate},
 };
 
@@ -211,8 +212,18 @@ static void a_wrong_potential_is_seen(void)
   flesh_derivative_report report = report_spoiled(&s, SPOIL_POTENTIAL);
   CHECK(report.potential[0] > 1e-6 && report.jacobian[0] < 1e-8);
   CHECK(!flesh_derivative_report_passes(&report, 1e-8));
-  report = report_spoiled(&s, SPOIL_ENERGY); /* which line searches take for it */
-  CHECK(report.potential[0] > 1e-6 && report.potential[1] > 1e-6 && report.jacobian[0] < 1e-8);
+  report = report_spoiled(&s, SPOIL_ENERGY);
+  CHECK(report.potential[0] > 1e-6 && report.potential[1] < 1e-8 && report.jacobian[0] < 1e-8);
+  drop(&s);
+}
+
+static void a_forgotten_shift_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_SHIFTS);
+  CHECK(report.potential[0] < 1e-8 && report.potential[1] > 1e-3);
+  CHECK(report.jacobian[0] < 1e-8 && report.jacobian[1] > 0.4);
   drop(&s);
 }
 
@@ -384,7 +395,7 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(right_effects_pass), TEST(a_wrong_residual_is_seen),
                    TEST(a_wrong_evaluation_is_seen),
-                   TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen), TEST(a_wrong_beginning_is_seen),
-                   TEST(negative_curvature_is_seen),
+                   TEST(a_wrong_potential_is_seen), TEST(a_forgotten_shift_is_seen), TEST(a_wrong_jacobian_is_seen),
+                   TEST(a_wrong_beginning_is_seen), TEST(negative_curvature_is_seen),
                    TEST(contact_of_surfaces_is_checked_as_solves_see_it), TEST(predictions_hold_for_their_place));
 }

@@ -23,10 +23,10 @@ ROLES = tuple(_ROLES.words)
 class DerivativeReport(Record):
     """How far an effect's potential, residual and Jacobian are from belonging together: relative errors.
 
-    The two columns are the shifts of statics and of backward Euler with h = 1/60 s. NaN: the effect lacks that.
+    The two columns are the shifts of statics and of the midpoint rule with h = 1/60 s. NaN: the effect lacks that.
     """
     _ctype = "flesh_derivative_report"
-    potential: np.ndarray = Field("[2] of the residual as the gradient of the potential")
+    potential: np.ndarray = Field("[2] of the residual as the gradient of the potential, and of the energy")
     jacobian: np.ndarray = Field("[2] of the Jacobian as the derivative of the residual")
     evaluate: np.ndarray = Field("[2] of residual and potential in one pass")
     asymmetry: float = Field("of the diagonal blocks")
