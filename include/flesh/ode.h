@@ -45,6 +45,9 @@
  * ARKODE's error test does not see: errors were hundreds of tolerances. CVODE's and IDA's error
  * tests measure the iteration's own correction.
  *
+ * MRIStep and implicit-explicit methods take f as a sum of two: two problems on two systems that share out the effects,
+ * each with inertia and all constraints. As x' = v is in both, a function around flesh_ode_rhs sets the x' of one to 0.
+ *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
  * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
  * those of N_VNew_Parallel: on a rank x of the part's own nodes, then v of these, 2*3 numbers for

@@ -1,5 +1,5 @@
 /* sunnonlinsol.h: flesh's Newton as a SUNNonlinearSolver, for a program that owns its IDA, ARKODE
- * (ARKStep) or CVODE.
+ * (ARKStep or, with functions of that name, MRIStep) or CVODE.
  *
  * Every implicit step or stage of these integrators asks for y = (x, v) with
  *
