@@ -166,6 +166,10 @@ static int jump_back(flesh_motion_pass *p, const flesh_recorded_part *part, int 
   double *bar = p->known[of_v ? FLESH_KNOWN_V : FLESH_KNOWN_X], *free = p->c, *before = p->m;
   memcpy(free, bar, (size_t)self->n * sizeof *free);
   int status = flesh_newton_solve_tangent(self->tangent.newton, free, self->tangent.tolerance, p->lambda);
+  for (int k = 0; k < p->count && !status && part->jump; k++) {
+    status = flesh_stage_tangent_mass_force(&self->tangent, &p->parameters[k], part->jump + (of_v ? self->n : 0), p->force);
+    for (int d = 0; d < self->n; d++) p->gradient[k] -= p->lambda[d] * p->force[d];
+  }
   if (!status) status = flesh_stage_tangent_mass_times(&self->tangent, p->lambda, before);
   for (int d = 0; d < self->n; d++)
     if (self->prescribed.fixed[d]) bar[d] -= before[d];

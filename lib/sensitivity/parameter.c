@@ -191,6 +191,28 @@ int flesh_stage_tangent_force(flesh_stage_tangent *self, const flesh_parameter *
   return status;
 }
 
+int flesh_stage_tangent_mass_force(flesh_stage_tangent *self, const flesh_parameter *parameter, const double *w,
+                                   double *force)
+{
+  double weights[SYSTEMS], *r = self->room;
+  const flesh_environment elsewhere = flesh_environment_elsewhere(&self->point);
+  flesh_point point = self->point;
+  int status = check(parameter, self->system);
+  point.a = w;
+  point.environment = &elsewhere;
+  weigh(parameter, weights);
+  memset(force, 0, (size_t)self->n * sizeof *force);
+  for (int k = 0; k < SYSTEMS; k++) {
+    const flesh_system *other = parameter->systems[k];
+    for (int e = 0; other && e < flesh_system_effect_count(other) && !status; e++) {
+      if (flesh_system_effect(other, e)->operations->role != FLESH_ROLE_INERTIA) continue;
+      status = flesh_system_effect_residual(other, e, &point, r);
+      for (int d = 0; d < self->n && !status; d++) force[d] += weights[k] * r[d];
+    }
+  }
+  return status;
+}
+
 int flesh_stage_tangent_moves(flesh_stage_tangent *self, const flesh_parameter *parameter, const flesh_prescribed *own,
                               double t, double *const moves[3], int *moved)
 {

@@ -100,6 +100,7 @@ int flesh_trajectory_pass(void *data, const flesh_step_place *place)
   flesh_trajectory *self = data;
   const flesh_pass *now = &self->now;
   flesh_trajectory_drop_start(self);
+  memset(self->tape.jump, 0, flesh_trajectory_state(self));
   self->now.opens |= place->at_begin;
   if (now->limit >= 0 && now->at >= now->limit) return FLESH_ERR_INTERRUPTED;
   const int status = now->limit < 0 && place->at_begin ? take_call(self, place) : FLESH_OK;

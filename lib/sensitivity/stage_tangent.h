@@ -64,6 +64,11 @@ int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system
 int flesh_stage_tangent_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const unsigned char *same,
                               double *force, double *const moves[3]);
 
+/* force [n] = dM/dp w, M being the mass: what p changes in the force of inertia by the accelerations w [n]. FLESH_ERR_ARGUMENT
+ * where the systems do not fit. */
+int flesh_stage_tangent_mass_force(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const double *w,
+                                   double *force);
+
 /* Finds such `moves` at the time t, by the motion of constrained dofs over the span of `own`, the state's system's; *moved:
  * whether there are any. FLESH_ERR_ARGUMENT where the systems do not fit, or p moves an event. */
 int flesh_stage_tangent_moves(flesh_stage_tangent *tangent, const flesh_parameter *parameter, const flesh_prescribed *own,

@@ -137,15 +137,18 @@ static int show(tangents *t, double time)
   return status;
 }
 
-/* Free dofs follow a jump of constrained ones to `to` [n], in y [n], as masses that are hit do. */
-static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, const double *to, double *y)
+/* Free dofs follow a jump of constrained ones to `to` [n], in y [n], those of x or v, as masses that are hit do. */
+static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, int of_v, const double *to, double *y)
 {
   flesh_trajectory *self = p->self;
   double *by = p->lag, *right = p->m, largest = 0;
   for (int d = 0; d < self->n; d++) by[d] = self->prescribed.fixed[d] ? to[d] - y[d] : 0, largest = fmax(largest, fabs(by[d]));
-  if (largest == 0) return FLESH_OK;
+  if (largest == 0 && !part->jump) return FLESH_OK;
   int status = flesh_pass_linearise_start(p, part);
   if (!status) status = flesh_stage_tangent_mass_times(&self->tangent, by, right);
+  if (!status && part->jump)
+    status = flesh_stage_tangent_mass_force(&self->tangent, p->parameters, part->jump + (of_v ? self->n : 0), p->force);
+  if (!status && part->jump) flesh_add_scaled(self->n, 1, p->force, right);
   if (!status) status = flesh_newton_solve_tangent(self->tangent.newton, right, self->tangent.tolerance, by);
   flesh_add_scaled(self->n, -1, by, y);
   take_constrained(p, to, y);
@@ -168,8 +171,7 @@ static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
   if (flesh_pass_jumps(p, part)) {
     flesh_pass_prescribe(p, part, 1);
     status = find_reached(p, part->taken.begin);
-    if (!status) status = jump(p, part, p->reached[0], p->known[FLESH_KNOWN_X]);
-    if (!status) status = jump(p, part, p->reached[1], p->known[FLESH_KNOWN_V]);
+    for (int k = 0; k < 2 && !status; k++) status = jump(p, part, k, p->reached[k], p->known[FLESH_KNOWN_X + k]);
   }
   flesh_pass_prescribe(p, part, 0);
   for (int k = FLESH_KNOWN_VECTORS; k < FLESH_KNOWN_LAGGED_X; k++) flesh_pass_forget_constrained(p, p->known[k]);

@@ -19,6 +19,7 @@ static void clear_part(flesh_recorded_part *part)
   }
   flesh_free(part->solves);
   flesh_free(part->internal);
+  flesh_free(part->jump);
   memset(part, 0, sizeof *part);
 }
 
@@ -94,6 +95,19 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
 
+/* The part takes the jump before it, which constrained dofs that stay where they are do not make. */
+static int take_jump(flesh_trajectory *self, flesh_recorded_part *part)
+{
+  const int n = 2 * self->n;
+  int d = 0;
+  while (d < n && self->tape.jump[d] == 0) d++;
+  if (d == n) return FLESH_OK;
+  part->jump = flesh_trajectory_copy(self->tape.jump, n);
+  part->bytes += flesh_trajectory_state(self);
+  memset(self->tape.jump, 0, flesh_trajectory_state(self));
+  return part->jump ? FLESH_OK : fail_memory(self);
+}
+
 static int taken(void *data, const flesh_taken_part *taken)
 {
   flesh_trajectory *self = data;
@@ -128,6 +142,8 @@ static int taken(void *data, const flesh_taken_part *taken)
     status = fail_memory(self);
   if (status) return status;
   if (internals) memcpy(self->internal, taken->from->internal, internals);
+  status = take_jump(self, part);
+  if (status) return status;
   flesh_known_go_on(self, part, self->reached);
   self->now.at++;
   self->now.bytes += part->bytes;
@@ -196,8 +212,9 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int 
     const int internals = flesh_system_internal_count(self->system);
     self->internal = flesh_calloc((size_t)internals + 1, sizeof *self->internal);
     self->bases = flesh_calloc(3 * (size_t)self->n + 1, sizeof *self->bases);
+    self->tape.jump = flesh_calloc(2 * (size_t)self->n + 1, sizeof *self->tape.jump);
     self->vectors = flesh_calloc(FLESH_PASS_ARRAYS * (size_t)self->n + 1, sizeof *self->vectors);
-    if (!self->vectors || !self->bases || !self->internal) status = fail_memory(self);
+    if (!self->vectors || !self->bases || !self->internal || !self->tape.jump) status = fail_memory(self);
   }
   self->integrator = integrator;
   if (status) {
@@ -227,6 +244,7 @@ void flesh_trajectory_destroy(flesh_trajectory **trajectory)
   flesh_prescribed_clear(&self->prescribed);
   flesh_free(self->vectors);
   flesh_free(self->bases);
+  flesh_free(self->tape.jump);
   flesh_known_clear(self->reached);
   flesh_known_clear(self->found);
   free(self);

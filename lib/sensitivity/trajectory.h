@@ -32,6 +32,7 @@ typedef struct flesh_recorded_part {
   int follows;                /* they are found from the part before, and are not kept */
   unsigned reads;             /* bits of those that a stage reads */
   double *internal;           /* NULL: none */
+  double *jump;               /* [2*n] that of x and v before the part; NULL: none */
   int count;
   flesh_recorded_solve *solves; /* [count] */
   size_t bytes;

@@ -7,6 +7,13 @@
 #include "time/attempt.h"
 #include "time/step_energy.h"
 
+/* Adds the state times `sign` to the jumps that the tape keeps. */
+static void add_jump(const flesh_integrator *self, const flesh_state *state, double sign)
+{
+  const int n = self->tape ? self->evaluation->n : 0;
+  for (int d = 0; d < n; d++) self->tape->jump[d] += sign * state->x[d], self->tape->jump[n + d] += sign * state->v[d];
+}
+
 /* Starts the method anew: applies jumps of constrained dofs, or of their velocities, as the limit of a short step;
  * finds the acceleration for methods that go on from it. */
 static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_piece *piece,
@@ -22,8 +29,10 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   memory->before = memory->easy = 0;
   if (self->control.on && self->row->stages && flesh_recovery_is_inverted(&self->recovery, state->x) > 1)
     memory->easy = -FLESH_TANGLED_STEPS;
+  add_jump(self, state, -1);
   int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
                                        state->x, state->v, stats);
+  add_jump(self, state, 1);
   if (status || !self->row->acceleration) return status;
   return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
 }

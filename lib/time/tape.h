@@ -22,6 +22,7 @@ typedef struct flesh_tape {
   void *data;
   int anew;      /* the method has begun anew since the last part */
   double seen;   /* s; with the prescribed motion up to there */
+  double *jump;  /* [2*n] how far x and v have jumped since the last part, as constrained dofs do and free ones follow */
   int untangled; /* nodes have been moved by what is no step */
   /* A try of a part begins: what was solved since the last part that was taken does not count. */
   void (*try_part)(void *data);

@@ -35,18 +35,18 @@ static const motion_case incompressible = {
      {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01},
      {"effects.prescribed_motion.motion[1].translation[1]", 0.03, 1e-4, 1e-5}}, 0};
 
-/* A clamp that turns under pressure and is let go; masses share its jumps. */
+/* A clamp that turns under pressure and is let go; masses, which parameters change, share its jumps. */
 static const motion_case driven = {
     "driven",
     "body: {name: bar, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, mass: consistent, material: {energy: S, constants: matched, "
-    "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\n"
+    "young: 1e4, poisson: 0.4}, regions: [{box: [[-1, -1, -1], [2, 2, 0.06]], density: 800}]}\nstart: {velocity: [0, 0.3, 0.1]}\n"
     "effects:\n  - inertia: {}\n  - damping: {stiffness: 0.002}\n"
     "  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.075, motion: [{time: 0}, {time: 0.035, translation: "
     "[0.004, 0.01, 0], rotation: [0.2, 0, 0.1]}, {time: 0.1, translation: [0, 0, 0.01]}]}\n"
     "  - pressure: {box: [[-1, -1, 0.099], [5, 2, 2]], pressure: 300}\n" TIME("0.01", "0.1"),
     {{"effects.prescribed_motion.motion[1].translation[1]", 0.01, 1e-4, 1e-5},
      {"effects.prescribed_motion.motion[1].rotation[0]", 0.2, 1e-3, 1e-4}, {"body.material.young", 1e4, 20, 10},
-     {"body.density", 1000, 2, 1}}, 0};
+     {"body.density", 1000, 2, 1}, {"body.regions[0].density", 800, 2, 1}}, 0};
 
 /* A bar is pressed onto a ground that moves to the side, in steps whose friction lags the state before. */
 static const motion_case equilibria = {
