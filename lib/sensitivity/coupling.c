@@ -241,38 +241,45 @@ static int take_colour(const variation *v, const flesh_colouring *colouring, int
   return status;
 }
 
-/* Whether the blocks from `first` on have the derivative along a direction that is as good as random. */
-static int is_whole(const variation *v, int first, double step, int *whole)
+/* Whether the blocks from `first` on have the derivative along a direction that is as good as random: at each node, or, if
+ * not `strict`, in all, where large forces hide small ones. */
+static int is_whole(const variation *v, int first, double step, int strict, int *whole)
 {
   flesh_couplings *self = v->self;
   flesh_coupling *by = &self->by[v->reading];
-  double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, off = 0, size = 0, forces = 0;
+  double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, *left = sum + self->n;
+  double off = 0, size = 0, forces = 0;
   const double *before = self->room + 6 * (size_t)self->n, rounding = 32 * DBL_EPSILON / step;
   uint32_t random = flesh_xorshift_first;
   for (int d = 0; d < self->n; d++) direction[d] = flesh_xorshift(&random) * 0x1p-31 - 1;
   const int status = differentiate(v, step, direction, sum);
-  for (int d = 0; d < self->n; d++) size += sum[d] * sum[d], forces += before[d] * before[d];
+  memcpy(left, sum, (size_t)self->n * sizeof *left);
   const flesh_coupling part = {.count = by->count - first, .nodes = by->nodes + 2 * (size_t)first,
                                .blocks = by->blocks + 9 * (size_t)first};
   for (int k = 0; k < part.count; k++)
     for (int i = 0; i < 3; i++)
       for (int c = 0; c < 3; c++)
-        sum[3 * part.nodes[2 * k] + i] -= part.blocks[9 * (size_t)k + 3 * (size_t)i + (size_t)c] *
-                                          direction[3 * part.nodes[2 * k + 1] + c];
-  for (int d = 0; d < self->n; d++) off += sum[d] * sum[d];
-  *whole = !(off > 1e-12 * size + rounding * rounding * forces);
+        left[3 * part.nodes[2 * k] + i] -= part.blocks[9 * (size_t)k + 3 * (size_t)i + (size_t)c] *
+                                           direction[3 * part.nodes[2 * k + 1] + c];
+  *whole = 1;
+  for (int d = 0; d < self->n; d++) {
+    off += left[d] * left[d], size += sum[d] * sum[d], forces += before[d] * before[d];
+    if (strict ? d % 3 < 2 : d + 1 < self->n) continue;
+    *whole &= !(off > 1e-12 * size + rounding * rounding * forces);
+    off = size = forces = 0;
+  }
   return status;
 }
 
 /* The derivative of the effect by what is read, by a coupling of a kind. */
-static int find_by_kind(const variation *v, int kind, double step, int *whole)
+static int find_by_kind(const variation *v, int kind, double step, int strict, int *whole)
 {
   flesh_couplings *self = v->self;
   const flesh_colouring *colouring = &self->colourings[kind];
   const int first = self->by[v->reading].count;
   int status = FLESH_OK;
   for (int colour = 0; colour < colouring->colours && !status; colour++) status = take_colour(v, colouring, colour, step);
-  if (!status) status = is_whole(v, first, step, whole);
+  if (!status) status = is_whole(v, first, step, strict, whole);
   if (!status && !*whole) self->by[v->reading].count = first;
   return status;
 }
@@ -285,7 +292,7 @@ static int find_own(const variation *v, const flesh_effect_readings *own, double
   flesh_effect_view view = flesh_effect_view_of(v->self->system, v->point);
   const int first = by->count,
             status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->reading, flesh_coupling_append, by);
-  return status > 0 ? FLESH_OK : status < 0 ? status : is_whole(v, first, step, whole);
+  return status > 0 ? FLESH_OK : status < 0 ? status : is_whole(v, first, step, 0, whole);
 }
 
 /* Says that there is no derivative. */
@@ -320,7 +327,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
       return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of more than %d nodes at once, which is too many for "
                                             "sensitivities", effect->operations->name, read, MOST_COUPLED);
     for (int finer = 0; finer < FINER && !whole && !status; finer++)
-      status = find_by_kind(v, *kind, step * pow(0.1, finer), &whole);
+      status = find_by_kind(v, *kind, step * pow(0.1, finer), finer + 1 < FINER, &whole);
     if (status || whole) return status;
   }
   return refuse(v, read);

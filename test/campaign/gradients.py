@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-# TEST full program needs=python name=test_random_gradients seconds=60 protocol=exitcode args: --first 113 --cases 8
+# TEST full program needs=python name=test_random_gradients seconds=60 protocol=exitcode args: --first 113 --cases 8 --also 20266
 """gradients.py: gradients of random scenes by random parameters against differences of whole runs.
 
-    python3 test/campaign/gradients.py [--cases N] [--first SEED] [--only TEXT] [--full]
+    python3 test/campaign/gradients.py [--cases N] [--first SEED] [--also SEED] [--only TEXT] [--full]
 
 A case is a body of four- or ten-node tets (straight or curved, tet10 or tet10-mean) with one to four effects of all kinds
 on it, by one of the methods or in statics, and what is asked is a quadratic function of all positions and velocities at
@@ -327,6 +327,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--cases", type=int, default=40)
     parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--also", type=int, action="append", default=[], help="one more case")
     parser.add_argument("--only", default="", help="cases whose name has this in it")
     parser.add_argument("--full", action="store_true", help="400 cases")
     parser.add_argument("--say", action="store_true", help="every row")
@@ -334,7 +335,7 @@ def main():
     bad = failed = counted = all_rows = 0
     largest = 0
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(arguments.first, arguments.first + (400 if arguments.full else arguments.cases)):
+        for seed in [*range(arguments.first, arguments.first + (400 if arguments.full else arguments.cases)), *arguments.also]:
             case = Case(seed, folder)
             name = f"{seed}: {case.method}, {case.element}, {case.body['material']['energy']}, {', '.join(case.kinds)}"
             if arguments.only not in name:
