@@ -36,7 +36,7 @@ typedef struct flesh_apart {
   int n;            /* 3 * its nodes */
   int *from;        /* [n/3] the body's nodes */
   flesh_system **of; /* [effects] of each that can be torn alone; NULL: not made */
-  double *room;     /* [15*n] of which a point has the first 7 */
+  double *room;     /* [17*n] of which a point has the first 7 */
 } flesh_apart;
 
 typedef struct flesh_couplings {
