@@ -25,7 +25,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
   int status = own && own->view && own->ida == self->problem
                    ? flesh_ida_condense(self->problem)
                    : flesh_fail(FLESH_ERR_ARGUMENT, "the matrix must be this problem's own of flesh_ida_sunmatrix_create");
-  return flesh_sunlinsol_flag(&self->report, status ? status : flesh_ida_factor(self->problem));
+  return flesh_sunlinsol_flag_setup(&self->report, status ? status : flesh_ida_factor(self->problem));
 }
 
 int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x)
@@ -64,7 +64,8 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   const double *right = flesh_ida_read(problem, b, 1, 0);
   double *solution = right ? flesh_ida_open(problem, x, 1) : NULL;
   if (!solution) return flesh_sunlinsol_flag(&self->report, FLESH_ERR_ARGUMENT);
-  const int status = flesh_ida_solve_both(problem, right, 0, solution);
+  int status = flesh_sunlinsol_ready(&self->report);
+  if (!status) status = flesh_ida_solve_both(problem, right, 0, solution);
   flesh_ida_close(problem, x, solution);
   return flesh_sunlinsol_flag(&self->report, status);
 }

@@ -64,7 +64,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix matrix)
 {
   solver *self = S->content;
   const flesh_pair_matrix *A = matrix_of(self, matrix);
-  return flesh_sunlinsol_flag(&self->report, A ? condense(self, A) : FLESH_ERR_ARGUMENT);
+  return flesh_sunlinsol_flag_setup(&self->report, A ? condense(self, A) : FLESH_ERR_ARGUMENT);
 }
 
 /* Weights of a condensed residual in the rows of v', in the units that CVODE measures in. */
@@ -133,7 +133,8 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix matrix, N_Vector x, N_Vecto
   double *solution = right ? flesh_ida_open(motion, x, 1) : NULL;
   self->report.iterations = 0;
   self->report.residual = 0;
-  int status = solution ? solve(self, A, right, tolerance, solution) : FLESH_ERR_ARGUMENT;
+  int status = solution ? flesh_sunlinsol_ready(&self->report) : FLESH_ERR_ARGUMENT;
+  if (!status) status = solve(self, A, right, tolerance, solution);
   if (solution) flesh_ida_close(motion, x, solution);
   return flesh_sunlinsol_flag(&self->report, status);
 }

@@ -59,3 +59,14 @@ int flesh_sunlinsol_flag(flesh_linear_solver_report *report, int status)
   report->last_flag = status;
   return status == FLESH_OK ? FLESH_SUN_SUCCESS : status > 0 ? SUNLS_CONV_FAIL : FLESH_SUNLS_FATAL;
 }
+
+int flesh_sunlinsol_flag_setup(flesh_linear_solver_report *report, int status)
+{
+  report->ready = !status;
+  return flesh_sunlinsol_flag(report, status);
+}
+
+int flesh_sunlinsol_ready(const flesh_linear_solver_report *report)
+{
+  return report->ready ? FLESH_OK : flesh_fail(FLESH_ERR_ARGUMENT, "SUNLinSolSolve needs a set-up that succeeded before it");
+}

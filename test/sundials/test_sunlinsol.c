@@ -194,6 +194,8 @@ static void failures(void)
     CHECK_TEXT(flesh_error_text(), "length 3");
     CHECK(!SUNMatZero(o.A));
     CHECK(SUNLinSolSetup(o.S, o.A) > 0);
+    CHECK(SUNLinSolSolve(o.S, o.A, x, b, 1e-9) < 0);
+    CHECK_TEXT(flesh_error_text(), "set-up");
     N_VDestroy(b);
     N_VDestroy(x);
     N_VDestroy(small);
@@ -209,6 +211,27 @@ static void failures(void)
   CHECK(SUNLinSolSetup(o.S, o.A) >= 0); /* KINSOL's demand for a projected one comes in the solve */
   N_VDestroy(small);
   close_owned(&o);
+}
+
+/* A solve whose set-up failed or never came is an error, not a crash. */
+static void solves_without_a_set_up(void)
+{
+  for (int kind = OF_IDA; kind <= OF_RHS; kind++)
+    for (int k = 0; k < SOLVERS; k++)
+      for (int failed = 0; failed < 2; failed++) {
+        owned o;
+        open_owned(kind, solvers[k], &o);
+        N_Vector b = N_VClone(o.at), x = N_VClone(o.at);
+        N_VConst(1, b);
+        CHECK(!SUNLinSolInitialize(o.S));
+        CHECK(!failed || (!SUNMatZero(o.A) && SUNLinSolSetup(o.S, o.A) > 0));
+        CHECK(SUNLinSolSolve(o.S, o.A, x, b, 1e-9) < 0);
+        CHECK(SUNLinSolLastFlag(o.S) == FLESH_ERR_ARGUMENT);
+        CHECK_TEXT(flesh_error_text(), "set-up");
+        N_VDestroy(b);
+        N_VDestroy(x);
+        close_owned(&o);
+      }
 }
 
 /* IDA's slots for solvers without a matrix: the preconditioner by a direct solver is the inverse. */
@@ -280,7 +303,7 @@ static void ida_by_gmres(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(types), TEST(solutions), TEST(set_up_again), TEST(failures),
-                   TEST(slots_without_a_matrix)
+                   TEST(solves_without_a_set_up), TEST(slots_without_a_matrix)
 #ifdef HAVE_SUNLINSOLSPGMR
                        , TEST(ida_by_gmres)
 #endif
