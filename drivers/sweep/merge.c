@@ -11,8 +11,8 @@
 #include "study/tables.h"
 #include "sweep/sweep.h"
 
-/* Calls sql with one text bound. */
-static int execute_with(flesh_study_store *store, const char *sql, const char *text)
+/* Calls sql with one text bound; a failure names `path`. */
+static int execute_with(flesh_study_store *store, const char *sql, const char *text, const char *path)
 {
   sqlite3_stmt *statement;
   int status = flesh_study_store_prepare(store, sql, &statement);
@@ -20,7 +20,7 @@ static int execute_with(flesh_study_store *store, const char *sql, const char *t
   sqlite3_bind_text(statement, 1, text, -1, SQLITE_STATIC);
   int code = sqlite3_step(statement);
   if (code != SQLITE_DONE && code != SQLITE_ROW)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: %s", text, sqlite3_errmsg(store->database));
+    status = flesh_database_fail(store->database, path, "cannot be merged");
   sqlite3_finalize(statement);
   return status;
 }
@@ -53,7 +53,7 @@ static const char join_sql[] =
 static int join(flesh_study_store *store, const char *path)
 {
   int status = flesh_database_allow(path);
-  if (!status) status = execute_with(store, "ATTACH ? AS part", path);
+  if (!status) status = execute_with(store, "ATTACH ? AS part", path, path);
   if (status) return status;
   if (!flesh_study_store_number(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", path);
@@ -70,16 +70,16 @@ static int join(flesh_study_store *store, const char *path)
         "flesh sweep merge: %s: %d of its cases have other figures than before (another build or machine?); the first ones "
         "are kept\n",
         path, different);
-  if (!status) status = flesh_study_store_execute(store, join_sql);
-  int detached = flesh_study_store_execute(store, "DETACH part");
-  return status ? status : detached;
+  if (!status && sqlite3_exec(store->database, join_sql, NULL, NULL, NULL))
+    status = flesh_database_fail(store->database, path, "cannot be merged");
+  return status ? status : flesh_study_store_execute(store, "DETACH part"); /* a failed merge is thrown away whole */
 }
 
 static int merge(const char *out, const char *temporary, int count, char **paths)
 {
   flesh_study_store first, store = {.lock = -1};
   int status = flesh_study_store_read(paths[0], &first);
-  if (!status) status = execute_with(&first, "VACUUM INTO ?", temporary);
+  if (!status) status = execute_with(&first, "VACUUM INTO ?", temporary, paths[0]);
   flesh_study_store_close(&first);
   if (!status) status = flesh_study_store_read(temporary, &store);
   /* Nothing stands beside it: what is killed half-way is thrown away whole. */

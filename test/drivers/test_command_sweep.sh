@@ -174,6 +174,15 @@ a_finished_sweep_needs_no_log() {
     { od -An -tu1 -j18 -N2 whole/sweep.db; ls -a whole; return 1; }
   head -c 4096 whole/sweep.db >torn.db && head -c 20000 /dev/zero | tr '\0' '\377' >>torn.db
   expect 3 "$flesh" sweep export torn.db && has stderr.txt 'torn.db: is damaged: .*malformed' || return 1
+  cp whole/sweep.db cases.db && python3 -c 'import sqlite3
+read = sqlite3.connect("cases.db").execute
+size, = read("PRAGMA page_size").fetchone()
+root, = read("SELECT rootpage FROM sqlite_master WHERE name = \"cases\"").fetchone()
+with open("cases.db", "r+b") as file: file.seek((root - 1) * size), file.write(b"\377" * size)' || return 1
+  for order in 'cases.db whole/sweep.db' 'whole/sweep.db cases.db'; do
+    # shellcheck disable=SC2086 # two names
+    expect 3 "$flesh" sweep merge merged.db $order && has stderr.txt 'merge: cases.db: is damaged' || return 1
+  done
   mkdir torn && cp torn.db torn/sweep.db
   expect 3 "$flesh" sweep spec.yaml --out torn --resume && has stderr.txt 'torn/sweep.db: is damaged'
 }
