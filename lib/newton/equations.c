@@ -252,9 +252,8 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
 int flesh_equations_is_clear(flesh_equations *self, const double *u)
 {
   const flesh_evaluation *e = &self->evaluation;
-  if (!flesh_system_limits_step(self->system)) return 1;
-  return e->clearance.free && e->clearance.least_left > 0 && is_far(self, u) &&
-         displacement_to(self, u) < e->clearance.least_left;
+  return !flesh_system_limits_step(self->system) || (e->clearance.free && e->clearance.least_left > 0 && is_far(self, u) &&
+                                                     displacement_to(self, u) < e->clearance.least_left);
 }
 
 /* Whether no effect limits the straight step from the lagged state to x. */
@@ -265,10 +264,11 @@ static int is_free_to(const flesh_equations *self, const double *x)
                                         x) == 1;
 }
 
-int flesh_equations_can_reach(flesh_equations *self, const double *u)
+int flesh_equations_can_reach(flesh_equations *self, const double *u, double beyond)
 {
   if (flesh_equations_is_clear(self, u)) return 1;
   move_all((displacement){.equations = self, .u = u, .x = self->scratch});
+  for (int d = 0; beyond > 0 && d < self->n; d++) self->scratch[d] += beyond * (self->scratch[d] - self->stage.x_from[d]);
   return is_free_to(self, self->scratch);
 }
 

@@ -111,8 +111,9 @@ void flesh_equations_reach(flesh_equations *equations, const double *u);
 int flesh_equations_is_clear(flesh_equations *equations, const double *u);
 /* The free dofs of u become those of x [n]. */
 void flesh_equations_take_free(const flesh_equations *equations, const double *x, double *u);
-/* Whether no effect limits the straight step from the lagged state to u. Overwrites `scratch`. */
-int flesh_equations_can_reach(flesh_equations *equations, const double *u);
+/* Whether no effect limits the straight step from the lagged state to u, and the share `beyond` of it farther. Overwrites
+ * `scratch`. */
+int flesh_equations_can_reach(flesh_equations *equations, const double *u, double beyond);
 /* Corrects the free dofs of u, a guess, so that bodies that touch keep their gaps. Overwrites `scratch`. */
 void flesh_equations_keep_gaps(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites

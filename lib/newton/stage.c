@@ -19,18 +19,22 @@ static int push_out(flesh_equations *equations, double *u)
   const int touches = equations->evaluation.proximity.near != NULL;
   double *pushed = equations->scratch + equations->n;
   if (flesh_equations_is_clear(equations, u)) return FLESH_OK;
-  const int reaches = flesh_equations_can_reach(equations, u);
+  const int reaches = flesh_equations_can_reach(equations, u, 0);
   memcpy(pushed, equations->scratch, size);
   flesh_system_push_out(equations->system, s->t_from, s->x_from, s->t, pushed);
   if (reaches && flesh_same(equations->threads, equations->n, pushed, equations->scratch)) return FLESH_OK;
   flesh_equations_take_free(equations, pushed, u);
-  if (flesh_equations_can_reach(equations, u)) return FLESH_OK;
+  if (flesh_equations_can_reach(equations, u, 0)) return FLESH_OK;
   if (reaches) flesh_equations_start(equations, u);
   if (reaches || !touches) return reaches ? FLESH_OK : FLESH_UNDEFINED;
   /* Nothing is pushed out of other bodies: it stays where it was. */
   flesh_equations_take_free(equations, s->x_from, u);
-  return flesh_equations_can_reach(equations, u) ? FLESH_OK : FLESH_UNDEFINED;
+  return flesh_equations_can_reach(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
 }
+
+/* A guess is taken whose way would be free so far beyond it: one that ends nearer to an obstacle has a residual that round-off
+ * hides, and counted as solved. */
+static const double clear_way = 0.01;
 
 /* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
 static void try_guess(flesh_newton *newton, const double *guess, double *value, double *u)
@@ -45,9 +49,9 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   if (!(newton->given_target > 0)) flesh_equations_keep_gaps(equations, trial);
   /* Between bodies the way costs more than the potential, once the first guess has had pairs searched for. */
   const int last = equations->evaluation.proximity.near && newton->began;
-  if (!last && !flesh_equations_can_reach(equations, trial)) return;
+  if (!last && !flesh_equations_can_reach(equations, trial, clear_way)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
-  if (last && !flesh_equations_can_reach(equations, trial)) return;
+  if (last && !flesh_equations_can_reach(equations, trial, clear_way)) return;
   *value = guessed;
   flesh_copy(newton->threads, equations->n, trial, u);
   newton->began = guess;

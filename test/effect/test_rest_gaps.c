@@ -107,8 +107,7 @@ static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
   CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(flesh_effect_surface_contact(&b.body, &options, 0, NULL, &effect));
   CHECK_OK(flesh_surface_contact_left_out(effect, &found));
-  const double energy = energy_at_rest(&b.body, thickness, 0, NULL);
-  CHECK(energy == 0);
+  CHECK_BELOW(energy_at_rest(&b.body, thickness, 0, NULL), 1e-30); /* J; the processor may fuse products and sums */
   flesh_effect_destroy(&effect);
   test_body_destroy(&b);
   return found;

@@ -2,6 +2,7 @@
 /* test_convergence.c: where a solve ends, its residual is small beside the forces that balance each other there,
  * whatever an obstacle, a handle or a spring has done to its first iterate. */
 #include "press.h"
+#include "sundials/kinsol.h"
 
 static const double tau = 1e-6; /* the default */
 
@@ -177,10 +178,48 @@ static void motion_without_contact_ends_in_balance(void)
     }
 }
 
+/* A first guess that ends hardly above the floor, where round-off would hide its residual of 1e20 N and more, is no
+ * solution: the block that has fallen there is stopped well before. */
+static void guesses_that_nearly_touch_are_not_taken(void)
+{
+  const double fall = 0.004, h = 1e-3, bottom = nextafter(-0.05, 0);
+  test_body b;
+  flesh_solve_stats stats = {0};
+  flesh_obstacle *floor = NULL;
+  flesh_nonlinear *nonlinear = NULL;
+  const flesh_solver_options options = test_options(tau);
+  CHECK_OK(test_body_create(make_mesh(5, 5, 3, unit), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.05}, (const double[]){0, 0, 1}, &floor));
+  add_contact(&b, floor, NAN);
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_nonlinear_create(b.system, &options, &nonlinear));
+  double *x0 = calloc(4 * (size_t)b.n, sizeof *x0), *v0 = x0 + b.n, *a0 = v0 + b.n, *guess = a0 + b.n, lowest = INFINITY;
+  for (int d = 0; d < b.n; d++) {
+    const double end = b.state.x[d] + (d % 3 == 2 ? bottom : 0);
+    x0[d] = end + (d % 3 == 2 ? fall : 0);
+    guess[d] = end - x0[d];
+    v0[d] = 0;
+    a0[d] = -guess[d] / (h * h);
+  }
+  const flesh_stage stage = {.t = h, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
+                             .x0 = x0, .v0 = v0, .a0 = a0};
+  flesh_nonlinear_set_target(nonlinear, 1e-3);
+  flesh_nonlinear_set_depth(nonlinear, 1, INFINITY, 1e-3);
+  CHECK_OK(flesh_nonlinear_solve(nonlinear, &stage, (const double *[]){guess, NULL}, 0, &stats));
+  for (int d = 2; d < b.n; d += 3) lowest = fmin(lowest, x0[d] + flesh_nonlinear_unknowns(nonlinear)[d] + 0.05);
+  printf("# from a residual of %.3g N the block stops %g m above the floor\n", stats.residual_first, lowest);
+  CHECK(lowest > 1e-4 && stats.at_rounding == 0);
+  CHECK_BELOW(stats.residual_first, 1e7);
+  free(x0);
+  flesh_nonlinear_destroy(&nonlinear);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(contact_forces_depend_little_on_the_tolerance),
                    TEST(resting_blocks_weigh_what_they_weigh), TEST(iterations_are_limited_in_all),
                    TEST(far_jumps_end_in_balance),
-                   TEST(moving_contact_ends_in_balance), TEST(motion_without_contact_ends_in_balance));
+                   TEST(moving_contact_ends_in_balance), TEST(motion_without_contact_ends_in_balance),
+                   TEST(guesses_that_nearly_touch_are_not_taken));
 }
