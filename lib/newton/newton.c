@@ -8,8 +8,10 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "effect/effect.h"
+#include "mesh/edges.h"
 #include "newton/mechanisms.h"
 #include "system/ranks.h"
+#include "system/velocity_scale.h"
 
 /* So many matrices after a step that the line search has cut take friction by its secant to rest: with one, jelly on
  * stairs takes 5 % more iterations, with three as many. */
@@ -262,7 +264,8 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
   self->watchdog = (flesh_watchdog){.next_pause = 1};
-  self->follow_curvature = self->cautious = self->still = self->at_round_off = self->arrived = self->stopped = self->tangent.known = 0;
+  self->follow_curvature = self->cautious = self->still = self->at_round_off = self->arrived = self->ran_away = 0;
+  self->stopped = self->tangent.known = 0;
   self->model_ratio = NAN;
 }
 
@@ -322,6 +325,44 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
   return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
 }
 
+/* No equilibrium makes an edge so many times longer than at rest. */
+static const double absurd = 10;
+
+static double squared_length(const double *x, size_t a, size_t b)
+{
+  const double d[3] = {x[3 * b] - x[3 * a], x[3 * b + 1] - x[3 * a + 1], x[3 * b + 2] - x[3 * a + 2]};
+  return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+}
+
+/* Whether an edge at x is absurdly long beside itself at rest and at the stage's start. */
+static int is_overstretched(const flesh_equations *equations, const double *x)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(equations->system);
+  const double *X = flesh_mesh_positions(mesh), *from = equations->stage.x_from;
+  const int *tet = flesh_mesh_tets(mesh);
+  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++, tet += 4)
+    for (int e = 0; e < 6; e++) {
+      const size_t a = (size_t)tet[flesh_edge_corners[e][0]], b = (size_t)tet[flesh_edge_corners[e][1]];
+      const double before = fmax(squared_length(X, a, b), squared_length(from, a, b));
+      if (squared_length(x, a, b) > absurd * absurd * before) return 1;
+    }
+  return 0;
+}
+
+/* Whether loads that grow with the shape, as a balloon's pressure, stretch the iterate of an equilibrium without bound.
+ * Edges are looked at only where a node has gone farther than what is prescribed asks for. Collective. */
+static int runs_away(flesh_newton *self)
+{
+  flesh_equations *equations = &self->equations;
+  const flesh_constrained *constrained = &equations->constrained;
+  double prescribed = flesh_system_length_scale(equations->system);
+  if (equations->stage.shift.a != 0) return 0;
+  for (int k = 0; k < constrained->count; k++) prescribed = fmax(prescribed, fabs(self->u[constrained->dofs[k]]));
+  flesh_team_largest(equations->team, 1, &prescribed);
+  return flesh_largest(self->threads, equations->n, self->u) > absurd / 2 * prescribed &&
+         flesh_team_any(equations->team, is_overstretched(equations, flesh_equations_point(equations, self->u).x));
+}
+
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
  * the rest of the residual. */
 static const double beneath_round_off = 1e-6;
@@ -330,7 +371,8 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
 {
   self->direction.iterations = 0;
   if (flesh_newton_asked_to_stop(self)) return self->stopped;
-  if (self->search.stalls) return FLESH_NOT_CONVERGED;
+  self->ran_away = runs_away(self);
+  if (self->search.stalls || self->ran_away) return FLESH_NOT_CONVERGED;
   const double norm = flesh_equations_norm(&self->equations, b);
   const int arrived = self->arrived;
   const int at_round_off = !arrived && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->still);

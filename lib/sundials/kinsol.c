@@ -149,6 +149,8 @@ int flesh_nonlinear_began_at(const flesh_nonlinear *self, const double *guess)
   return self->problem->newton.began == guess;
 }
 
+int flesh_nonlinear_ran_away(const flesh_nonlinear *self) { return self->problem->newton.ran_away; }
+
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
 {
   return N_VGetArrayPointer(self->u);

@@ -40,6 +40,8 @@ void flesh_nonlinear_soften(flesh_nonlinear *nonlinear, const flesh_system *soft
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
 void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
+/* Whether the last solve was given up as the loads stretched the body without bound. */
+int flesh_nonlinear_ran_away(const flesh_nonlinear *nonlinear);
 /* Whether the last solve began at that of its guesses; NULL: at u = 0. */
 int flesh_nonlinear_began_at(const flesh_nonlinear *nonlinear, const double *guess);
 

@@ -134,6 +134,22 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
   return status;
 }
 
+/* The halvings of an increment that are worth it: the load that stretches a body without bound is found to a 32nd. */
+static int finest(const flesh_integrator *self)
+{
+  const int most = self->recovery.max_cutbacks;
+  return flesh_nonlinear_ran_away(self->nonlinear) && most > 5 ? 5 : most;
+}
+
+/* Ends increments with that status. The last solve has tried `increment`. */
+static int end_increments(const flesh_integrator *self, const flesh_load_increment *increment, int status)
+{
+  if (status <= 0 || !flesh_nonlinear_ran_away(self->nonlinear)) return status;
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the load stretches the body without bound, as a balloon "
+                                     "beyond its largest pressure; with %.3g of it there is one", self->part.span.end,
+                    increment->to, increment->from);
+}
+
 /* Raises the load from 0 to 1. */
 static int raise_load(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
@@ -143,8 +159,8 @@ static int raise_load(flesh_integrator *self, flesh_state *state, double h, fles
   do {
     status = take_increment(self, state, &increment, begin, h, stats);
     if (status > 0 && h > 0) status = check_stays(self, state, increment.to, status);
-  } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
-  return status;
+  } while (flesh_load_increment_next(&increment, finest(self), status));
+  return end_increments(self, &increment, status);
 }
 
 /* Equilibrium at t+h with the full load at once. A status > 0 has changed nothing. */
@@ -208,7 +224,8 @@ static int raise_followers(flesh_integrator *self, flesh_state *state, double h,
     load_followers(self, fraction = increment.to);
     status = follow(self, state, h, 0, stats);
     if (status) memcpy(state->x, self->part.x, bytes);
-  } while (flesh_load_increment_next(&increment, self->recovery.max_cutbacks, status));
+  } while (flesh_load_increment_next(&increment, finest(self), status));
+  if (fraction > 0) status = end_increments(self, &increment, status);
   load_followers(self, 1);
   return status > 0 && fraction > 0 ? fail_to_follow(self, fraction, status) : status;
 }

@@ -1,6 +1,6 @@
 // TEST quick seconds=60 args: pressure_is_exact small_strains_are_those_of_lame
 // TEST name=test_inflated_sphere full seconds=300
-// TEST+ args: large_inflation_is_that_of_radial_equilibrium pressures_are_no_checkerboard
+// TEST+ args: large_inflation_is_that_of_radial_equilibrium pressures_are_no_checkerboard no_pressure_is_borne_beyond_the_largest
 /* test_sphere.c: a thick hollow sphere of form S at a Poisson's ratio of .4999 under a pressure within: against Lame's
  * closed form where it is small, and where it opens the hole by two fifths against the equation of radial equilibrium,
  * which GSL integrates; and how even its pressures are. An octant that slides on its planes of symmetry, meshed by gmsh
@@ -233,8 +233,33 @@ static void pressures_are_no_checkerboard(void)
   CHECK(linear > 1);
 }
 
+/* A pressure beyond the largest of radial equilibrium blows the sphere up without end; the share that it bears is told. */
+static void no_pressure_is_borne_beyond_the_largest(void)
+{
+  const flesh_material material = test_material(FLESH_ENERGY_S, poisson);
+  const flesh_solver_options options = test_options(1e-4);
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  test_body b;
+  double largest = 0, hole, beyond = 0, borne = 0;
+  for (double r = 1.05; r < 1.3; r += 0.005) largest = fmax(largest, pressure_for(&material, 0.5, 1, r, &hole));
+  make(coarse, FLESH_ELEMENT_TET10_MEAN, 1, &material, 1.6 * largest, &b);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.state, 0, &stats) == FLESH_ERR_SOLVE);
+  printf("# the largest pressure is %.5g Pa, %.3f of the load; %s (%d Newton)\n", largest, 1 / 1.6, flesh_error_text(),
+         stats.newton);
+  CHECK(sscanf(flesh_error_text(), "no equilibrium at t = 0 s: %lf of the load stretches the body without bound, as a balloon "
+                                      "beyond its largest pressure; with %lf of it", &beyond, &borne) == 2);
+  CHECK_BELOW(borne, 1.02 / 1.6);
+  CHECK(beyond > 0.98 / 1.6 && beyond - borne < 0.04);
+  CHECK_BELOW(stats.newton, 1500);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(pressure_is_exact), TEST(small_strains_are_those_of_lame),
-                   TEST(large_inflation_is_that_of_radial_equilibrium), TEST(pressures_are_no_checkerboard));
+                   TEST(large_inflation_is_that_of_radial_equilibrium), TEST(pressures_are_no_checkerboard),
+                   TEST(no_pressure_is_borne_beyond_the_largest));
 }
