@@ -266,7 +266,7 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   self->watchdog = (flesh_watchdog){.next_pause = 1};
   self->follow_curvature = self->cautious = self->still = self->at_round_off = self->arrived = self->ran_away = 0;
   self->stopped = self->tangent.known = 0;
-  self->model_ratio = NAN;
+  self->model_ratio = self->first_load = NAN;
 }
 
 void flesh_newton_overwritten(flesh_newton *self)
@@ -325,7 +325,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
   return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
 }
 
-/* No equilibrium makes an edge so many times longer than at rest. */
+/* No equilibrium makes the edges so many times longer than at rest. */
 static const double absurd = 10;
 
 static double squared_length(const double *x, size_t a, size_t b)
@@ -334,33 +334,35 @@ static double squared_length(const double *x, size_t a, size_t b)
   return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 }
 
-/* Whether an edge at x is absurdly long beside itself at rest and at the stage's start. */
+/* Whether the edges at x are, in their root mean square, absurdly long beside those at rest or at the stage's start. */
 static int is_overstretched(const flesh_equations *equations, const double *x)
 {
   const flesh_mesh *mesh = flesh_system_mesh(equations->system);
   const double *X = flesh_mesh_positions(mesh), *from = equations->stage.x_from;
   const int *tet = flesh_mesh_tets(mesh);
+  double before = 0, now = 0;
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++, tet += 4)
     for (int e = 0; e < 6; e++) {
       const size_t a = (size_t)tet[flesh_edge_corners[e][0]], b = (size_t)tet[flesh_edge_corners[e][1]];
-      const double before = fmax(squared_length(X, a, b), squared_length(from, a, b));
-      if (squared_length(x, a, b) > absurd * absurd * before) return 1;
+      before += fmax(squared_length(X, a, b), squared_length(from, a, b));
+      now += squared_length(x, a, b);
     }
-  return 0;
+  return flesh_team_total(equations->team, now) > absurd * absurd * flesh_team_total(equations->team, before);
 }
 
-/* Whether loads that grow with the shape, as a balloon's pressure, stretch the iterate of an equilibrium without bound.
- * Edges are looked at only where a node has gone farther than what is prescribed asks for. Collective. */
+/* Whether loads that grow with the shape, as a balloon's pressure, stretch the iterate of an equilibrium without bound: a node
+ * has gone farther than what is prescribed asks for, edges are absurdly long, and the loads so many times larger. */
 static int runs_away(flesh_newton *self)
 {
   flesh_equations *equations = &self->equations;
   const flesh_constrained *constrained = &equations->constrained;
-  double prescribed = flesh_system_length_scale(equations->system);
+  double load, prescribed = flesh_system_length_scale(equations->system);
   if (equations->stage.shift.a != 0) return 0;
   for (int k = 0; k < constrained->count; k++) prescribed = fmax(prescribed, fabs(self->u[constrained->dofs[k]]));
   flesh_team_largest(equations->team, 1, &prescribed);
   return flesh_largest(self->threads, equations->n, self->u) > absurd / 2 * prescribed &&
-         flesh_team_any(equations->team, is_overstretched(equations, flesh_equations_point(equations, self->u).x));
+         is_overstretched(equations, flesh_equations_point(equations, self->u).x) &&
+         !flesh_equations_load_norm(equations, self->u, &load) && load > absurd * self->first_load;
 }
 
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees

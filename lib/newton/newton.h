@@ -66,6 +66,7 @@ typedef struct flesh_newton {
   int still;                      /* the last step was cut, and would have moved nothing by a digit if it had not */
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
   int arrived;                    /* the last step was so short that no other one is needed */
+  double first_load;              /* N, norm of the loads where the stage began; NaN: not known */
   int ran_away;                   /* loads that grow with the shape stretched an equilibrium without bound */
   flesh_stop stop;
   double given_target;            /* N; of the residual, 0: what the options make of it */

@@ -302,6 +302,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   if (!status) status = evaluate(newton, u, &self->first);
   double load = 0;
   if (!status) status = flesh_equations_load_norm(equations, u, &load);
+  newton->first_load = load;
   if (equations->fatal) status = equations->fatal;
   self->status = status;
   self->begun = !status;

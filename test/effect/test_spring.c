@@ -274,8 +274,34 @@ static void bad_arguments_are_sentences(void)
   test_body_destroy(&b);
 }
 
+/* Springs stiffer than the block carry it forty lengths away in one equilibrium, which no first iterate's stretch hinders. */
+static void springs_carry_a_free_block_far(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  const flesh_solver_options options = test_options(1e-6);
+  const double corners[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1}};
+  make_cube(3, 1, &b);
+  CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  for (int k = 0; k < 4; k++) {
+    flesh_keyframe key = {.translation = {corners[k][0] + 40, corners[k][1], corners[k][2]}};
+    const flesh_motion target = {.count = 1, .keyframes = &key};
+    CHECK_OK(flesh_effect_spring(&b.body, corners[k], 1e9, &target, -INFINITY, INFINITY, &effect));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  }
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+  for (int d = 0; d < b.n; d++) CHECK_NEAR(b.state.x[d], flesh_mesh_positions(b.mesh)[d] + (d % 3 ? 0 : 40), 1e-6);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(spring_pulls_at_its_point), TEST(the_point_follows_curved_edges), TEST(motions), TEST(rotations_go_evenly),
-                   TEST(bad_arguments_are_sentences));
+                   TEST(bad_arguments_are_sentences), TEST(springs_carry_a_free_block_far));
 }
