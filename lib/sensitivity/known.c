@@ -156,7 +156,7 @@ void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *p
   double *const bases[] = {room, room + n, room + 2 * n}, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
   find_lagged(self, part, map, solve, x_lag, v_lag, bases[2]);
   find_bases(self, part, map, solve, bases, stage);
-  stage->x_lag = x_lag;
+  stage->x_lag = recorded->x_lag ? x_lag : NULL; /* x0, then, at the same time */
   stage->v_lag = recorded->v_lag ? v_lag : NULL;
   stage->x_from = NULL;
   stage->multipliers = part->solves[solve].multipliers;

@@ -101,15 +101,18 @@ static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int
   const flesh_shift *shift = &p->stage.shift;
   double *bar = p->stages[at], *kx = p->lag, *const bases[3] = {kx, p->c, p->m};
   const double *pressed = self->tangent.pressed;
+  int d = 0;
+  while (d < self->n && bar[d] == 0) d++;
+  if (d == self->n) return FLESH_OK; /* as before an equilibrium that knows nothing of the solves before it */
   int status = flesh_pass_linearise(p, part, solve);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = multiply(p);
-  for (int d = 0; d < self->n; d++) bar[d] -= pressed[d];
+  for (d = 0; d < self->n; d++) bar[d] -= pressed[d];
   const int within = shift->x != 1; /* the step: then multipliers hold constraints at its end */
   if (!status) status = add_parameters(p, within ? NULL : bar);
   if (!status && within && self->tangent.multipliers) status = give_constrained(p, part->taken.end, bar, NULL);
   if (status) return status;
-  for (int d = 0; d < self->n; d++) {
+  for (d = 0; d < self->n; d++) {
     kx[d] = (shift->v * p->c[d] + shift->a * p->m[d] - bar[d]) / shift->x - pressed[d];
     p->c[d] = -p->c[d];
     p->m[d] = -p->m[d];

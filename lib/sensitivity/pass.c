@@ -45,6 +45,15 @@ int flesh_pass_force(flesh_motion_pass *p, int k)
   return flesh_stage_tangent_force(&p->self->tangent, &p->parameters[k], *same ? same + 1 : NULL, p->force, p->moves);
 }
 
+/* Whether an equilibrium is its own lagged state, as repeated solves have found: its derivative is that of all forces, of which
+ * solves that found the state at once know a part. */
+static int is_settled(const flesh_motion_pass *p, const flesh_recorded_solve *solve)
+{
+  int d = 0;
+  while (d < p->self->n && solve->u[d] == 0) d++;
+  return !solve->stage.x_lag && d == p->self->n;
+}
+
 int flesh_pass_linearise(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory_stage(p->self, part, &p->map, solve, p->base, &p->stage);
@@ -53,6 +62,7 @@ int flesh_pass_linearise(flesh_motion_pass *p, const flesh_recorded_part *part, 
   environment->past = p->stage.shift.v == 0 ? part->taken.h : 0;
   p->self->tangent.prescribed = part->taken.second && part->taken.own ? &p->self->prescribed : NULL;
   p->follows = p->stage.frozen_at_solution ? 1u << FLESH_FROZEN_X | 1u << FLESH_FROZEN_V : 0;
+  if (is_settled(p, &part->solves[solve])) p->follows |= 1u << FLESH_LAGGED_X;
   const double *u = part->solves[solve].u, *at_end = p->self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1];
   for (int d = 0; d < p->self->n && p->stage.shift.x != 1; d++) /* such a stage is the only one of its step */
     p->self->tangent.end[d] = p->self->prescribed.fixed[d] ? at_end[d] : p->stage.x0[d] + u[d];
