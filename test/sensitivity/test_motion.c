@@ -329,7 +329,7 @@ static void no_difference_crosses_a_kink(void)
     const double Q = quantity(&m, by);
     if (k >= 0) expected += gradient_weights[k] * Q / step;
     else CHECK_OK(flesh_trajectory_gradient(m.trajectory, &(flesh_motion_quantity){by, by + m.n, FLESH_AT_END}, 0,
-                                            (flesh_parameter[1]){{0}}, by, start));
+                                            (flesh_parameter[1]){{.difference = 0}}, by, start));
     for (int d = 0; d < m.n && k < 0; d++) along += start[d] * cos(d) * flesh_mesh_positions(flesh_scene_mesh(m.scene))[d];
     free(by);
     end(&m);
