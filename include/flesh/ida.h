@@ -84,7 +84,8 @@ FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNConte
 /* Starts from the state: constrained dofs take their prescribed places and velocities (a jump of
  * theirs moves the free dofs by M_ff du_f = -M_fc du_c, the limit of a short step; nothing with
  * lumped mass), y = (x, v) and y' = (v, a) with M a = -r(t, x, v, 0). FLESH_UNDEFINED or
- * FLESH_NONFINITE where r has no value. Further errors: FLESH_ERR_ARGUMENT. */
+ * FLESH_NONFINITE where r has no value. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_NONFINITE
+ * (the state, with its node). */
 FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *state, N_Vector y,
                               N_Vector yp);
 

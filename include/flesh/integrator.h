@@ -152,7 +152,8 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the step instead (flesh_solve_stats: impact_steps). Backward Euler extrapolates its last steps for
  * the first iterates of a slow motion; another integrator that continues from a state therefore
  * agrees to the solver's tolerance, not in every bit. On failure (FLESH_ERR_SOLVE) the state is that of
- * the last success, t included. */
+ * the last success, t included. FLESH_ERR_NONFINITE, with the node, for another state than the one returned last that is
+ * not finite. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 

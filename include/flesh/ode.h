@@ -90,7 +90,7 @@ FLESH_API int flesh_ode_vector_create(const flesh_ode_problem *problem, SUNConte
 
 /* Starts from the state: y = (x, v), where constrained dofs take their prescribed places and
  * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value.
- * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_NONFINITE. */
 FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *state, N_Vector y);
 
 /* Time of the next event, up to which the start is valid; INFINITY if there is none. */

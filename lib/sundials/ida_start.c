@@ -76,6 +76,8 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!isfinite(t)) return flesh_fail(FLESH_ERR_ARGUMENT, "the state's t is %g s; it must be finite", t);
   double *x = flesh_ida_open(self, y_vector, 0), *xp = x ? flesh_ida_open(self, yp_vector, 1) : NULL;
   if (!xp) return FLESH_ERR_ARGUMENT;
+  int status = flesh_evaluation_check_state(e, state);
+  if (status) return status;
   double *v = x + n, *a = xp + n;
   self->accepted.limits = held->started = 0;
   held->begin = t;
@@ -93,7 +95,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   memset(a, 0, bytes);
   flesh_point point = flesh_point_at(t, x, v, a);
   point.environment = &e->environment;
-  int status = assemble_mass(self, &point);
+  status = assemble_mass(self, &point);
   if (status) return status;
   memcpy(J->K->values, J->D->values, (size_t)J->K->row_start[J->K->rows] * 9 * sizeof(double));
   double mass = 0;

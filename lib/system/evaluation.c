@@ -37,6 +37,19 @@ int flesh_evaluation_worst_node(const flesh_evaluation *self, int parts, const d
   return (int)flesh_team_argmax(self->team, &most, self->team ? self->team->numbers[worst] : worst);
 }
 
+int flesh_evaluation_check_state(const flesh_evaluation *self, const flesh_state *state)
+{
+  int d = 0;
+  while (d < self->own && isfinite(state->x[d]) && isfinite(state->v[d])) d++;
+  if (d == self->own) return flesh_team_agree(self->team, FLESH_OK);
+  const int node = d / 3, in_x = !isfinite(state->x[d]);
+  const double *u = (in_x ? state->x : state->v) + 3 * (size_t)node;
+  const int status = flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite: node %d has %s = (%g, %g, %g) %s",
+                                state->t, self->team ? self->team->numbers[node] : node, in_x ? "x" : "v", u[0], u[1], u[2],
+                                in_x ? "m" : "m/s");
+  return flesh_team_agree(self->team, status);
+}
+
 /* Doubles of a state. */
 static size_t room_of(const flesh_evaluation *self)
 {

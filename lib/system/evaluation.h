@@ -64,6 +64,8 @@ int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, 
 /* The body's number of the node with the largest |y| over `scale` (NULL: 1) in y [parts*n], of several ranks' the last.
  * Collective. */
 int flesh_evaluation_worst_node(const flesh_evaluation *evaluation, int parts, const double *y, const double *scale);
+/* FLESH_ERR_NONFINITE, with the first node whose x or v is not finite. Collective. */
+int flesh_evaluation_check_state(const flesh_evaluation *evaluation, const flesh_state *state);
 /* Makes room for the state that a run gives back. FLESH_ERR_MEMORY. */
 int flesh_evaluation_keep_state(flesh_evaluation *evaluation);
 /* Makes room for what is known at the places of a stage. The evaluation must not move afterwards. FLESH_ERR_MEMORY. */

@@ -396,9 +396,12 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
                       h, state->t, state->t + h);
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
   if (!status) status = flesh_internals_view(&self->internals, &view);
+  if (status) return status;
+  const int moved = !flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h));
+  if (moved) status = flesh_evaluation_check_state(self->evaluation, &view);
   if (!status) status = flesh_integrator_begin(self, state);
   if (status) return status;
-  if (!flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h))) {
+  if (moved) {
     if (self->tape && (status = self->tape->moved(self->tape->data))) return status;
     flesh_evaluation_changed(self->evaluation);
     /* A failure is told by the place evaluated last, also where none has been yet. */

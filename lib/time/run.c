@@ -148,13 +148,6 @@ static int ask(const watch *w)
   return flesh_ask_together(w->team, options->stop, options->stop_data);
 }
 
-static int is_finite(const watch *w, const flesh_state *state)
-{
-  double sum = 0; /* one overflow, infinity or NaN stays in it */
-  for (int d = 0; d < flesh_system_unknowns(w->system); d++) sum += 0 * state->x[d] + 0 * state->v[d];
-  return flesh_team_total(w->team, sum) == 0;
-}
-
 /* Names the cause where a step failed because a prescribed node would have to enter an obstacle. Free nodes are pushed out
  * first, so that they are no cause. */
 static int explain(watch *w, const flesh_integrator *integrator, const flesh_state *state, double target, int status)
@@ -198,8 +191,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
     if (status) break;
     state->t = target;
     *steps = step;
-    if (!is_finite(w, state))
-      return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
+    if ((status = flesh_evaluation_check_state(integrator->evaluation, state))) return status;
     int stop = done ? FLESH_OK : ask(w);
     status = call_observers(w, integrator, step, done || stop, h, state, &stats);
     if (!status) status = stop;
@@ -246,6 +238,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (integrator->evaluation->system != system)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
   int status = check_steps(options, from.step, from.begin, state);
+  if (!status) status = flesh_evaluation_check_state(integrator->evaluation, state);
   if (status) return status;
   *steps = from.step;
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),

@@ -62,6 +62,15 @@ static void states_have_arrays(void)
     refused(flesh_ida_start(ida, &b.state, y, yp), "it must be finite");
     refused(flesh_ode_start(ode, &b.state, y), "it must be finite");
   }
+  b.state.t = 0;
+  for (int k = 0; k < 2; k++) {
+    double *number = &(k ? b.state.v : b.state.x)[4], kept = *number;
+    *number = k ? NAN : INFINITY;
+    CHECK(flesh_ida_start(ida, &b.state, y, yp) == FLESH_ERR_NONFINITE);
+    CHECK_TEXT(flesh_error_text(), k ? "node 1 has v = (0, nan, 0) m/s" : "node 1 has x = (");
+    CHECK(flesh_ode_start(ode, &b.state, y) == FLESH_ERR_NONFINITE);
+    *number = kept;
+  }
   N_VDestroy(y);
   N_VDestroy(yp);
   flesh_sensitivity_destroy(&sensitivity);

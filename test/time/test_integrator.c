@@ -135,17 +135,22 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
 
 static void non_finite_states_are_reported(void)
 {
+  const flesh_run_options run = {.h = 0.01, .end = 0.01};
   test_body b;
   flesh_solver_options options = test_options(1e-6);
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
   CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
-  b.state.v[50] = NAN;
-  CHECK(flesh_integrator_step(integrator, &b.state, 0.01, NULL) == FLESH_ERR_NONFINITE);
-  CHECK_TEXT(flesh_error_text(), "not finite");
-  CHECK(b.state.t == 0);
-  b.state.v[50] = 0;
+  for (int k = 0; k < 4; k++) { /* node 0 is clamped */
+    double *number = &(k % 2 ? b.state.v : b.state.x)[k < 2 ? 50 : 0];
+    const double kept = *number;
+    *number = k % 2 ? NAN : INFINITY;
+    CHECK(flesh_integrator_step(integrator, &b.state, 0.01, NULL) == FLESH_ERR_NONFINITE);
+    CHECK_TEXT(flesh_error_text(), k < 2 ? "the state at t = 0 s is not finite: node 16 has" : "node 0 has");
+    CHECK(flesh_run(b.system, integrator, &run, &b.state, NULL) == FLESH_ERR_NONFINITE && b.state.t == 0);
+    *number = kept;
+  }
   /* And what was tried leaves no trace. */
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
   CHECK(test_all_finite(b.n, b.state.x));
