@@ -176,7 +176,11 @@ void flesh_weld_breaks_tell(const flesh_weld_breaks *self, const double *interna
   *text = 0;
   if (!is_broken(self, internal)) return;
   for (int k = 0; k < self->count; k++) area += internal[k] != 0 ? self->parts[k].area : 0;
+  const double toughness = area * self->limit * self->limit / (2 * self->stiffness), ratio = of_all[RELEASED] / toughness;
+  char late[100] = "";
+  if (ratio > 2)
+    snprintf(late, sizeof late, ", %.3g times the toughness of that area: shorter steps or a finer mesh release less", ratio);
   snprintf(text, size, "%.3g %% of %.4g m^2 broke, first at t = %.6g s at (%.4g, %.4g, %.4g) of the rest shape; %.4g J "
-           "were released", 100 * area / self->area, self->area, of_all[FIRST_T], place[0], place[1], place[2],
-           of_all[RELEASED]);
+           "were released%s", 100 * area / self->area, self->area, of_all[FIRST_T], place[0], place[1], place[2],
+           of_all[RELEASED], late);
 }

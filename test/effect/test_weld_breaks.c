@@ -90,6 +90,25 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_method method, 
   return integrator;
 }
 
+/* A weld that breaks far beyond its limit, as the step is long, says so. */
+static void long_steps_tell_what_they_release_in_excess(void)
+{
+  for (int steps = 1; steps <= 20; steps += 19) {
+    test_body b;
+    char words[300] = "";
+    begin_pull(1, (const int[]){2, 2, 1}, (const int[]){2, 2, 1}, 0.5, 0.13 * young, &b);
+    flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_STATIC, 1e-10);
+    for (int s = 0; s < steps; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / steps, NULL));
+    const flesh_effect *weld = flesh_system_effect(b.system, 1);
+    weld->operations->internal->tell(weld, b.state.internal, sizeof words, words);
+    printf("# in %d: %s\n", steps, words);
+    CHECK_TEXT(words, "100 % of 1 m^2 broke");
+    CHECK((strstr(words, "times the toughness of that area: shorter steps or a finer mesh release less") != NULL) == (steps == 1));
+    flesh_integrator_destroy(&integrator);
+    end(&b);
+  }
+}
+
 /* A twin that holds has the force at which the weld must break: in the first increment that ends beyond breaks_at times
  * the area it breaks all at once, and not before, however the meshes meet. */
 static void two_bars_break_at_the_force(void)
@@ -569,7 +588,8 @@ static void adaptive_methods_refuse_it(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(tension_and_shear_count_together),
+  return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(long_steps_tell_what_they_release_in_excess),
+                   TEST(tension_and_shear_count_together),
                    TEST(broken_welds_keep_momenta_and_books),
                    TEST(errors_choose_steps_of_a_weld_that_breaks), TEST(errors_see_when_a_weld_breaks),
                    TEST(gaps_do_not_shorten_steps_where_a_weld_breaks), TEST(halved_steps_break_the_same),
