@@ -82,7 +82,7 @@ int main(void)
 
   /* 3. CVODE. Above order 2, BDF is not A-stable. */
   TRY(flesh_ode_start(problem, &b.state, y));
-  flesh_ode_tolerances(problem, tolerance, atol);
+  TRY(flesh_ode_tolerances(problem, tolerance, atol));
   void *cvode = CVodeCreate(CV_BDF, context);
   SUNMatrix J;
   SUNLinearSolver solver;

@@ -60,7 +60,7 @@ int main(void)
   /* 4. IDA, started consistently. */
   void *ida = IDACreate(context);
   TRY(flesh_ida_start(mine.problem, &b.state, y, yp));
-  flesh_ida_tolerances(mine.problem, 1e-6, atol);
+  TRY(flesh_ida_tolerances(mine.problem, 1e-6, atol));
   TRY(IDAInit(ida, counted_residual, 0, y, yp));
   TRY(IDASetUserData(ida, &mine));
   TRY(IDASVtolerances(ida, 0, atol));
@@ -78,7 +78,7 @@ int main(void)
       if (flesh_ida_event(mine.problem) < INFINITY) TRY(IDASetStopTime(ida, flesh_ida_event(mine.problem)));
       int flag = IDASolve(ida, out, &t, y, yp, IDA_NORMAL);
       TRY(flag < 0);
-      flesh_ida_get_state(mine.problem, t, y, &b.state);
+      TRY(flesh_ida_get_state(mine.problem, t, y, &b.state));
       if (flag == IDA_TSTOP_RETURN) {
         TRY(flesh_ida_start(mine.problem, &b.state, y, yp));
         TRY(IDAReInit(ida, t, y, yp));

@@ -38,7 +38,7 @@ static void swing(const bar_ranks *b, SUNContext context, const char *way, int w
 
   /* 3. A consistent start, and what is to be tolerated of lengths and velocities. */
   TRY(flesh_ida_start(problem, &state, y, yp));
-  flesh_ida_tolerances(problem, 1e-6, atol);
+  TRY(flesh_ida_tolerances(problem, 1e-6, atol));
 
   /* 4. IDA with flesh's callbacks. */
   void *ida = IDACreate(context);
@@ -66,7 +66,7 @@ static void swing(const bar_ranks *b, SUNContext context, const char *way, int w
     char when[80];
     double t;
     TRY(IDASolve(ida, 0.25 * k, &t, y, yp, IDA_NORMAL) < 0);
-    flesh_ida_get_state(problem, t, y, &state);
+    TRY(flesh_ida_get_state(problem, t, y, &state));
     snprintf(when, sizeof when, "%s, t = %.2f s:", way, t);
     bar_ranks_print_tip(b, when, state.x);
   }

@@ -225,7 +225,7 @@ int main(void)
   /* 5. A consistent start: relaxed, at rest, unstretched. */
   m.activation = 0;
   TRY(flesh_ida_start(c.body, &b.state, c.y, c.yp));
-  flesh_ida_tolerances(c.body, 1e-6, c.r);
+  TRY(flesh_ida_tolerances(c.body, 1e-6, c.r));
   N_VGetArrayPointer(y)[2 * n] = N_VGetArrayPointer(yp)[2 * n] = 0;
   N_VGetArrayPointer(atol)[2 * n] = 1e-6;
 

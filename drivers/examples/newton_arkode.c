@@ -32,7 +32,7 @@ static long swing(const bar *b, SUNContext context, long others)
   TRY(flesh_ode_problem_create(b->system, &options, &problem));
   N_Vector y = N_VNew_Serial(6 * (sunindextype)b->nodes, context), atol = N_VClone(y);
   TRY(flesh_ode_start(problem, &b->state, y));
-  flesh_ode_tolerances(problem, 1e-5, atol);
+  TRY(flesh_ode_tolerances(problem, 1e-5, atol));
 
   /* 2. ARKODE. */
   void *ark = ARKStepCreate(NULL, flesh_ode_rhs, 0, y, context);

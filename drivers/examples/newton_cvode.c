@@ -37,7 +37,7 @@ int main(void)
   /* 3. CVODE. Above order 2, BDF is not A-stable. */
   N_Vector y = N_VNew_Serial(6 * (sunindextype)b.nodes, context), atol = N_VClone(y);
   TRY(flesh_ode_start(problem, &b.state, y));
-  flesh_ode_tolerances(problem, 1e-6, atol);
+  TRY(flesh_ode_tolerances(problem, 1e-6, atol));
   void *cvode = CVodeCreate(CV_BDF, context);
   TRY(CVodeInit(cvode, flesh_ode_rhs, 0, y) || CVodeSetUserData(cvode, problem));
   TRY(CVodeSVtolerances(cvode, 0, atol) || CVodeSetMaxOrd(cvode, 2) || CVodeSetMaxNumSteps(cvode, 100000));
@@ -51,7 +51,7 @@ int main(void)
       if (flesh_ode_event(problem) < INFINITY) TRY(CVodeSetStopTime(cvode, flesh_ode_event(problem)));
       const int flag = CVode(cvode, out, y, &t, CV_NORMAL);
       TRY(flag < 0);
-      flesh_ode_get_state(problem, t, y, &b.state);
+      TRY(flesh_ode_get_state(problem, t, y, &b.state));
       if (flag == CV_TSTOP_RETURN) TRY(flesh_ode_start(problem, &b.state, y) || CVodeReInit(cvode, t, y));
     }
     printf("t = %.2f s: tip at z = %.3f m\n", out, b.state.x[3 * b.tip + 2]);

@@ -27,7 +27,7 @@ static void throw_cube(const cube *c, SUNContext context, int with_flesh)
   TRY(flesh_ida_vector_create(problem, context, &y));
   N_Vector yp = N_VClone(y), atol = N_VClone(y);
   TRY(flesh_ida_start(problem, &c->state, y, yp));
-  flesh_ida_tolerances(problem, 3e-3, atol);
+  TRY(flesh_ida_tolerances(problem, 3e-3, atol));
 
   /* 3. IDA. */
   void *ida = IDACreate(context);

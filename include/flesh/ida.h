@@ -95,14 +95,15 @@ FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 /* atol = (tolerance L, tolerance V), and for constrained dofs so large that no error test depends on
  * them. L [m] is the body's longest side. V [m/s] is L per period of the body's slowest bending,
  * estimated by Rayleigh's quotient of a bent shape at rest; without elasticity sqrt(L |applied load| /
- * mass), without loads L per second. To be called after each start. Here and in flesh_ida_get_state, a
- * vector of an unsupported kind or length leaves everything as it is. */
-FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
-                                    N_Vector atol);
+ * mass), without loads L per second. To be called after each start. FLESH_ERR_ARGUMENT for a tolerance that is not
+ * positive and finite. */
+FLESH_API int flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
+                                   N_Vector atol);
 
-/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
-FLESH_API void flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,
-                                flesh_state *state);
+/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly.
+ * Errors: FLESH_ERR_ARGUMENT. */
+FLESH_API int flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,
+                                  flesh_state *state);
 
 /* IDAResFn. > 0 where an energy is undefined or a number not finite.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */

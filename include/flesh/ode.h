@@ -96,13 +96,14 @@ FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *sta
 /* Time of the next event, up to which the start is valid; INFINITY if there is none. */
 FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
 
-/* The tolerances of y, as flesh_ida_tolerances has them. */
-FLESH_API void flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
-                                    N_Vector atol);
+/* The tolerances of y, as flesh_ida_tolerances has them. Errors: FLESH_ERR_ARGUMENT. */
+FLESH_API int flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
+                                   N_Vector atol);
 
-/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
-FLESH_API void flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
-                                flesh_state *state);
+/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly.
+ * Errors: FLESH_ERR_ARGUMENT. */
+FLESH_API int flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
+                                  flesh_state *state);
 
 /* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */

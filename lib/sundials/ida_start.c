@@ -116,15 +116,19 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   return status;
 }
 
-void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vector atol_vector)
+int flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vector atol_vector)
 {
+  FLESH_NEED({self, "problem"});
+  if (!(tolerance > 0 && tolerance < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be positive and finite", tolerance);
   double *atol = flesh_ida_open(self, atol_vector, 0);
-  if (!atol) return;
+  if (!atol) return FLESH_ERR_ARGUMENT;
   for (int d = 0; d < self->evaluation.n; d++) {
     atol[d] = self->constraints.fixed[d] ? 1e100 : tolerance * self->scale.length;
     atol[self->evaluation.n + d] = self->constraints.fixed[d] ? 1e100 : tolerance * self->scale.velocity;
   }
   flesh_ida_close(self, atol_vector, atol);
+  return FLESH_OK;
 }
 
 /* Root mean square over the free dofs. */
@@ -164,13 +168,14 @@ double flesh_ida_curvature(flesh_ida_problem *self, double ahead, N_Vector y_vec
   return scaled_norm(self, a, a1);
 }
 
-void flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
+int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
 {
+  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
   const double *y = flesh_ida_read(self, y_vector, 0, 0);
-  if (!y) return;
+  if (!y) return FLESH_ERR_ARGUMENT;
   memmove(state->x, y, (size_t)n * sizeof *y);
   memmove(state->v, y + n, (size_t)n * sizeof *y);
   double before = t >= held->event ? nextafter(held->event, held->begin) : t;
@@ -183,4 +188,5 @@ void flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, f
       state->v[d] = held->v[d];
     }
   state->t = t;
+  return FLESH_OK;
 }

@@ -91,14 +91,16 @@ flesh_solve_stats *flesh_ode_stats(flesh_ode_problem *self) { return &self->moti
 
 double flesh_ode_event(const flesh_ode_problem *self) { return flesh_ida_event(self->motion); }
 
-void flesh_ode_tolerances(const flesh_ode_problem *self, double tolerance, N_Vector atol)
+int flesh_ode_tolerances(const flesh_ode_problem *self, double tolerance, N_Vector atol)
 {
-  flesh_ida_tolerances(self->motion, tolerance, atol);
+  FLESH_NEED({self, "problem"});
+  return flesh_ida_tolerances(self->motion, tolerance, atol);
 }
 
-void flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_state *state)
+int flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_state *state)
 {
-  flesh_ida_get_state(self->motion, t, y, state);
+  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
+  return flesh_ida_get_state(self->motion, t, y, state);
 }
 
 int flesh_ode_vector_create(const flesh_ode_problem *self, SUNContext context, N_Vector *y)

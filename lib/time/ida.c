@@ -178,7 +178,7 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
   }
   if (status) return status;
   double curvature = flesh_ida_curvature(self->problem, ahead, self->y, self->yp);
-  flesh_ida_tolerances(self->problem, local, self->atol);
+  if ((status = flesh_ida_tolerances(self->problem, local, self->atol))) return status;
   if (IDAReInit(self->ida, state->t, self->y, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
   const double event = flesh_ida_event(self->problem);

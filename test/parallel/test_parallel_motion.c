@@ -144,7 +144,7 @@ static double ask_ida(const side *s, N_Vector results[IDA_PRODUCTS])
   N_Vector y = results[IDA_Y], yp = results[IDA_YP], x = N_VClone(y);
   CHECK_OK(flesh_ida_start(problem, &s->body.state, y, yp));
   const double curvature = flesh_ida_curvature(problem, 1, y, yp);
-  flesh_ida_tolerances(problem, 1e-3, results[IDA_ATOL]);
+  CHECK_OK(flesh_ida_tolerances(problem, 1e-3, results[IDA_ATOL]));
   fill(s, 0.02, x);
   N_VLinearSum(1, x, 1, y, y);
   CHECK_OK(flesh_ida_residual(0.01, y, yp, results[IDA_RESIDUAL], problem));
@@ -254,7 +254,7 @@ static long run_ida(const side *s, int gmres, flesh_ida_problem *problem, flesh_
   SUNLinearSolver solver = NULL;
   void *ida = IDACreate(s->context);
   CHECK_OK(flesh_ida_start(problem, state, y, yp));
-  flesh_ida_tolerances(problem, tolerance, atol);
+  CHECK_OK(flesh_ida_tolerances(problem, tolerance, atol));
   CHECK(!IDAInit(ida, flesh_ida_residual, t, y, yp) && !IDASVtolerances(ida, 0, atol) && !IDASetUserData(ida, problem));
   CHECK(!IDASetMaxOrd(ida, 2) && !IDASetMaxNumSteps(ida, 100000));
   if (gmres) solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 30, s->context);
@@ -270,7 +270,7 @@ static long run_ida(const side *s, int gmres, flesh_ida_problem *problem, flesh_
   CHECK(!IDASetStopTime(ida, fmin(end, flesh_ida_event(problem))));
   CHECK(IDASolve(ida, end, &t, y, yp, IDA_NORMAL) >= 0);
   IDAGetNumSteps(ida, &steps);
-  flesh_ida_get_state(problem, t, y, state);
+  CHECK_OK(flesh_ida_get_state(problem, t, y, state));
   IDAFree(&ida);
   SUNLinSolFree(solver);
   if (A) SUNMatDestroy(A);
@@ -337,7 +337,7 @@ static long run_ode(const side *s, way how, flesh_ode_problem *problem, flesh_st
   SUNMatrix A = NULL;
   SUNLinearSolver solver = NULL;
   CHECK_OK(flesh_ode_start(problem, state, y));
-  flesh_ode_tolerances(problem, tolerance, atol);
+  CHECK_OK(flesh_ode_tolerances(problem, tolerance, atol));
   if (gmres) solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 30, s->context);
   if (how == CVODE || how == ARK_IMPLICIT) {
     CHECK_OK(flesh_ode_sunmatrix_create(problem, s->context, &A));
@@ -347,7 +347,7 @@ static long run_ode(const side *s, way how, flesh_ode_problem *problem, flesh_st
   const long steps = how == ARK_IMPLICIT   ? run_implicit(problem, stop, y, atol, A, solver, s->context, &t)
                      : how == ARK_EXPLICIT ? run_explicit(problem, stop, y, atol, s->context, &t)
                                            : run_cvode(gmres, problem, stop, y, atol, A, solver, s->context, &t);
-  flesh_ode_get_state(problem, t, y, state);
+  CHECK_OK(flesh_ode_get_state(problem, t, y, state));
   if (solver) SUNLinSolFree(solver);
   if (A) SUNMatDestroy(A);
   N_VDestroy(y);

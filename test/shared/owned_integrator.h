@@ -214,8 +214,8 @@ static inline int owned_run(owned_integrator *o, const flesh_system *system, dou
   while (flag >= 0 && state->t < end) {
     if (o->ida) CHECK_OK(flesh_ida_start(o->ida, state, y, yp));
     else CHECK_OK(flesh_ode_start(o->ode, state, y));
-    if (o->ida) flesh_ida_tolerances(o->ida, o->tolerance, atol);
-    else flesh_ode_tolerances(o->ode, o->tolerance, atol);
+    if (o->ida) CHECK_OK(flesh_ida_tolerances(o->ida, o->tolerance, atol));
+    else CHECK_OK(flesh_ode_tolerances(o->ode, o->tolerance, atol));
     const double stop = fmin(end, o->ida ? flesh_ida_event(o->ida) : flesh_ode_event(o->ode));
     double t = state->t;
     owned_start(o, t, y, yp, atol, stop);
@@ -226,8 +226,8 @@ static inline int owned_run(owned_integrator *o, const flesh_system *system, dou
       if (o->look && flag >= 0) o->look(o->data, t, y);
     }
     owned_count(o);
-    if (o->ida) flesh_ida_get_state(o->ida, t, y, state);
-    else flesh_ode_get_state(o->ode, t, y, state);
+    if (o->ida) CHECK_OK(flesh_ida_get_state(o->ida, t, y, state));
+    else CHECK_OK(flesh_ode_get_state(o->ode, t, y, state));
   }
   N_VDestroy(y);
   N_VDestroy(yp);

@@ -83,7 +83,7 @@ static long run_owned(owned *o, double tolerance, int order, double end, flesh_s
   for (int begun = 0; state->t < end; begun = 1) {
     double t = state->t;
     CHECK_OK(flesh_ida_start(o->problem, state, o->y, o->yp));
-    flesh_ida_tolerances(o->problem, tolerance, o->atol);
+    CHECK_OK(flesh_ida_tolerances(o->problem, tolerance, o->atol));
     if (!begun) {
       CHECK(!IDAInit(o->ida, flesh_ida_residual, state->t, o->y, o->yp));
       CHECK(!IDASetUserData(o->ida, o->problem) && !IDASetMaxOrd(o->ida, order));
@@ -98,7 +98,7 @@ static long run_owned(owned *o, double tolerance, int order, double end, flesh_s
     int flag = IDASolve(o->ida, end, &t, o->y, o->yp, IDA_NORMAL);
     CHECK(flag == IDA_SUCCESS || flag == IDA_TSTOP_RETURN);
     if (flag < 0) break;
-    flesh_ida_get_state(o->problem, t, o->y, state);
+    CHECK_OK(flesh_ida_get_state(o->problem, t, o->y, state));
     long more = 0;
     IDAGetNumSteps(o->ida, &more);
     steps += more;

@@ -2,6 +2,8 @@
 /* test_members.c: states without positions or velocities, stages without a base or with numbers that are none, observers
  * without a function, pairs without an array, materials that nothing made, and overrides that are NULL are refused before
  * anything is read of them. */
+#include <nvector/nvector_serial.h>
+
 #include "body.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
@@ -62,15 +64,6 @@ static void states_have_arrays(void)
     refused(flesh_ida_start(ida, &b.state, y, yp), "it must be finite");
     refused(flesh_ode_start(ode, &b.state, y), "it must be finite");
   }
-  b.state.t = 0;
-  for (int k = 0; k < 2; k++) {
-    double *number = &(k ? b.state.v : b.state.x)[4], kept = *number;
-    *number = k ? NAN : INFINITY;
-    CHECK(flesh_ida_start(ida, &b.state, y, yp) == FLESH_ERR_NONFINITE);
-    CHECK_TEXT(flesh_error_text(), k ? "node 1 has v = (0, nan, 0) m/s" : "node 1 has x = (");
-    CHECK(flesh_ode_start(ode, &b.state, y) == FLESH_ERR_NONFINITE);
-    *number = kept;
-  }
   N_VDestroy(y);
   N_VDestroy(yp);
   flesh_sensitivity_destroy(&sensitivity);
@@ -79,6 +72,50 @@ static void states_have_arrays(void)
   flesh_integrator_destroy(&integrator);
   SUNContext_Free(&context);
   test_body_destroy(&b);
+}
+
+/* The numbers that equations of motion begin with. */
+static void starts_are_finite_and_tolerances_positive(void)
+{
+  test_body b;
+  SUNContext context;
+  flesh_ida_problem *ida;
+  flesh_ode_problem *ode;
+  const flesh_solver_options options = test_options(1e-6);
+  const double tolerances[] = {0, -1e-3, NAN, INFINITY};
+  make_cube(&b);
+  CHECK(!flesh_suncontext_create(&context));
+  CHECK_OK(flesh_ida_problem_create(b.system, &options, &ida));
+  CHECK_OK(flesh_ode_problem_create(b.system, &options, &ode));
+  N_Vector y, other = N_VNew_Serial(b.n, context), vectors[] = {NULL, other};
+  CHECK_OK(flesh_ida_vector_create(ida, context, &y));
+  N_Vector yp = N_VClone(y);
+  for (int k = 0; k < 2; k++) {
+    double *number = &(k ? b.state.v : b.state.x)[4], kept = *number;
+    *number = k ? NAN : INFINITY;
+    CHECK(flesh_ida_start(ida, &b.state, y, yp) == FLESH_ERR_NONFINITE);
+    CHECK_TEXT(flesh_error_text(), k ? "node 1 has v = (0, nan, 0) m/s" : "node 1 has x = (");
+    CHECK(flesh_ode_start(ode, &b.state, y) == FLESH_ERR_NONFINITE);
+    *number = kept;
+  }
+  for (int k = 0; k < 4; k++) {
+    refused(flesh_ida_tolerances(ida, tolerances[k], y), "it must be positive and finite");
+    refused(flesh_ode_tolerances(ode, tolerances[k], y), "it must be positive and finite");
+  }
+  for (int k = 0; k < 2; k++) {
+    const char *kind = k ? "the N_Vector has length 24; it must have 48" : "the N_Vector is NULL";
+    refused(flesh_ida_tolerances(ida, 1e-3, vectors[k]), kind);
+    refused(flesh_ode_tolerances(ode, 1e-3, vectors[k]), kind);
+    refused(flesh_ida_get_state(ida, 0, vectors[k], &b.state), kind);
+    refused(flesh_ode_get_state(ode, 0, vectors[k], &b.state), kind);
+  }
+  N_VDestroy(other);
+  N_VDestroy(y);
+  N_VDestroy(yp);
+  flesh_ode_problem_destroy(&ode);
+  flesh_ida_problem_destroy(&ida);
+  test_body_destroy(&b);
+  CHECK(!SUNContext_Free(&context));
 }
 
 static void stages_have_a_base_and_numbers(void)
@@ -130,6 +167,7 @@ static void overrides_are_texts(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(stages_have_a_base_and_numbers), TEST(numbers_have_a_meaning),
+  return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(starts_are_finite_and_tolerances_positive),
+                   TEST(stages_have_a_base_and_numbers), TEST(numbers_have_a_meaning),
                    TEST(overrides_are_texts));
 }

@@ -272,7 +272,7 @@ static costs run_cvode(owned *o, int way, double tolerance, double end, flesh_st
     double t = state->t;
     costs more = {0};
     CHECK_OK(flesh_ode_start(o->problem, state, o->y));
-    flesh_ode_tolerances(o->problem, tolerance, atol);
+    CHECK_OK(flesh_ode_tolerances(o->problem, tolerance, atol));
     if (!begun) {
       CHECK(!CVodeInit(cvode, flesh_ode_rhs, state->t, o->y));
       CHECK(!CVodeSetUserData(cvode, &mine) && !CVodeSetMaxNumSteps(cvode, 100000));
@@ -285,7 +285,7 @@ static costs run_cvode(owned *o, int way, double tolerance, double end, flesh_st
     int flag = CVode(cvode, end, o->y, &t, CV_NORMAL);
     CHECK(flag == CV_SUCCESS || flag == CV_TSTOP_RETURN);
     if (flag < 0) break;
-    flesh_ode_get_state(o->problem, t, o->y, state);
+    CHECK_OK(flesh_ode_get_state(o->problem, t, o->y, state));
     CVodeGetNumSteps(cvode, &more.steps);
     CVodeGetNumLinSolvSetups(cvode, &more.setups);
     CVodeGetNumJacEvals(cvode, &more.jacobians);
@@ -371,7 +371,7 @@ static double fall_by_arkode(const test_body *b, double end, double tolerance, S
   CHECK_OK(flesh_ode_problem_create(b->system, &options, &problem));
   N_Vector y = N_VNew_Serial(2 * b->n, context), atol = N_VClone(y);
   CHECK_OK(flesh_ode_start(problem, &b->state, y));
-  flesh_ode_tolerances(problem, tolerance, atol);
+  CHECK_OK(flesh_ode_tolerances(problem, tolerance, atol));
   CHECK_OK(flesh_ode_sunmatrix_create(problem, context, &J));
   CHECK_OK(flesh_ode_sunlinsol_create(problem, context, &solver));
   void *ark = ARKStepCreate(NULL, flesh_ode_rhs, 0, y, context);

@@ -269,7 +269,7 @@ static void ida_by_gmres(void)
     double t;
     long iterations = 0;
     CHECK_OK(flesh_ida_start(o.ida, &o.b.state, o.at, o.rate));
-    flesh_ida_tolerances(o.ida, 1e-7, atol);
+    CHECK_OK(flesh_ida_tolerances(o.ida, 1e-7, atol));
     CHECK(!IDAInit(ida, flesh_ida_residual, 0, o.at, o.rate) && !IDASetUserData(ida, o.ida));
     CHECK(!IDASVtolerances(ida, 0, atol) && !IDASetMaxOrd(ida, 2) && !IDASetMaxNumSteps(ida, 100000));
     CHECK(!IDASetLinearSolver(ida, S, gmres ? NULL : o.A));
@@ -281,7 +281,7 @@ static void ida_by_gmres(void)
     }
     CHECK(IDASolve(ida, end, &t, o.at, o.rate, IDA_NORMAL) == IDA_SUCCESS);
     ends[gmres] = state_copy(o.b.n, &o.b.state);
-    flesh_ida_get_state(o.ida, t, o.at, &ends[gmres]);
+    CHECK_OK(flesh_ida_get_state(o.ida, t, o.at, &ends[gmres]));
     IDAGetNumLinIters(ida, &iterations);
     CHECK(!gmres || iterations > 0);
     if (gmres) {

@@ -40,7 +40,7 @@
  * flesh_effect_obstacle_contact obstacle, flesh_effect_obstacle_contact effect,
  * flesh_effect_surface_contact body, flesh_effect_surface_contact options, flesh_effect_surface_contact effect,
  * flesh_effect_create operations, flesh_effect_create mesh, flesh_effect_create effect, flesh_ida_start y,
- * flesh_ida_start yp, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
+ * flesh_ida_start yp, flesh_ida_tolerances atol, flesh_ida_get_state y, flesh_ode_tolerances atol, flesh_ode_get_state y, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
  * yp, flesh_ida_jacobian J, flesh_ida_jacobian problem, flesh_ida_preconditioner_setup y,
  * flesh_ida_preconditioner_setup yp, flesh_ida_preconditioner_setup problem, flesh_ida_preconditioner_solve right,
  * flesh_ida_preconditioner_solve z, flesh_ida_preconditioner_solve problem, flesh_ida_jacobian_times v,
@@ -176,13 +176,13 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ida_vector_create, problem, (NULL, any, any));
   REFUSES(flesh_ida_vector_create, context, (any, NULL, any)), REFUSES(flesh_ida_vector_create, y, (any, any, NULL));
   REFUSES(flesh_ida_start, problem, (NULL, any, any, any)), REFUSES(flesh_ida_start, state, (any, NULL, any, any));
+  REFUSES(flesh_ida_tolerances, problem, (NULL, 1, any)), REFUSES(flesh_ode_tolerances, problem, (NULL, 1, any));
+  REFUSES(flesh_ida_get_state, problem, (NULL, 0, any, any)), REFUSES(flesh_ida_get_state, state, (any, 0, any, NULL));
+  REFUSES(flesh_ode_get_state, problem, (NULL, 0, any, any)), REFUSES(flesh_ode_get_state, state, (any, 0, any, NULL));
   REFUSES(flesh_ida_sunmatrix_create, problem, (NULL, any, any));
-  REFUSES(flesh_ida_sunmatrix_create, context, (any, NULL, any));
-  REFUSES(flesh_ida_sunmatrix_create, matrix, (any, any, NULL));
-  REFUSES(flesh_ida_sunlinsol_create, problem, (NULL, any, any));
-  REFUSES(flesh_ida_sunlinsol_create, context, (any, NULL, any));
-  REFUSES(flesh_ida_sunlinsol_create, solver, (any, any, NULL));
-  REFUSES(flesh_ida_sunnonlinsol_create, problem, (NULL, any, any));
+  REFUSES(flesh_ida_sunmatrix_create, context, (any, NULL, any)), REFUSES(flesh_ida_sunmatrix_create, matrix, (any, any, NULL));
+  REFUSES(flesh_ida_sunlinsol_create, problem, (NULL, any, any)), REFUSES(flesh_ida_sunlinsol_create, context, (any, NULL, any));
+  REFUSES(flesh_ida_sunlinsol_create, solver, (any, any, NULL)), REFUSES(flesh_ida_sunnonlinsol_create, problem, (NULL, any, any));
   REFUSES(flesh_ida_sunnonlinsol_create, context, (any, NULL, any));
   REFUSES(flesh_ida_sunnonlinsol_create, solver, (any, any, NULL));
   REFUSES(flesh_arkode_sunnonlinsol_create, problem, (NULL, ARK, any, any));

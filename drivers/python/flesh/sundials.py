@@ -209,14 +209,14 @@ class _Motion(_Problem):
     def tolerances(self, tolerance: float) -> np.ndarray:
         """Absolute tolerances [6*nodes]; of constrained dofs so large that no test sees them. After a start."""
         atol, out = self._out()
-        self._function("tolerances")(self._pointer, float(tolerance), out)
+        call(self._function("tolerances"), self._pointer, float(tolerance), out)
         return atol
 
     def get_state(self, t: float, y) -> State:
         """A new state from y [6*nodes] at t s, constrained dofs exactly."""
         at = self._in(y, "y")
         state = State.at_rest(self.system.mesh)
-        self._function("get_state")(self._pointer, float(t), at, state._struct)
+        call(self._function("get_state"), self._pointer, float(t), at, state._struct)
         return state
 
     @property

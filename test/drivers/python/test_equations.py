@@ -162,6 +162,8 @@ def test_idas_equations(mild, mesh, rng):
     assert np.abs(problem.preconditioner_solve(b) - d)[free].max() < 1e-6 * np.abs(d).max()
     atol = problem.tolerances(1e-3)
     assert atol[free[0]] == pytest.approx(2e-3) and atol[0] > 1e6
+    with pytest.raises(flesh.ArgumentError, match="tolerance is nan"):
+        problem.tolerances(np.nan)
     assert problem.stats.residuals >= 3 and problem.stats.assemblies >= 2
     again = problem.get_state(0, y)
     assert np.array_equal(again.v, state.v) and np.array_equal(again.x, mild.prescribe_positions(state.x))
