@@ -97,9 +97,9 @@ FROM (SELECT *, of_vector * coalesce(max(iif(of_probe, iif(adds, most, bar), NUL
   iif(adds, most, bar)) AS widest FROM bars);
 CREATE INDEX made_by_row ON made (id, aspect, row);
 
--- Further fields of the tables, with their header as row -1.
+-- Further fields of the tables, with their header as row -1. Forces at the start have no bar, as it need not be in balance.
 CREATE TEMP VIEW fields AS
 SELECT tab, -1 AS row, id, aspect, iif(header LIKE '% [%', replace(header, ' [', '_error_' || j.name || ' ['), header || '_error_'
   || j.name) AS text
 FROM quantities JOIN (SELECT DISTINCT id, aspect FROM made) USING (id) JOIN judges j USING (aspect)
-UNION ALL SELECT tab, row, id, aspect, number(bar) FROM made JOIN quantities USING (id);
+UNION ALL SELECT tab, row, id, aspect, iif(of_force AND NOT row, '', number(bar)) FROM made JOIN quantities USING (id);

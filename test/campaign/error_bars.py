@@ -165,7 +165,7 @@ def run(flesh, path, out, *words):
         with open(os.path.join(out, name), encoding="utf-8") as file:
             rows = list(csv.reader(file))
         for k, column in enumerate(rows[0]):
-            columns[column.split(" ")[0]] = [float(row[k]) for row in rows[1:]]
+            columns[column.split(" ")[0]] = [float(row[k] or "nan") for row in rows[1:]]
     with open(os.path.join(out, "result.json"), encoding="utf-8") as file:
         columns["result"] = json.load(file)
     return columns
