@@ -91,7 +91,11 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
   stage.v_lag = state->v;
   stage.t_lag = stage.t_from = state->t;
   stage.internal = state->internal;
-  int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, NULL, 0, stats);
+  /* Bodies in free flight are solved by it: from 0, a residual of their momentum over h would be left in the acceleration. */
+  double *flight = self->first.extrapolated;
+  const double *const guesses[] = {memory->at ? flight : NULL, NULL};
+  for (int d = 0; d < memory->n; d++) flight[d] = h * state->v[d];
+  int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, guesses, 0, stats);
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   if (!status && self->tape) status = self->tape->solved(self->tape->data, &stage, memory->at, u);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);

@@ -61,6 +61,24 @@ static void motion_keeps_what_it_must(void)
   }
 }
 
+/* A body that flies freely, solved no more tightly than by default, keeps its velocity to round-off from its first step on. */
+static void flight_is_free(void)
+{
+  for_every_method(method, TEST_FIXED_STEPS) {
+    test_body b;
+    double off = 0;
+    throw_block(&b);
+    for (int d = 0; d < b.n; d++) b.state.v[d] = d % 3 - 2;
+    flesh_integrator *integrator = integrator_of(&b, method, 1e-4, 1);
+    for (int k = 0; k < 3; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+    for (int d = 0; d < b.n; d++) off = fmax(off, fabs(b.state.v[d] - d % 3 + 2));
+    printf("# %s: %.2g m/s\n", flesh_method_name(method), off);
+    CHECK_BELOW(off, 1e-10);
+    flesh_integrator_destroy(&integrator);
+    destroy(&b);
+  }
+}
+
 /* A clamped bar that begins to swing; its positions at 1/4 s, in x [n]. */
 static void swing(flesh_method method, int steps, double *x)
 {
@@ -268,7 +286,7 @@ static void equilibria_go_on_with_the_same_bits(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(methods_have_their_orders),
+  return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(flight_is_free), TEST(methods_have_their_orders),
                    TEST(velocities_lose_their_divergence), TEST(fixed_steps_lose_it), TEST(gaps_at_the_start_throw_nothing),
                    TEST_OF_THREADS(states_go_on), TEST(equilibria_go_on_with_the_same_bits));
 }
