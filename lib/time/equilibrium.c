@@ -145,8 +145,8 @@ static int finest(const flesh_integrator *self)
 static int end_increments(const flesh_integrator *self, const flesh_load_increment *increment, int status)
 {
   if (status <= 0 || !flesh_nonlinear_ran_away(self->nonlinear)) return status;
-  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the load stretches the body without bound, as a balloon "
-                                     "beyond its largest pressure; with %.3g of it there is one", self->part.span.end,
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the load stretches the body without bound, as pressure "
+                                     "beyond the largest that it bears does; with %.3g of it there is one", self->part.span.end,
                     increment->to, increment->from);
 }
 
