@@ -12,7 +12,7 @@ set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
-names='gallery tutorials hand finger forms accuracy mesh_error adapted hard starts shapes filters inclusion limb speed report'
+names='gallery tutorials hand finger forms accuracy mesh_error bands adapted hard starts shapes filters inclusion limb speed report'
 
 # run SCENE [options]: into the folder SCENE, as the gallery shows it.
 run() {
@@ -100,6 +100,14 @@ mesh_error() {
   "$flesh" accuracy bar.yaml --mesh --coarser bar_coarse.yaml --mesh-seconds 30 --set effects.inertia=null \
     --set body.material.poisson=0.49 --set 'effects.gravity.acceleration=[0, 0, -0.2]' --out mesh_error
   cp mesh_error/work_mesh.png "$pictures/accuracy_mesh.png"
+}
+
+# The error bars of a swing.
+bands() {
+  run swing_coarse --method newmark --error --set body.element=tet10-mean --set body.refine=1 --set time.step=1/120 \
+    --set 'output.probes[0].name=tip' --set 'output.probes[0].point=[4,0.5,0.5]'
+  "$flesh" plot swing_coarse --y tip.position_z --width 720 --height 420 --out "$pictures/error_bands.png"
+  rm "$pictures/error_bands.gp"
 }
 
 # The meshes on the way to 0.1 % of a bar's tip.

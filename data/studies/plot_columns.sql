@@ -30,9 +30,13 @@ FROM (SELECT *, row_number() OVER (PARTITION BY source, number ORDER BY id) AS n
     (SELECT min(id) FROM meant m WHERE axis = 'by' AND m.source = y.source AND m.tab = y.tab) AS by_id
   FROM meant y WHERE axis = 'y' AND id IS NOT NULL)
 WHERE nth = 1 OR word GLOB '*[*?]*';
+-- Their error bars.
+CREATE TEMP TABLE bars AS
+SELECT place, h.id FROM chosen c JOIN headers h USING (source, tab)
+WHERE h.name IN (c.name || '_error_mesh', c.name || '_error_step');
 CREATE TEMP VIEW needed AS
 SELECT id, source, tab, "column" FROM headers WHERE id IN (SELECT id FROM chosen UNION SELECT x_id FROM chosen
-  UNION SELECT by_id FROM chosen);
+  UNION SELECT by_id FROM chosen UNION SELECT id FROM bars);
 
 -- to error
 WITH

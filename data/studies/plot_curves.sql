@@ -9,7 +9,9 @@ FROM (SELECT place, 0 AS axis, x_id AS id FROM chosen UNION ALL SELECT place, 1,
 ORDER BY place, row, axis LIMIT 1;
 
 CREATE TEMP TABLE points AS
-SELECT place, coalesce(g.word, '') AS word, y.row AS row, x.number AS x, y.number AS y, x.number IS NOT NULL AND
+SELECT place, coalesce(g.word, '') AS word, y.row AS row, x.number AS x, y.number AS y,
+  (SELECT sum(e.number) FROM bars b JOIN cells e USING (id) WHERE b.place = c.place AND e.row = y.row
+    AND typeof(e.number) <> 'text') AS bar, x.number IS NOT NULL AND
   y.number IS NOT NULL AND NOT (log LIKE '%x%' AND x.number <= 0) AND NOT (log LIKE '%y%' AND y.number <= 0) AS drawn
 FROM asked CROSS JOIN chosen c CROSS JOIN cells y ON y.id = c.id JOIN cells x ON x.id = x_id AND x.row = y.row
   LEFT JOIN cells g ON g.id = by_id AND g.row = y.row;
@@ -17,6 +19,7 @@ FROM asked CROSS JOIN chosen c CROSS JOIN cells y ON y.id = c.id JOIN cells x ON
 -- A curve for each column and group, told from the others by run, column and group.
 CREATE TEMP TABLE curves AS
 SELECT row_number() OVER (ORDER BY place, first) - 1 AS curve, count(*) OVER () AS curves, p.*,
+  place IN (SELECT place FROM bars) AND log NOT LIKE '%y%' AS has_bars,
   substr(iif((SELECT count(DISTINCT source) FROM headers) > 1, ', ' || label, '') ||
     iif((SELECT count(DISTINCT name) FROM chosen) > 1, ', ' || name, '') || iif("by" IS NULL, '', ', ' || p.word), 3) AS title
 FROM (SELECT place, word, min(row) AS first, count(*) AS count, total(drawn) AS drawn FROM points GROUP BY 1, 2) p
@@ -56,12 +59,14 @@ UNION SELECT curve, max(row) FROM stretches GROUP BY curve, stretch
 UNION SELECT curve, row FROM (SELECT curve, row, min(y) FROM stretches GROUP BY curve, stretch)
 UNION SELECT curve, row FROM (SELECT curve, row, max(y) FROM stretches GROUP BY curve, stretch);
 
+-- Bands reach from a value less its error bars, of the mesh and of the steps together, to one with them.
 -- The data stand in the script, so that it can be restyled and drawn again wherever it is. Lines beneath are wider, so that
 -- they show beside the lines that cover them; the key stands beside the curves where its words are short, else below.
 -- to *.gp
 SELECT text FROM (
   SELECT curve, -1 AS row, printf('$curve_%d << END', curve + 1) AS text FROM curves
-  UNION ALL SELECT curve, row, coalesce(number(p.x), 'NaN') || ' ' || coalesce(number(p.y), 'NaN')
+  UNION ALL SELECT curve, row, coalesce(number(p.x), 'NaN') || ' ' || coalesce(number(p.y), 'NaN') ||
+    iif(has_bars, ' ' || coalesce(number(p.bar), 'NaN'), '')
   FROM points p JOIN curves c ON c.place = p.place AND c.word = p.word, asked
   WHERE c.count <= 16 * width OR points OR (curve, row) IN shown
   UNION ALL SELECT curve, 1e99, 'END' FROM curves
@@ -79,7 +84,10 @@ set title ' || quoted(title) || char(10)) || (SELECT CASE WHEN longest > 28 THEN
       'set key outside bottom center vertical Left reverse noenhanced spacing 1.2'
     WHEN longest THEN 'set key outside right top Left reverse noenhanced spacing 1.2' ELSE 'unset key' END
   FROM (SELECT max(length(CAST(title AS BLOB))) AS longest FROM curves)) || '
-plot ' || (SELECT group_concat(printf('$curve_%d using 1:2 with %s lw %s%s lc rgb ''%s'' title %s', curve + 1,
+plot ' || coalesce((SELECT group_concat(printf(
+      '$curve_%d using 1:($2 - $3):($2 + $3) with filledcurves fs transparent solid 0.2 noborder lc rgb ''%s'' notitle, \
+     ', curve + 1, colour(curve)), '') FROM (SELECT * FROM curves WHERE drawn AND has_bars ORDER BY curve)), '') ||
+  (SELECT group_concat(printf('$curve_%d using 1:2 with %s lw %s%s lc rgb ''%s'' title %s', curve + 1,
     iif(points OR count <= 40, 'linespoints pt 7 ps 0.6', 'lines'), number('%.3g', iif(curves > 1,
       3.4 - 1.8 * curve / (curves - 1), 2)), iif(curve / 8 % 2, ' dt 2', ''), colour(curve), quoted(title)), ', \
      ') FROM (SELECT * FROM curves WHERE drawn ORDER BY curve))

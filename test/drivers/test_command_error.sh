@@ -248,7 +248,22 @@ assert all((first[bar] == "") == ("reaction" in bar) for bar in bars), first
 END
 }
 
-run_tests values_have_the_digits_of_their_bars forces_at_the_start_have_no_bars other_steps_cover newmark_covers_backward_euler \
-  a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars twice_the_step_widens_bars_of_the_mesh \
-  no_bar_is_said failed_companions_leave_no_bar columns_come_last complete_runs_get_bars \
-  an_interrupted_companion_is_taken_up wrong_words_are_refused
+bars_are_drawn_as_bands() {
+  expect 0 "$flesh" run bar.yaml --error --out bands || return 1
+  expect 0 "$flesh" plot bands --y tip.position_z --out bands.svg || return 1
+  has bands.gp '^plot [$]curve_1 using 1:([$]2 - [$]3):([$]2 + [$]3) with filledcurves' || return 1
+  expect 0 "$flesh" plot bands --y tip.position_z --log y --out log.svg && ! has log.gp filledcurves || return 1
+  python3 - <<'END'
+import csv
+rows = list(csv.DictReader(open("bands/probes.csv")))
+script = open("bands.gp").read().split("<< END\n")[1].split("END")[0].splitlines()
+drawn = [float(line.split()[2]) for line in script]
+bars = [sum(float(row[f"tip.position_z_error_{of} [m]"]) for of in ("mesh", "step")) for row in rows]
+assert len(drawn) == len(bars) > 5 and all(abs(a - b) <= 1e-9 * b for a, b in zip(drawn, bars)), (drawn, bars)
+END
+}
+
+run_tests values_have_the_digits_of_their_bars forces_at_the_start_have_no_bars bars_are_drawn_as_bands \
+  other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars \
+  twice_the_step_widens_bars_of_the_mesh no_bar_is_said failed_companions_leave_no_bar columns_come_last \
+  complete_runs_get_bars an_interrupted_companion_is_taken_up wrong_words_are_refused

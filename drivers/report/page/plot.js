@@ -97,13 +97,16 @@ class Plot {
     const x = find(this.choice.x),
       y = find(this.choice.y);
     if (!x || !y) return [];
+    const bars = ['mesh', 'step']
+      .map((of) => find(this.choice.y.replace(/( \[[^\]]*\])?$/, `_error_${of}$1`)))
+      .filter((column) => column);
     const points = [];
     for (let k = 0; k < x.values.length; k++) {
       const a = x.values[k],
         b = y.values[k];
       if (typeof a !== 'number' || typeof b !== 'number' || (keep && !keep(k))) continue;
       if ((this.choice.logX && a <= 0) || (this.choice.logY && b <= 0)) continue;
-      points.push({ x: a, y: b, row: k });
+      points.push({ x: a, y: b, row: k, bar: bars.reduce((sum, column) => sum + (+column.values[k] || 0), 0) });
     }
     return points;
   }
@@ -135,8 +138,9 @@ class Plot {
     for (const series of this.series)
       if (!this.hidden.has(series.name))
         for (const point of series.points) {
-          low = Math.min(low, point[key]);
-          high = Math.max(high, point[key]);
+          const bar = key === 'y' && !log ? point.bar : 0;
+          low = Math.min(low, point[key] - bar);
+          high = Math.max(high, point[key] + bar);
         }
     if (!(low <= high)) return log ? [1, 10] : [0, 1];
     if (log) return low === high ? [low / 2, high * 2] : [low / (high / low) ** 0.04, high * (high / low) ** 0.04];
@@ -213,7 +217,23 @@ class Plot {
     );
   }
 
+  /* Error bars, of mesh and steps together, as a band beneath the line. */
+  drawBand(series) {
+    const points = series.points.filter((point) => point.bar > 0);
+    const edge = (sign) =>
+      points.map((point) => `${this.x.at(point.x).toFixed(1)} ${this.y.at(point.y + sign * point.bar).toFixed(1)}`);
+    if (!this.spec.lines || this.choice.logY || points.length < 2) return;
+    this.svg.append(
+      svgElement('path', {
+        d: 'M' + [...edge(1), ...edge(-1).reverse()].join('L') + 'Z',
+        style: `fill:${series.colour}`,
+        'fill-opacity': 0.2,
+      }),
+    );
+  }
+
   drawSeries(series) {
+    this.drawBand(series);
     const at = series.points.map((point) => `${this.x.at(point.x).toFixed(1)} ${this.y.at(point.y).toFixed(1)}`);
     if (this.spec.lines && at.length > 1)
       this.svg.append(
@@ -307,6 +327,8 @@ class Plot {
       svgElement('line', { class: 'guide', x1: this.x.at(this.x.low), x2: x, y1: y, y2: y }),
       svgElement('circle', { class: 'near', cx: x, cy: y, r: 4.5 }),
     );
-    this.reading.textContent = `${series.name}: ${this.choice.x} = ${show(point.x, 6)}, ${this.choice.y} = ${show(point.y, 6)}`;
+    const bar = point.bar > 0 ? ` ± ${show(point.bar, 2)}` : '';
+    this.reading.textContent =
+      `${series.name}: ${this.choice.x} = ${show(point.x, 6)}, ` + `${this.choice.y} = ${show(point.y, 6)}${bar}`;
   }
 }
