@@ -141,13 +141,13 @@ static int finest(const flesh_integrator *self)
   return flesh_nonlinear_ran_away(self->nonlinear) && most > 5 ? 5 : most;
 }
 
-/* Ends increments with that status. The last solve has tried `increment`. */
-static int end_increments(const flesh_integrator *self, const flesh_load_increment *increment, int status)
+/* Ends increments of `loads` with that status. The last solve has tried `increment`. */
+static int end_increments(const flesh_integrator *self, const char *loads, const flesh_load_increment *increment, int status)
 {
   if (status <= 0 || !flesh_nonlinear_ran_away(self->nonlinear)) return status;
-  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the load stretches the body without bound, as pressure "
-                                     "beyond the largest that it bears does; with %.3g of it there is one", self->part.span.end,
-                    increment->to, increment->from);
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the %s would stretch the body without bound, as pressure "
+                                     "beyond the largest that it bears does; with %.3g there is one", self->part.span.end,
+                    increment->to, loads, increment->from);
 }
 
 /* Raises the load from 0 to 1. */
@@ -160,7 +160,7 @@ static int raise_load(flesh_integrator *self, flesh_state *state, double h, fles
     status = take_increment(self, state, &increment, begin, h, stats);
     if (status > 0 && h > 0) status = check_stays(self, state, increment.to, status);
   } while (flesh_load_increment_next(&increment, finest(self), status));
-  return end_increments(self, &increment, status);
+  return end_increments(self, "load", &increment, status);
 }
 
 /* Equilibrium at t+h with the full load at once. A status > 0 has changed nothing. */
@@ -225,7 +225,7 @@ static int raise_followers(flesh_integrator *self, flesh_state *state, double h,
     status = follow(self, state, h, 0, stats);
     if (status) memcpy(state->x, self->part.x, bytes);
   } while (flesh_load_increment_next(&increment, finest(self), status));
-  if (fraction > 0) status = end_increments(self, &increment, status);
+  if (fraction > 0) status = end_increments(self, "loads that follow the surface", &increment, status);
   load_followers(self, 1);
   return status > 0 && fraction > 0 ? fail_to_follow(self, fraction, status) : status;
 }
