@@ -34,7 +34,7 @@ static int push_out(flesh_equations *equations, double *u)
 
 /* A guess is taken whose way would be free so far beyond it: one that ends nearer to an obstacle has a residual that round-off
  * hides, and counted as solved. */
-static const double clear_way = 0.01;
+static const double clear_way = 1e-3;
 
 /* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
 static void try_guess(flesh_newton *newton, const double *guess, double *value, double *u)
