@@ -325,7 +325,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
   return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
 }
 
-/* No equilibrium makes the edges so many times longer than at rest. */
+/* Edges and loads that are so many times as large as at first are on the way to no equilibrium. */
 static const double absurd = 10;
 
 static double squared_length(const double *x, size_t a, size_t b)

@@ -32,8 +32,8 @@ static int push_out(flesh_equations *equations, double *u)
   return flesh_equations_can_reach(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* A guess is taken whose way would be free so far beyond it: one that ends nearer to an obstacle has a residual that round-off
- * hides, and counted as solved. */
+/* A guess is taken only where its way would be free for this share beyond it. One that ends nearer to an obstacle has a residual
+ * that round-off hides, and would count as solved. */
 static const double clear_way = 1e-3;
 
 /* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
