@@ -19,11 +19,11 @@
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18 };
 
 static const char *const field_names[] = {"none", "J", "stress", "speed", "young"};
-static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_FIELDS, "a name of every field");
+static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_ERROR, "a name of every field that needs no column");
 
 int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
 {
-  for (int k = FLESH_PICTURE_PLAIN; k < FLESH_PICTURE_FIELDS; k++)
+  for (int k = FLESH_PICTURE_PLAIN; k < FLESH_PICTURE_ERROR; k++)
     if (!strcmp(name, field_names[k])) {
       *field = (flesh_picture_field)k;
       return FLESH_OK;

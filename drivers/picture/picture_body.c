@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/sort.h"
+#include "error/indicator.h"
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"
@@ -68,6 +69,20 @@ static void measure_young(const flesh_body *body, double *values)
     const int status = flesh_material_small_strain(material, &mu, &lambda, NULL);
     values[t] = status ? NAN : mu * (3 * lambda + 2 * mu) / (lambda + mu);
   }
+}
+
+/* Every tet's share of the mesh's error of the panel's column, without its sign. */
+static int measure_error(const flesh_picture_panel *panel, double *values)
+{
+  const flesh_state state = {.t = panel->t, .x = (double *)panel->x, .v = (double *)panel->v}; /* only read */
+  int is_goal = 0, status = FLESH_OK;
+  if (flesh_mesh_order(panel->body->mesh) == 2)
+    status = flesh_error_indicate(panel->scene, &state, panel->column, values, &is_goal);
+  if (!status && !is_goal)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the colours of --error %s need ten-node tets and a position of a probe, as "
+                                            "tip.position_z", panel->column);
+  for (int t = 0; t < flesh_mesh_tet_count(panel->body->mesh) && !status; t++) values[t] = fabs(values[t]);
+  return status;
 }
 
 /* Node values from those of tets. */
@@ -139,9 +154,9 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   *values = NULL;
   if (extremes) extremes[0] = extremes[1] = NAN;
   if (field == FLESH_PICTURE_PLAIN || !panel->x) return FLESH_OK;
-  if ((field == FLESH_PICTURE_STRESS || field == FLESH_PICTURE_YOUNG) && !panel->body->materials)
+  if (field != FLESH_PICTURE_J && field != FLESH_PICTURE_SPEED && !panel->body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the body has no material, and so no %s to show",
-                      field == FLESH_PICTURE_STRESS ? "stress" : "stiffness");
+                      field == FLESH_PICTURE_YOUNG ? "stiffness" : "stress");
   double *made = malloc(sizeof *made * (size_t)nodes);
   double *of_tets = malloc(sizeof *of_tets * (size_t)tets);
   if (!made || !of_tets) status = no_memory();
@@ -154,6 +169,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   } else {
     if (field == FLESH_PICTURE_J) measure_mean(panel, of_tets);
     else if (field == FLESH_PICTURE_YOUNG) measure_young(panel->body, of_tets);
+    else if (field == FLESH_PICTURE_ERROR) status = measure_error(panel, of_tets);
     else status = measure_stress(panel, of_tets);
     if (!status) find_extremes(tets, of_tets, extremes);
     if (!status) status = average(mesh, of_tets, made);

@@ -91,7 +91,7 @@ static double unit_of(flesh_picture_field field, const flesh_picture_frame *fram
 static const struct {
   const char *first, *second, *unit;
 } words[] = {{"", "", NULL}, {"volume ratio", "J_mean", NULL}, {"von Mises", "stress ", "Pa"}, {"speed", "", "m/s"},
-             {"Young's", "modulus ", "Pa"}};
+             {"Young's", "modulus ", "Pa"}, {"error of", "the mesh ", "m"}};
 static_assert(sizeof words / sizeof *words == FLESH_PICTURE_FIELDS, "words for every field");
 
 static void print_second(flesh_picture_field field, const char *prefix, char text[48])

@@ -2,6 +2,7 @@
 #ifndef FLESH_PICTURE_PICTURE_PANEL_H
 #define FLESH_PICTURE_PICTURE_PANEL_H
 
+#include "flesh/scene.h"
 #include "flesh/skin.h"
 #include "picture/render.h"
 
@@ -12,6 +13,7 @@ typedef enum flesh_picture_field {
   FLESH_PICTURE_STRESS, /* von Mises stress, Pa */
   FLESH_PICTURE_SPEED, /* m/s */
   FLESH_PICTURE_YOUNG, /* Young's modulus of a tet's material at small strains, Pa */
+  FLESH_PICTURE_ERROR, /* the size of a tet's share of the mesh's error of a position, m */
   FLESH_PICTURE_FIELDS
 } flesh_picture_field;
 
@@ -29,6 +31,9 @@ typedef struct flesh_picture_panel {
    * stress; NULL: none. */
   const flesh_system *system;
   double t;
+  /* Only for FLESH_PICTURE_ERROR: whose equilibrium x is, and the column of its probes. */
+  const flesh_scene *scene;
+  const char *column;
 } flesh_picture_panel;
 
 typedef struct flesh_picture_options {

@@ -66,6 +66,7 @@ static int choose_options(flesh_snapshot *s)
                       LEAST, MOST);
   int status = flesh_picture_field_from_name(s->colour, &s->options.field);
   if (status) return flesh_fail_within(status, "--colour: ");
+  if (s->error) s->options.field = FLESH_PICTURE_ERROR;
   s->options.width = s->width;
   s->options.height = s->picture_height;
   s->options.columns = s->columns;
@@ -158,6 +159,8 @@ int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t
   panel->subtitle = s->bare ? NULL : subtitle;
   panel->surface = run->surface;
   panel->skin = run->skin;
+  panel->scene = run->folder.scene;
+  panel->column = s->error;
   return FLESH_OK;
 }
 

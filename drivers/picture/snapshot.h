@@ -17,7 +17,7 @@ typedef struct flesh_snapshot_run {
 
 typedef struct flesh_snapshot {
   /* Options, as given on the command line. */
-  const char *colour, *range, *camera, *up, *target, *surface;
+  const char *colour, *error, *range, *camera, *up, *target, *surface;
   double height, field_of_view;
   int width, picture_height, columns;
   int edges, no_skin, bare, flat, no_shadow;
@@ -33,6 +33,9 @@ typedef struct flesh_snapshot {
   {"colour", "J|stress|speed|young|none", FLESH_OPTION_TEXT, &(s).colour, \
    "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, young (Young's " \
    "modulus of the material, as of a map of flesh fit) or none (default J)"}, \
+  {"error", "COLUMN", FLESH_OPTION_TEXT, &(s).error, \
+   "colours show what each ten-node tet of an equilibrium adds to the mesh's error of a probe's position, as " \
+   "tip.position_z: flesh run --to halves where it is most"}, \
   {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range, "ends of the colours, for stress in Pa (default: fitted)"}, \
   {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera, \
    "degrees about up and above the horizon; with z up it looks along y at 0,0 and along -x at 90,0 (default: the " \

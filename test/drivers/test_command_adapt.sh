@@ -67,6 +67,24 @@ assert abs(given["wall.reaction_z [N]"] - 4 * 9810) < 1
 END
 }
 
+# Of the bar's first mesh, whose error is of the tets at the wall.
+shares_of_tets_are_drawn() {
+  expect 0 "$flesh" snap to/to/0 --error tip.position_z --width 100 --out shares.png || return 1
+  python3 - <<'END' || return 1
+import json, re
+estimate = json.load(open("to/result.json"))["adapted_mesh"]["meshes"][0]["estimate"]
+least, most = re.search(r"^colours: error of the mesh \[µm\] from 0 to .*; there is (\S+) to (\S+)$", open("stdout.txt").read(),
+                        re.M).groups()
+print(estimate, least, most)
+assert 0 <= float(least) < 1e-4 * float(most) and .05 * estimate < 1e-6 * float(most) < .2 * estimate
+END
+  for seen in 'bar.yaml --error tip.position_z' 'to/to/0 --error tip.velocity_q' 'to/to/0 --error wall.reaction_z'; do
+    # shellcheck disable=SC2086
+    expect 2 "$flesh" snap $seen --out no.png && has stderr.txt 'need ten-node tets and a position of a probe' || return 1
+  done
+  [ ! -e no.png ]
+}
+
 # A sphere has nodes on edges whose ends it has not: all meshes are loaded alike.
 loads_within_tets_are_carried() {
   sed -e 's/pin: {box.*/pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}/' \
@@ -193,4 +211,4 @@ assert all(abs(v - m["value"]) <= .1 * m["error_mesh"] for (v, _), m in zip(told
 END
 }
 
-run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be loads_within_tets_are_carried many_selections_are_carried bodies_keep_their_shape what_has_no_bar_is_refused values_have_the_digits_of_their_bars
+run_tests what_does_not_move_needs_a_length what_buckles_is_refused another_equilibrium_is_told the_bar_covers_and_the_mesh_is_as_it_should_be shares_of_tets_are_drawn loads_within_tets_are_carried many_selections_are_carried bodies_keep_their_shape what_has_no_bar_is_refused values_have_the_digits_of_their_bars
