@@ -10,6 +10,7 @@
 #include "cli/options.h"
 #include "cli/output.h"
 #include "fit/fit.h"
+#include "run/ranks.h"
 #include "study/embedded.h"
 
 /* Nothing that is written may replace what is read. */
@@ -67,7 +68,8 @@ static int read_and_find(const char *path, flesh_fit *fit, int resume)
 int flesh_command_fit(int argc, char **argv)
 {
   flesh_fit fit = {.out = "out/fit", .argc = argc, .store = {.lock = -1}};
-  int resume = 0, count;
+  int resume = 0, count, code = flesh_ranks_refuse("fit");
+  if (code) return code;
   const flesh_option rows[] = {{"out", "DIR", FLESH_OPTION_TEXT, &fit.out, "folder of the results (default out/fit)"},
                                {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with DIR/fit.db, or begin"},
                                {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
@@ -79,7 +81,7 @@ int flesh_command_fit(int argc, char **argv)
                              FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   fit.argv = words;
   if (!words) fit.argc = 0;
-  int code = flesh_options_read(&usage, argc, argv, &count);
+  code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = read_and_find(argv[1], &fit, resume);
   free(words);
   free(text);

@@ -91,6 +91,18 @@ int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status)
   return flesh_ranks_first(ranks) ? flesh_command_fail(name, status) : flesh_exit_code(status);
 }
 
+int flesh_ranks_refuse(const char *name)
+{
+  flesh_ranks *ranks;
+  int status = flesh_ranks_open(&ranks);
+  if (!status && ranks)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "a launcher of MPI has started %d ranks, which cannot share this out; start it "
+                                            "without the launcher", ranks->count);
+  const int code = status ? flesh_ranks_fail(ranks, name, status) : 0;
+  flesh_ranks_close(&ranks);
+  return code;
+}
+
 int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count)
 {
   int code = FLESH_OPTIONS_GO_ON;

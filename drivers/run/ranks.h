@@ -38,6 +38,8 @@ int flesh_ranks_agree(const flesh_ranks *ranks, int status);
 int flesh_ranks_same(const flesh_ranks *ranks, uint64_t number, const char *what);
 /* The exit code of what has failed on all ranks; the first says it. */
 int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
+/* For a command that ranks do not share out: 0 where one process is started, else an exit code; one rank says why. */
+int flesh_ranks_refuse(const char *name);
 /* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As
  * flesh_options_read. */
 int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count);

@@ -11,6 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "cli/output.h"
+#include "run/ranks.h"
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
@@ -219,7 +220,8 @@ static int answer(study *s)
 int flesh_command_sensitivity(int argc, char **argv)
 {
   study s = {0};
-  int count;
+  int count, code = flesh_ranks_refuse("sensitivity");
+  if (code) return code;
   if (flesh_overrides_open(&s.overrides, argc)) return flesh_command_fail("sensitivity", FLESH_ERR_MEMORY);
   const flesh_option rows[] = {
       {"of", "PROBE.COLUMN[,...]", FLESH_OPTION_TEXT, &s.of, "what is differentiated: columns of output.probes"},
@@ -230,7 +232,7 @@ int flesh_command_sensitivity(int argc, char **argv)
   const flesh_usage usage = {"sensitivity", "SCENE --of PROBE.COLUMN --to KEY",
                              "Differentiates what probes tell at the end by keys of the scene.",
                              flesh_own_text("sensitivity_help"), 1, 1, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
-  int code = flesh_options_read(&usage, argc, argv, &count);
+  code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     s.path = argv[1];
     if (!s.of) code = flesh_option_refuse(usage.command, "of", NULL, "columns of probes, such as tip.position_z");

@@ -28,7 +28,7 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
   *self = (flesh_stage_tangent){.system = system, .n = flesh_system_unknowns(system), .tolerance = tolerance,
                                 .multipliers = flesh_system_multiplier_count(system)};
   const size_t n = (size_t)self->n;
-  if (flesh_system_team(system))
+  if (flesh_system_team(system)) /* nodes of a colour are moved at once, and ranks have no colours in common */
     return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of a body that ranks share out; a single process has them");
   int status = flesh_problem_create(system, options, &self->problem);
   if (!status) status = flesh_couplings_create(system, &self->couplings);

@@ -277,6 +277,11 @@ what_is_not_there_is_refused() {
   [ -z "$quick" ] || return 0
   refused 3 'nowhere.yaml' nowhere.yaml &&
     refused 2 'unknown' "$scenes/swing_coarse.yaml" --never
+  for command in "sensitivity $scenes/swing_coarse.yaml --of tip.position_z --to body.density" 'fit nowhere.yaml'; do
+    # shellcheck disable=SC2086
+    expect 2 on_ranks 2 "$flesh" $command || return 1
+    [ "$(grep -c '^flesh .*: a launcher of MPI has started 2 ranks, which cannot share this out' stderr.txt)" -eq 1 ] || return 1
+  done
 }
 
 # Rank 1 looks for the scene where it is not.
