@@ -11,7 +11,7 @@
 
 enum { STEPS = 4, SEGMENT = 128 };
 static const double steps[STEPS] = {-2, -1, 1, 2};  /* differences */
-/* Differences, over the value, and how many of them the middle is off it: at an end of a key's range they lie within. Wider
+/* Differences, over the size, and how many of them the middle is off it: at an end of a key's range they lie within. Wider
  * ones cross kinks of contact and of clamped eigenvalues. */
 static const struct way {
   double difference;
@@ -74,8 +74,25 @@ static const flesh_node *node_at(const flesh_node *root, const char *path)
   return node;
 }
 
-/* The value of a key in force. */
-static int find_value(const flesh_scene *scene, const char *key, double *value)
+/* The size of a value: of a vector's component the largest one's, as a small one's own would leave round-off; 1: all are 0. */
+static double size_of(const flesh_node *root, const char *key, double value)
+{
+  char list[sizeof((flesh_varied *)0)->key];
+  double size = fabs(value), other;
+  snprintf(list, sizeof list, "%s", key);
+  char *bracket = strrchr(list, '[');
+  if (bracket && !strchr(bracket, '.')) *bracket = 0;
+  const flesh_node *vector = node_at(root, list);
+  for (int k = 0; vector && vector->kind == FLESH_NODE_LIST && k < vector->count; k++) {
+    const flesh_node *item = flesh_node_item(vector, k);
+    if (item->kind == FLESH_NODE_SCALAR && !flesh_option_number(item->text, &other) && isfinite(other))
+      size = fmax(size, fabs(other));
+  }
+  return size > 0 ? size : 1;
+}
+
+/* The value of a key in force, and its size. */
+static int find_value(const flesh_scene *scene, const char *key, double *value, double *size)
 {
   flesh_text text = {0};
   flesh_arena arena = {0};
@@ -89,6 +106,7 @@ static int find_value(const flesh_scene *scene, const char *key, double *value)
   if (!status && !node) status = not_there(key, "the scene has no such key");
   if (!status && (node->kind != FLESH_NODE_SCALAR || flesh_option_number(node->text, value)))
     status = not_there(key, "this key is no number");
+  if (!status) *size = size_of(root, key, *value);
   flesh_arena_free(&arena);
   free(text.data);
   return status;
@@ -125,11 +143,11 @@ int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_ov
 {
   *varied = (flesh_varied){0};
   snprintf(varied->key, sizeof varied->key, "%s", key);
-  int status = find_value(scene, key, &varied->value);
+  double size = 1;
+  int status = find_value(scene, key, &varied->value, &size);
   if (status) return status;
-  const double scale = varied->value != 0 ? fabs(varied->value) : 1;
   for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
-    status = make_scenes(scene, path, overrides, ways[k].difference * scale, ways[k].middle, varied);
+    status = make_scenes(scene, path, overrides, ways[k].difference * size, ways[k].middle, varied);
     if (status != FLESH_ERR_ARGUMENT) return status;
     flesh_varied_clear(varied);
   }

@@ -131,6 +131,13 @@ bad_requests_are_refused() {
     cmp bar.yaml kept.yaml && expect 3 "$flesh" sensitivity none.yaml --of tip.position_z $by
 }
 
+# A component of a vector whose others are far larger: a clamp moves the whole body.
+small_components_have_wide_differences() {
+  expect 0 "$flesh" sensitivity bar.yaml --set effects.pin=null --of tip.position_y --to 'effects.prescribed_motion.motion[0].translation[1]' \
+    --set 'effects[2]={prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0, translation: [0.1, 1e-9, 0]}]}}' \
+    --out found.csv && derivatives 'abs(d["tip.position_y", "effects.prescribed_motion.motion[0].translation[1]"] - 1) < 1e-6'
+}
+
 # Keys whose range ends near their value.
 narrow_keys_have_small_differences() {
   expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.4999 --of tip.position_z \
@@ -165,4 +172,4 @@ ends_of_ranges_have_differences() {
 
 run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives \
   equilibria_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
-  narrow_keys_have_small_differences ends_of_ranges_have_differences
+  small_components_have_wide_differences narrow_keys_have_small_differences ends_of_ranges_have_differences
