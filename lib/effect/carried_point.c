@@ -19,22 +19,22 @@ static double share_of(const double *shares, int a) { return shares ? shares[a] 
 int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double *shares, const double p[3],
                           double sign, double *weights)
 {
-  const double *X = flesh_mesh_positions(mesh);
+  const double *X = flesh_mesh_positions(mesh), *o = X + 3 * (size_t)nodes[0]; /* origin of sums: near, they keep their digits */
   double c[3] = {0}, S[9] = {0}, spread[3], axes[9], slope[3] = {0}, off[3] = {-p[0], -p[1], -p[2]};
   const double whole = shares ? 1 : count;
   for (int a = 0; a < count; a++)
-    for (int i = 0; i < 3; i++) c[i] += share_of(shares, a) * X[3 * (size_t)nodes[a] + (size_t)i] / whole;
+    for (int i = 0; i < 3; i++) c[i] += share_of(shares, a) * (X[3 * (size_t)nodes[a] + (size_t)i] - o[i]) / whole;
   for (int a = 0; a < count; a++)
     for (int k = 0; k < 9; k++) {
       const double *x = X + 3 * (size_t)nodes[a];
-      S[k] += share_of(shares, a) * (x[k / 3] - c[k / 3]) * (x[k % 3] - c[k % 3]) / whole;
+      S[k] += share_of(shares, a) * (x[k / 3] - o[k / 3] - c[k / 3]) * (x[k % 3] - o[k % 3] - c[k % 3]) / whole;
     }
   const double size = sqrt(flesh_mat3_trace(S));
   flesh_eigh3(S, spread, axes);
   for (int refined = 0; refined < 3; refined++) { /* a flat group's small eigenvalue has few digits */
     double there[3], left[3];
     flesh_mat3_times(S, slope, there);
-    for (int i = 0; i < 3; i++) left[i] = p[i] - c[i] - there[i];
+    for (int i = 0; i < 3; i++) left[i] = p[i] - o[i] - c[i] - there[i];
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 3 && spread[k] > least_spread * size * size; i++)
         slope[i] += axes[3 * i + k] * (axes[k] * left[0] + axes[3 + k] * left[1] + axes[6 + k] * left[2]) / spread[k];
@@ -42,7 +42,7 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
   for (int a = 0; a < count; a++) {
     const double *x = X + 3 * (size_t)nodes[a];
     double along = 0;
-    for (int i = 0; i < 3; i++) along += slope[i] * (x[i] - c[i]);
+    for (int i = 0; i < 3; i++) along += slope[i] * (x[i] - o[i] - c[i]);
     const double w = share_of(shares, a) * (1 + along) / whole;
     for (int i = 0; i < 3; i++) off[i] += w * x[i];
     weights[a] = sign * w;

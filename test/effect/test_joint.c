@@ -150,6 +150,29 @@ static void a_hanging_block_swings_as_a_pendulum(void)
   for_every_method(method, TEST_FIXED_STEPS) check_pendulum(method);
 }
 
+/* Between the halves of a block some 4e6 m from the origin: parted by 1/8 m, as near it. */
+static void joints_hold_far_from_the_origin(void)
+{
+  const double at[3] = {1048576, -3145728, 2097152}, point[3] = {at[0] + 0.75, at[1] + 0.25, at[2] + 0.5}, k = 2e4;
+  flesh_mesh *mesh = NULL;
+  flesh_material material;
+  flesh_effect *effect = NULL;
+  test_body b;
+  int nodes[36];
+  for (int i = 0; i < 36; i++) nodes[i] = i;
+  CHECK_OK(flesh_mesh_box((int[]){2, 2, 3}, (double[]){1, 1, 1}, at, &mesh));
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.3, &material));
+  CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(flesh_effect_joint(&b.body, (flesh_nodes){18, nodes}, (flesh_nodes){18, nodes + 18}, point, NULL, k, &effect));
+  for (int d = 54; d < b.n; d += 3) b.state.x[d] += 0.125;
+  double energy;
+  const flesh_point there = flesh_point_at(0, b.state.x, NULL, NULL);
+  CHECK_OK(effect->operations->energy(effect, &there, &energy));
+  CHECK_NEAR(energy, k / 2 * 0.125 * 0.125, 1e-6 * k);
+  flesh_effect_destroy(&effect);
+  test_body_destroy(&b);
+}
+
 static void nonsense_is_refused(void)
 {
   test_body b;
@@ -172,5 +195,5 @@ static void nonsense_is_refused(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(joints_turn_where_they_should), TEST(forces_and_torques_balance),
-                   TEST(a_hanging_block_swings_as_a_pendulum), TEST(nonsense_is_refused));
+                   TEST(a_hanging_block_swings_as_a_pendulum), TEST(joints_hold_far_from_the_origin), TEST(nonsense_is_refused));
 }
