@@ -78,8 +78,8 @@ FLESH_API int flesh_effect_spring_within(const flesh_body *body, const double po
 typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;
 
 /* Rayleigh damping r = mass M v + stiffness K v [1/s, s], not negative, not both 0. K is
- * elasticity's Hessian without its negative eigenvalues. `mass` damps rigid motion too, and K of the
- * rest shape damps rotation once the body has rotated.
+ * elasticity's Hessian without its negative eigenvalues, with lambda at most 9 mu. `mass` damps rigid
+ * motion too, and K of the rest shape damps rotation once the body has rotated.
  * Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
                                    flesh_stiffness against, flesh_effect **effect);

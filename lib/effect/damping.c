@@ -2,6 +2,8 @@
  *
  * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that it never adds energy. At rest, where
  * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
+ * lambda counts as LARGEST_RATIO mu at most. A larger one would damp nothing that moves, as the rate of J goes to 0; yet K
+ * of one state sees a change of volume, of second order in the step, where a step keeps it, and would multiply that.
  * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>
 #include <string.h>
@@ -12,14 +14,16 @@
 #include "element/body.h"
 #include "element/mass.h"
 #include "element/tet_batches.h"
-#include "material/stretch.h"
+
+/* lambda/mu of Poisson's ratio 0.45. */
+static const double LARGEST_RATIO = 9;
 
 typedef struct damping {
   double mass, stiffness; /* 1/s, s */
   flesh_mass_matrix M;    /* where mass > 0 */
   flesh_tets tets;        /* where stiffness > 0 */
-  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K at x */
-  const double *x;        /* the mesh's positions, borrowed; NULL: the lagged state */
+  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K at the lagged state */
+  double *excess;         /* Pa, of every material, of lambda above LARGEST_RATIO mu; where stiffness > 0 */
   flesh_body body;        /* whose tets they are */
 } damping;
 
@@ -36,12 +40,13 @@ static flesh_kernel kernel_of(const damping *self)
 
 static flesh_tet_point point_of(const damping *self, const flesh_point *point, double scale)
 {
-  return (flesh_tet_point){.x = self->rest ? NULL : self->x ? self->x : point->lagged.x,
+  return (flesh_tet_point){.x = self->rest ? NULL : point->lagged.x,
                            .v = point->v,
                            .scale = scale * self->stiffness,
                            .filter = FLESH_FILTER_CLAMP,
                            .viscous = self->rest,
-                           .multipliers = self->x ? NULL : point->multipliers};
+                           .multipliers = point->multipliers,
+                           .excess = self->excess};
 }
 
 static int damping_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
@@ -89,7 +94,7 @@ static size_t damping_memory(const flesh_effect *effect)
 {
   const damping *self = effect->data;
   return sizeof *self + (self->mass > 0 ? flesh_mass_matrix_memory(&self->M) : 0) + flesh_tets_memory(&self->tets) +
-         (self->rest ? (size_t)self->tets.materials * sizeof *self->rest : 0);
+         (size_t)self->tets.materials * ((self->rest ? sizeof *self->rest : 0) + sizeof *self->excess);
 }
 
 static int damping_is_same(const flesh_effect *effect, const flesh_effect *other)
@@ -97,8 +102,7 @@ static int damping_is_same(const flesh_effect *effect, const flesh_effect *other
   const damping *self = effect->data, *its = other->data;
   return self->mass == its->mass && self->stiffness == its->stiffness && flesh_mass_matrices_are_same(&self->M, &its->M) &&
          flesh_tets_are_same(&self->tets, &its->tets) &&
-         (!self->rest || !memcmp(self->rest, its->rest, (size_t)self->tets.materials * sizeof *self->rest)) &&
-         (!self->x || !memcmp(self->x, its->x, 3 * sizeof *self->x * (size_t)effect->nodes));
+         (!self->rest || !memcmp(self->rest, its->rest, (size_t)self->tets.materials * sizeof *self->rest));
 }
 
 /* The mass reads neither a lagged state nor a material. */
@@ -109,7 +113,7 @@ static int damping_tear(const flesh_effect *effect, const flesh_body *body, cons
   own.mesh = torn;
   own.part_count = 0;
   return flesh_effect_damping(&own, 0, self->stiffness,
-                              self->rest || self->x ? FLESH_STIFFNESS_REST : FLESH_STIFFNESS_CURRENT, apart);
+                              self->rest ? FLESH_STIFFNESS_REST : FLESH_STIFFNESS_CURRENT, apart);
 }
 
 static void damping_destroy(void *data)
@@ -119,6 +123,7 @@ static void damping_destroy(void *data)
   flesh_mass_matrix_clear(&self->M);
   flesh_tets_clear(&self->tets);
   flesh_free(self->rest);
+  flesh_free(self->excess);
   flesh_free(self);
 }
 
@@ -145,37 +150,28 @@ static const flesh_effect_operations mass_operations = OPERATIONS(0, .readings =
                                      current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .readings = &readings);
 #undef OPERATIONS
 
-/* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and
- * twist on turning. */
-static int stiffness_at_rest(const flesh_material *material, flesh_viscous *rest)
-{
-  static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  double U[9], V[9];
-  flesh_spectrum s;
-  int status = flesh_spectrum_at(material, identity, &s, U, V);
-  if (status) return status;
-  *rest = (flesh_viscous){.shear = fmax(s.flip[0], 0) / 2,
-                          .bulk = fmax(s.A[0] + 2 * s.A[1], 0) / 3,
-                          .spin = fmax(s.twist[0], 0) / 2};
-  return FLESH_OK;
-}
-
 static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness against)
 {
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g s; it must be 0 for a body without a material",
                       self->stiffness);
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets), count = self->tets.materials;
-  if (status || against == FLESH_STIFFNESS_CURRENT) return status;
-  if (self->tets.element == FLESH_ELEMENT_TET10_MEAN) { /* of which the viscosity would know no mean */
-    self->x = flesh_mesh_positions(body->mesh);
-    return FLESH_OK;
-  }
-  self->rest = flesh_calloc((size_t)count, sizeof *self->rest);
-  if (!self->rest) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
-  for (int m = 0; m < count; m++)
-    if (stiffness_at_rest(&body->materials[m], &self->rest[m]))
+  if (status) return status;
+  self->excess = flesh_calloc((size_t)count, sizeof *self->excess);
+  if (against == FLESH_STIFFNESS_REST) self->rest = flesh_calloc((size_t)count, sizeof *self->rest);
+  if (!self->excess || (against == FLESH_STIFFNESS_REST && !self->rest))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
+  for (int m = 0; m < count; m++) {
+    flesh_material finite = body->materials[m];
+    double mu, lambda, stress;
+    finite.incompressible = 0; /* lambda of the penalty */
+    if (flesh_material_small_strain(&finite, &mu, &lambda, &stress))
       return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has no stiffness at rest", m);
+    const double taken = fmin(lambda, LARGEST_RATIO * mu);
+    self->excess[m] = lambda - taken;
+    if (self->rest) /* the eigenvalues of changes of shape and of volume, and of turning */
+      self->rest[m] = (flesh_viscous){fmax(mu, 0), fmax(taken + 2 * mu / 3, 0), fmax(stress / 2, 0)};
+  }
   return FLESH_OK;
 }
 

@@ -192,12 +192,11 @@ INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spe
     flesh_stretch_real psi;
     const flesh_mask finite = flesh_stretch_form(b->material->energy, b->material, sigma, &psi);
     *spectrum = psi.spectrum;
-#if ELEMENT_NODES > 4 /* what the mean of J bears, and its pressure */
+    /* psi: what the mean of J bears, its pressure, and what is taken off */
     flesh_spectrum of_mean;
     flesh_spectrum_make(&b->psi, sigma, &of_mean);
     for (int k = 0; k < 9; k++) spectrum->A[k] += of_mean.A[k];
     for (int k = 0; k < 3; k++) spectrum->twist[k] += of_mean.twist[k], spectrum->flip[k] += of_mean.flip[k];
-#endif
     return flesh_any(finite == 0) ? FLESH_NONFINITE : FLESH_OK;
   }
   return flesh_any(flesh_spectrum_make(&b->psi, sigma, spectrum) == 0) ? FLESH_NONFINITE : FLESH_OK;

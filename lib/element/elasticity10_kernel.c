@@ -24,7 +24,7 @@ typedef struct points {
   flesh_real J;      /* their means */
   flesh_real share[3]; /* of the volume term at these, and its derivatives; where there is one */
   flesh_real multiplier; /* where the mean is held */
-  double penalty;
+  double penalty, excess;
 } points;
 
 static COMPILED_ONCE void load(const flesh_batches *batches, int index, const double *x, points *p)
@@ -46,13 +46,13 @@ static COMPILED_ONCE void load(const flesh_batches *batches, int index, const do
   p->J = flesh_select(volume > 0, p->J, p->at[0].J);
 }
 
-/* The multipliers of means that are held, and what their penalty is times. */
-static COMPILED_ONCE void load_multipliers(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                           points *p)
+/* Loads the excess, the multipliers of means that are held, and their penalty. */
+static COMPILED_ONCE void load_options(const flesh_batches *batches, int index, const flesh_tet_point *at, points *p)
 {
   const int first = batches->first[index], used = batches->first[index + 1] - first;
   p->multiplier = flesh_all(0);
   p->penalty = 1;
+  p->excess = at->excess ? at->excess[p->at[0].t.material] : 0;
   if (!batches->tet || !batches->volume_shares[p->at[0].t.material].held) return;
   if (at->penalty > 0) p->penalty = at->penalty;
   for (int l = 0; l < used && at->multipliers; l++)
@@ -117,8 +117,9 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
     int status = find_psi(batches, with_value, b);
     if (status == BY_STRETCHES) b->psi = (flesh_psi_real){0};
     else if (status) return status;
-    if (!batches->volume_shares) continue;
-    const flesh_volume_share *s = &batches->volume_shares[b->t.material];
+    const flesh_volume_share *s = batches->volume_shares ? &batches->volume_shares[b->t.material] : NULL;
+    if (!s || s->term == FLESH_VOLUME_NONE) b->psi.JJ -= p->excess;
+    if (!s) continue;
     flesh_real own[3];
     status = volume_share(s, b->material, b->J, s->local, own);
     if (status || mean_status) return status ? status : mean_status;
@@ -135,7 +136,7 @@ INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real 
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
   *energy = p->volume * p->share[0];
-  *stiffness = p->volume * p->share[2];
+  *stiffness = p->volume * (p->share[2] - p->excess);
   if (!s->held) return;
   *energy = p->penalty * *energy + p->multiplier * p->volume * (p->J - 1);
   *stiffness *= p->penalty;
@@ -196,7 +197,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
   points p;
   ten_forces f;
   load(batches, index, near->x, &p);
-  load_multipliers(batches, index, at, &p);
+  load_options(batches, index, at, &p);
   int status = find_psi_of_points(batches, with_sums, &p);
   if (status) return status;
   open_forces(&f);
@@ -280,7 +281,7 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   corner_blocks of_corners;
   ten_blocks of_nodes;
   load(batches, index, near->x, &p);
-  load_multipliers(batches, index, at, &p);
+  load_options(batches, index, at, &p);
   int status = find_psi_of_points(batches, 0, &p);
   for (int q = 0; q < POINTS && !status; q++)
     status = blocks_at_point(&p.at[q], at->scale, at->filter, of_corners.point[q]);
@@ -305,7 +306,7 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
   ten_forces f, gradient;
   flesh_real rate[POINTS][9], P[POINTS][9];
   load(batches, index, near->x, &p);
-  load_multipliers(batches, index, at, &p);
+  load_options(batches, index, at, &p);
   int status = find_psi_of_points(batches, 0, &p);
   load_ten(&p.at[0].t, near->v, &rates);
   open_forces(&f);
@@ -352,7 +353,7 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
     ten_forces b;
     flesh_real energy, stiffness;
     load(batches, k, x, &p);
-    load_multipliers(batches, k, at, &p);
+    load_options(batches, k, at, &p);
     find_share_of_mean(batches, &p);
     mean_term(batches, &p, &energy, &stiffness);
     mean_gradient(&p, &b);

@@ -2,23 +2,27 @@
  * that Hessian, FLESH_LANES tets at a time. */
 #include "element/elastic_batch.h"
 
-INLINE int load(const flesh_batches *batches, int index, const double *x, int with_value, batch *b)
+INLINE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const double *x, int with_value,
+                batch *b)
 {
   load_tets(batches, index, &b->t);
   gradient_of(&b->t, x, b->d, b->F);
   find_invariants(b);
-  return find_psi(batches, with_value, b);
+  const int status = find_psi(batches, with_value, b);
+  if (status == BY_STRETCHES) b->psi = (flesh_psi_real){0};
+  if (at->excess) b->psi.JJ -= at->excess[b->t.material];
+  return status;
 }
 
 /* The batch's forces, where its form is one of the singular values, are added to `forces` if not NULL; `sums` are its
  * energy and the size of that, lane by lane. */
-static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int index, const double *position,
-                                            double *forces, flesh_real sums[2])
+static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                            const double *position, double *forces, flesh_real sums[2])
 {
   batch b;
   flesh_real U[9], sigma[3], V[9], UP[9], P[9], f[4][3];
   flesh_stretch_real psi;
-  int status = load(batches, index, position, 0, &b);
+  int status = load(batches, index, at, position, 0, &b);
   if (status != BY_STRETCHES) return status;
   find_stretches(&b, U, sigma, V);
   if (flesh_any(flesh_stretch_form(b.material->energy, b.material, sigma, &psi) == 0)) return FLESH_NONFINITE;
@@ -38,11 +42,10 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
                         double *forces, int with_sums, flesh_real sums[2])
 {
   batch b;
-  (void)at;
-  int status = load(batches, index, near->x, with_sums, &b);
+  int status = load(batches, index, at, near->x, with_sums, &b);
   if (status == BY_STRETCHES) {
     flesh_real own[2];
-    status = add_stretch_forces(batches, index, near->x, forces, own);
+    status = add_stretch_forces(batches, index, at, near->x, forces, own);
     for (int k = 0; k < 2 && with_sums && !status; k++) sums[k] += own[k];
     return status;
   }
@@ -68,7 +71,7 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
                                   const nearby *near, tile_blocks *to)
 {
   batch b;
-  int status = load(batches, index, near->x, 0, &b);
+  int status = load(batches, index, at, near->x, 0, &b);
   if (status) return status;
   true_blocks(&b, at->scale, add_block, to);
   return FLESH_OK;
@@ -83,7 +86,7 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
   batch b;
   flesh_real U[9], V[9];
   flesh_spectrum spectrum;
-  int status = load(batches, index, near->x, 0, &b);
+  int status = load(batches, index, at, near->x, 0, &b);
   const int by_stretches = status == BY_STRETCHES;
   if (!status || by_stretches) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
@@ -105,7 +108,7 @@ INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_te
 {
   batch b;
   flesh_real edges[3][3], rate[9], P[9], f[4][3];
-  int status = load(batches, index, near->x, 0, &b);
+  int status = load(batches, index, at, near->x, 0, &b);
   if (status && status != BY_STRETCHES) return status;
   gradient_of(&b.t, near->v, edges, rate);
   status = stress_rate(&b, rate, P);

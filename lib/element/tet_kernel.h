@@ -116,6 +116,7 @@ typedef struct flesh_tet_point {
   double ratio;
   const double *multipliers;    /* [the mesh's tets] Pa, of means that are held; NULL: 0 */
   double penalty;               /* times their shares; 0 counts as 1 */
+  const double *excess;         /* Pa, of every material, taken off d2 psi/dJ2 in matrices; NULL: nothing */
 } flesh_tet_point;
 
 /* Everything for one tile, batch by batch, which is the order of the additions. Returns FLESH_OK, FLESH_UNDEFINED or

@@ -267,6 +267,43 @@ static void damping_never_feeds_energy(void)
   }
 }
 
+/* Bars stretched in one step from rest along volume-keeping strains: the nearer Poisson's ratio is to 1/2, the closer
+ * forces are to those at 1/2, of both stiffnesses, as the bulk part takes no larger a lambda than that of 0.45. */
+static void near_incompressible_bodies_damp_as_incompressible_ones(void)
+{
+  static const double poisson[3] = {0.4999, 0.5, 0.45}, stretch = 1.2;
+  const double side = 1 / sqrt(stretch), rate[3] = {stretch - 1, side - 1, side - 1}, beta = 0.05;
+  for (int k = 0; k < 6; k++) {
+    const double mu = 1e5 / (2 * (1 + poisson[k / 2]));
+    const double expected = beta * mu * (2 * rate[0] + 9 * (rate[0] + 2 * rate[1]));
+    const flesh_stiffness stiffness = k % 2 ? FLESH_STIFFNESS_CURRENT : FLESH_STIFFNESS_REST;
+    flesh_mesh *linear = test_box(2, 1, 1, 1, 1, 1), *mesh = NULL;
+    flesh_effect *effect = NULL;
+    test_body b;
+    CHECK_OK(flesh_mesh_raise_order(linear, &mesh));
+    flesh_mesh_destroy(&linear);
+    CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, poisson[k / 2]), 1000, FLESH_MASS_LUMPED, 0, &b));
+    flesh_system_destroy(&b.system);
+    CHECK_OK(flesh_system_create(b.mesh, &b.system));
+    CHECK_OK(flesh_effect_damping(&b.body, 0, beta, stiffness, &effect));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+    CHECK_OK(flesh_system_finalize(b.system));
+    const double *X = flesh_mesh_positions(b.mesh);
+    for (int d = 0; d < b.n; d++) b.state.v[d] = rate[d % 3] * X[d];
+    for (int d = 0; d < b.n; d++) b.state.x[d] += b.state.v[d];
+    double *r = malloc((size_t)b.n * sizeof *r), pull = 0;
+    flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
+    point.lagged = (flesh_lagged){0, X, b.state.v};
+    CHECK_OK(flesh_system_residual(b.system, &point, r));
+    for (int i = 0; i < b.n / 3; i++)
+      if (X[3 * i] > 0.999) pull += r[3 * i];
+    printf("# poisson %g: %.6g N, expected %.6g N\n", poisson[k / 2], pull, expected);
+    CHECK_NEAR(pull, expected, 1e-9 * expected);
+    free(r);
+    test_body_destroy(&b);
+  }
+}
+
 /* A free body in uniform motion slows as exp(-rate t), and no longer once it is slow or the time is over. */
 static void settling_damping_winds_down_and_lets_be(void)
 {
@@ -318,6 +355,7 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(the_lowest_mode_decays_as_rayleigh_says),
                    TEST(viscosity_does_not_feel_rigid_motion), TEST(a_spinning_body_keeps_its_energy),
-                   TEST(damping_never_feeds_energy), TEST(settling_damping_winds_down_and_lets_be),
+                   TEST(damping_never_feeds_energy),
+                   TEST(near_incompressible_bodies_damp_as_incompressible_ones), TEST(settling_damping_winds_down_and_lets_be),
                    TEST(bad_coefficients_are_sentences));
 }

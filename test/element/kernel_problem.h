@@ -96,6 +96,14 @@ static int make_system(problem *p, kind kind, flesh_instructions instructions, f
   return FLESH_OK;
 }
 
+/* Returns the part of lambda that damping leaves out: all beyond nine times mu. */
+static double excess_of(const flesh_material *m)
+{
+  double mu, lambda;
+  CHECK_OK(flesh_material_small_strain(m, &mu, &lambda, NULL));
+  return fmax(0, lambda - 9 * mu);
+}
+
 /* Makes a point; the vectors that a kind must not read are others. */
 static flesh_point point_of(const problem *p, kind kind)
 {

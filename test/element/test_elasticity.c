@@ -90,6 +90,15 @@ static void projected_hessian(const flesh_material *m, const double F[9], flesh_
               vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
 }
 
+/* psi with the second derivative by J that damping takes. */
+static int damped_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
+{
+  const flesh_material *whole = m->user;
+  const int status = whole->psi(I_C, J, whole, psi);
+  psi->JJ -= excess_of(whole);
+  return status;
+}
+
 /* Energy, stress and its derivative at a point of a tet, at F, for the rate F', and the same frozen. */
 static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], const double frozen[9],
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
@@ -105,7 +114,9 @@ static void law(kind kind, const flesh_material *m, const double F[9], const dou
     viscous_law(F, kind == VISCOUS ? F : frozen, kind == VISCOUS ? rate : frozen_rate, project, value, P, H);
     return;
   }
-  projected_hessian(m, kind == REST ? at_rest : F, FLESH_FILTER_CLAMP, H);
+  flesh_material damped = *m;
+  if (!flesh_form_of_stretches(m->energy)) CHECK_OK(flesh_material_from_psi(damped_psi, (void *)m, &damped));
+  projected_hessian(&damped, kind == REST ? at_rest : F, FLESH_FILTER_CLAMP, H);
   law_of_rates(rate, value, P, H);
 }
 

@@ -112,7 +112,7 @@ static void deform(problem *p, int how)
  * x^4/(2 (x^2 + d^2)), x = J - 1, d = 0.3. */
 typedef struct split {
   const flesh_material *whole;
-  double share, local, mean; /* of J */
+  double share, local, mean, excess; /* of J; excess: of its second derivative, which damping leaves out */
   int logarithmic;
 } split;
 
@@ -134,6 +134,7 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
   int status = FLESH_OK;
   if (flesh_form_of_stretches(s->whole->energy)) *psi = (flesh_psi){0};
   else status = s->whole->psi(I_C, J, s->whole, psi);
+  if (s->share == 0) psi->JJ -= s->excess;
   if (status || s->share == 0) return status;
   volume_term(s, J, &U, &first, &second);
   volume_term(s, s->mean, &U_mean, &pressure, &stiff);
@@ -297,6 +298,7 @@ static void add_mean(problem *p, kind kind, const int node[10], const place at[4
     }
   }
   volume_term(s, s->mean, &U, &first, &second);
+  second -= s->excess;
   if (second < 0 && (kind != ELASTIC || project))
     second = kind == ELASTIC && project == FLESH_FILTER_ABSOLUTE ? -second : 0;
   second *= volume * (kind == ELASTIC ? 1 : stiffness);
@@ -316,6 +318,8 @@ static void add_tet(problem *p, kind kind, const int node[10], const flesh_mater
   place at[4];
   double volume = 0, sum = 0;
   split s = split_of(p, material);
+  if (kind == REST) s.share = s.local = 0;
+  if (kind == REST || kind == CURRENT) s.excess = excess_of(material);
   for (int q = 0; q < 4; q++) {
     double F[9];
     find_place(X, node, q, &at[q]);

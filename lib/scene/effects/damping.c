@@ -17,8 +17,8 @@ static const flesh_key keys[] = {
      .doc = "a of r = a M v: damping ratio a/(2 w) of a mode of angular frequency w; brakes rigid motion too"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "s", .default_value = "0",
-     .doc = "b of r = b K v: damping ratio b w/2 of a mode of angular frequency w, the largest for fast modes; near poisson 0.5 "
-            "its bulk part also acts on finite strains that keep the volume, and at 0.5 there is none: take viscosity there"},
+     .doc = "b of r = b K v: damping ratio b w/2 of a mode of angular frequency w, the largest for fast modes; "
+            "beyond poisson 0.45 K has the bulk part of 0.45, so that strains that keep the volume are damped as at 0.5"},
     {.name = "stiffness_at", .type = FLESH_KEY_CHOICE, .offset = offsetof(parameters, stiffness_at),
      .choices = stiffnesses, .default_value = "initial",
      .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the "
