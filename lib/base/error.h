@@ -35,7 +35,4 @@ int flesh_check_needed(const char *function, const flesh_needed *needed);
     if (flesh_need_status) return flesh_need_status;                                                            \
   } while (0)
 
-/* A state among them, with its positions and velocities. */
-#define FLESH_STATE(state) {state, "state"}, {state ? state->x : NULL, "state->x"}, {state ? state->v : NULL, "state->v"}
-
 #endif

@@ -8,6 +8,7 @@
 #include "sundials/ida_problem.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
+#include "system/state.h"
 #include "system/velocity_scale.h"
 
 static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
@@ -66,7 +67,8 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
 
 int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
 {
-  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
+  FLESH_NEED({self, "problem"});
+  FLESH_NEED_STATE(state);
   flesh_ida_matrices *J = &self->jacobian;
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
@@ -170,7 +172,8 @@ double flesh_ida_curvature(flesh_ida_problem *self, double ahead, N_Vector y_vec
 
 int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
 {
-  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
+  FLESH_NEED({self, "problem"});
+  FLESH_NEED_STATE(state);
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;

@@ -13,6 +13,7 @@
 #include "sundials/ode_problem.h"
 #include "sundials/vector.h"
 #include "system/ranks.h"
+#include "system/state.h"
 
 static const double mass_tolerance = 1e-14;
 
@@ -99,7 +100,8 @@ int flesh_ode_tolerances(const flesh_ode_problem *self, double tolerance, N_Vect
 
 int flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_state *state)
 {
-  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
+  FLESH_NEED({self, "problem"});
+  FLESH_NEED_STATE(state);
   return flesh_ida_get_state(self->motion, t, y, state);
 }
 
@@ -129,7 +131,8 @@ static int invert_mass(flesh_ode_problem *self)
 
 int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector y)
 {
-  FLESH_NEED({self, "problem"}, FLESH_STATE(state));
+  FLESH_NEED({self, "problem"});
+  FLESH_NEED_STATE(state);
   if (!flesh_ida_open(self->motion, y, 0)) return FLESH_ERR_ARGUMENT;
   N_Vector yp = flesh_vector_clone(y);
   int status = yp ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);

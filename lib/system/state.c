@@ -151,9 +151,23 @@ static int read_state(const char *path, int nodes, const wanted *some, flesh_sta
   return status;
 }
 
+int flesh_state_check(const char *function, const flesh_state *s)
+{
+  const char *missing = !s                                      ? "state"
+                        : !s->x                                 ? "state->x"
+                        : !s->v                                 ? "state->v"
+                        : !s->multipliers && s->multiplier_count ? "state->multipliers"
+                        : !s->internal && s->internal_count      ? "state->internal"
+                                                                 : NULL;
+  if (missing) return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s is NULL", function, missing);
+  return s->x != s->v ? FLESH_OK
+                      : flesh_fail(FLESH_ERR_ARGUMENT, "%s: state->x and state->v are the same array", function);
+}
+
 int flesh_state_read(const char *path, int nodes, flesh_state *state)
 {
-  FLESH_NEED({path, "path"}, FLESH_STATE(state));
+  FLESH_NEED({path, "path"});
+  FLESH_NEED_STATE(state);
   return read_state(path, nodes, &(wanted){0}, state);
 }
 
@@ -180,7 +194,8 @@ void flesh_state_write_rows(flesh_file *file, int nodes, const double *x, const 
 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
 {
-  FLESH_NEED({path, "path"}, FLESH_STATE(state));
+  FLESH_NEED({path, "path"});
+  FLESH_NEED_STATE(state);
   if (nodes < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "nodes is %d; it must not be negative", nodes);
   if (!isfinite(state->t))
     return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
@@ -190,8 +205,6 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
                         path, i / 3);
   column columns[COLUMNS];
   columns_of(state, columns);
-  for (const column *c = columns; c < columns + COLUMNS; c++)
-    FLESH_NEED({c->count ? (const void *)c->values : path, c->word});
   for (const column *c = columns; c < columns + COLUMNS; c++)
     for (int k = 0; k < c->count; k++)
       if (!isfinite(c->values[k]))

@@ -1,4 +1,5 @@
 /* integrator.c: creates, configures and destroys an integrator, and chooses how it takes a step. */
+#include "system/state.h"
 #include "time/integrator.h"
 
 #include <float.h>
@@ -386,7 +387,8 @@ double flesh_rounding_of_time(double t, double h)
 
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  FLESH_NEED({self, "integrator"}, FLESH_STATE(state));
+  FLESH_NEED({self, "integrator"});
+  FLESH_NEED_STATE(state);
   flesh_solve_stats ignored = {0};
   flesh_state view;
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->memory.method != FLESH_METHOD_STATIC))

@@ -12,6 +12,7 @@
 #include "system/feasible_step.h"
 #include "system/rank_numbers.h"
 #include "system/ranks.h"
+#include "system/state.h"
 #include "time/integrator.h"
 
 /* The data that records point to; nothing is allocated after the start. */
@@ -256,13 +257,15 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
 int flesh_run(const flesh_system *system, flesh_integrator *integrator,
               const flesh_run_options *options, flesh_state *state, int *steps)
 {
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, FLESH_STATE(state));
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"});
+  FLESH_NEED_STATE(state);
   return run(system, integrator, options, (origin){1, 0, state->t}, state, steps);
 }
 
 int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
                      int step, double begin, flesh_state *state, int *steps)
 {
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, FLESH_STATE(state));
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"});
+  FLESH_NEED_STATE(state);
   return run(system, integrator, options, (origin){0, step, begin}, state, steps);
 }

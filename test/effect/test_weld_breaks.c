@@ -507,7 +507,7 @@ static void a_broken_weld_goes_on_with_the_same_bits(void)
       flesh_state lacks = b[1].state;
       lacks.internal = NULL;
       CHECK(flesh_state_write(path, b[1].n / 3, &lacks) == FLESH_ERR_ARGUMENT);
-      CHECK_TEXT(flesh_error_text(), "flesh_state_write: internal is NULL");
+      CHECK_TEXT(flesh_error_text(), "flesh_state_write: state->internal is NULL");
       lacks.v = NULL;
       CHECK(flesh_state_write(path, b[1].n / 3, &lacks) == FLESH_ERR_ARGUMENT);
       CHECK_TEXT(flesh_error_text(), "state->v is NULL");

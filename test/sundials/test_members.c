@@ -44,9 +44,13 @@ static void states_have_arrays(void)
   N_Vector y, yp;
   CHECK_OK(flesh_ida_vector_create(ida, context, &y));
   yp = N_VClone(y);
-  const flesh_state states[] = {{.v = b.state.x}, {.x = b.state.x}};
-  for (int k = 0; k < 2; k++) {
-    const char *word = k ? "state->v is NULL" : "state->x is NULL";
+  double *const x = b.state.x, *const v = b.state.v;
+  const flesh_state states[] = {{.v = v}, {.x = x}, {.x = x, .v = x}, {.x = x, .v = v, .multiplier_count = 1},
+                                {.x = x, .v = v, .internal_count = 1}};
+  for (int k = 0; k < 5; k++) {
+    static const char *const words[] = {"state->x is NULL", "state->v is NULL", "state->x and state->v are the same array",
+                                        "state->multipliers is NULL", "state->internal is NULL"};
+    const char *word = words[k];
     flesh_state state = states[k];
     refused(flesh_integrator_step(integrator, &state, 1, NULL), word);
     refused(flesh_run(b.system, integrator, &run, &state, NULL), word);
