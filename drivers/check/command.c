@@ -66,6 +66,7 @@ static int report_system(const flesh_scene *scene, double t)
     printf("\nunknowns: %d, of which %d are held at the start; Jacobian of %d blocks 3x3 (upper triangle)\n",
            unknowns, held, blocks);
     flesh_time_print(stdout, scene);
+    if (flesh_scene_warning(scene)) printf("warning: %s\n", flesh_scene_warning(scene));
   }
   free(fixed);
   flesh_block_matrix_destroy(&K);

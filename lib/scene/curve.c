@@ -182,11 +182,11 @@ static int find_faces(flesh_scene *scene, const char *body, const flesh_mesh *me
     if (!s->found[k])
       return flesh_fail(FLESH_ERR_ARGUMENT, "curved[%d]: no face of the mesh's boundary lies on it", k);
     if (!s->left[k]) continue;
-    scene->warning = flesh_arena_print(&scene->arena, "%s%s%s.curved[%d]: %d face%s of the mesh near it stay%s as %s: "
-                                       "a corner is farther from it than a tenth of the longest edge",
-                                       scene->warning ? scene->warning : "", scene->warning ? "; " : "", body, k,
-                                       s->left[k], s->left[k] == 1 ? "" : "s", s->left[k] == 1 ? "s" : "", s->left[k] == 1 ? "it is" : "they are");
-    if (!scene->warning) status = flesh_no_memory();
+    const int one = s->left[k] == 1;
+    status = flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.curved[%d]: %d face%s of the mesh near it stay%s as %s: "
+                                                       "a corner is farther from it than a tenth of the longest edge",
+                                                       body, k, s->left[k], one ? "" : "s", one ? "s" : "",
+                                                       one ? "it is" : "they are"));
   }
   return status;
 }

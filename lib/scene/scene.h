@@ -35,6 +35,9 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
 /* Prints the text of flesh_scene_write. */
 void flesh_scene_print(const flesh_scene *scene, flesh_text *text);
 
+/* Adds what flesh_arena_print returned to the scene's warning. FLESH_ERR_MEMORY, also for NULL. */
+int flesh_scene_warn(flesh_scene *scene, const char *words);
+
 /* The node of `name` (may be NULL), else the one above it: where an error about it is reported. */
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset);
 
@@ -77,6 +80,8 @@ int flesh_scene_check_fields(const flesh_scene *scene);
 int flesh_scene_make_absolute(flesh_scene *scene, char **path);
 /* Densities and materials of the tets from keys.body; needs the mesh. */
 int flesh_scene_make_body(flesh_scene *scene);
+/* Chooses the method, its steps and the end in force into scene->time; needs the system. */
+int flesh_scene_settle_time(flesh_scene *scene);
 /* Whether an effect is inertia: without it there is nothing to step. */
 int flesh_scene_has_inertia(const flesh_scene *scene);
 /* The effects, elasticity included, and the system of them; needs the body. */

@@ -263,7 +263,19 @@ a_load_within_a_step_is_told() {
   done
 }
 
+# A method that steps in time has nothing to step without inertia.
+a_method_without_inertia_is_told() {
+  scene bent '  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}
+  - gravity: {}' 'method: bdf2, end: 0'
+  expect 0 "$flesh" run bent.yaml --out bent --no-frames && has bent/result.json '"warning": "time.method is bdf2' &&
+    has stderr.txt 'time.method is bdf2, but the scene has no inertia and is solved for equilibrium; add' || return 1
+  expect 0 "$flesh" check bent.yaml && has stdout.txt 'warning: time.method is bdf2, but' || return 1
+  for quiet in time.method=static time.method=null; do
+    expect 0 "$flesh" run bent.yaml --out bent --no-frames --set $quiet && has bent/result.json '"warning": null' || return 1
+  done
+}
+
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
   thin_bodies_find_what_follows_them a_long_step_is_told motion_without_force_is_nothing_to_tell \
   more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body nodes_led_into_others_are_told \
-  loads_that_follow_for_ever_are_told a_load_within_a_step_is_told
+  loads_that_follow_for_ever_are_told a_load_within_a_step_is_told a_method_without_inertia_is_told

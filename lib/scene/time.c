@@ -1,0 +1,89 @@
+/* time.c: the method, steps and end in force of a scene. */
+#include <math.h>
+
+#include "scene/keys.h"
+#include "scene/scene.h"
+#include "system/system.h"
+#include "time/method.h"
+
+/* Whether and how errors choose the steps of the method, which may have been `adaptive` by name. */
+static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_node *place, flesh_adaptive_options *taken)
+{
+  const flesh_method method = (flesh_method)scene->keys.time.method;
+  const int said = scene->keys.time.controlled, known = flesh_method_controlled(method) != NULL;
+  flesh_adaptive_options defaults;
+  flesh_adaptive_options_default(&defaults);
+  *taken = scene->keys.time.adaptive;
+  taken->control = known && (said < 0 ? method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken->tolerance) : said);
+  if (isnan(taken->tolerance)) taken->tolerance = defaults.tolerance;
+  if (by_name ? said : said != 1 || known || flesh_method_order(method) == 0) return FLESH_OK;
+  const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
+  const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
+  return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
+                         "%s.%s is %s; with method %s, whose error %s, it must be %s, or choose another method",
+                         time->name, key->name, by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
+                         by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
+}
+
+/* Without inertia there is nothing to step: takes statics, with a warning where the scene names another method. */
+static int take_statics(flesh_scene *scene, const flesh_key *time, const flesh_node *place)
+{
+  const flesh_key *method = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
+  const int ignored = scene->keys.time.method != FLESH_METHOD_STATIC &&
+                      flesh_scene_place(place, time->children, method->offset) != place;
+  const char *name = flesh_method_names[scene->keys.time.method];
+  scene->keys.time.method = FLESH_METHOD_STATIC;
+  if (!ignored) return FLESH_OK;
+  return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.%s is %s, but the scene has no inertia and is solved "
+                                                   "for equilibrium; add the effect inertia, or make the method static",
+                                                   time->name, method->name, name));
+}
+
+int flesh_scene_settle_time(flesh_scene *scene)
+{
+  const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
+  int status = flesh_scene_has_inertia(scene) ? FLESH_OK : take_statics(scene, time, place);
+  if (status) return status;
+  const int by_name = !flesh_method_find((flesh_method)scene->keys.time.method);
+  if (by_name) scene->keys.time.method = FLESH_METHOD_RUNGE_KUTTA;
+  if (by_name && scene->keys.time.controlled) scene->keys.time.controlled = 1;
+  if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
+    const flesh_key *end =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.end) - time->offset);
+    char expected[FLESH_EXPECTATION_SIZE];
+    return flesh_node_fail(place, "%s.%s is missing; it must be %s when the scene has inertia",
+                           time->name, end->name, flesh_key_expectation(end, expected));
+  }
+  if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
+  if (scene->keys.time.adaptive.max_order > 5) {
+    const flesh_key *order =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.adaptive.max_order) - time->offset);
+    return flesh_node_fail(flesh_scene_place(place, time->children, order->offset),
+                           "%s.%s is %d; it must be 1 to 5", time->name, order->name,
+                           scene->keys.time.adaptive.max_order);
+  }
+  const flesh_method method = (flesh_method)scene->keys.time.method;
+  const char *refused = flesh_system_multiplier_count(scene->system)
+                            ? "which cannot judge the error of the pressures of incompressible tets (poisson 0.5); it "
+                              "must be adaptive or a method of fixed steps, or poisson below 0.5"
+                        : flesh_system_internal_count(scene->system)
+                            ? "which goes on from a history of smooth steps; with a weld that breaks or a contact that "
+                              "is adaptive it must be adaptive or a method of fixed steps"
+                            : NULL;
+  if (refused && method == FLESH_METHOD_IDA) {
+    const flesh_key *key =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
+    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset), "%s.%s is %s, %s", time->name,
+                           key->name, flesh_method_name(method), refused);
+  }
+  flesh_adaptive_options taken;
+  status = settle_adaptive(scene, by_name, place, &taken);
+  if (status) return status;
+  scene->keys.time.options.table = (flesh_table)scene->keys.time.table;
+  scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
+                                   scene->keys.time.end, scene->keys.time.max_energy_gain,
+                                   scene->keys.time.options, taken};
+  status = flesh_method_options_check(&scene->time.options);
+  return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
+}
