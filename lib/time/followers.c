@@ -10,7 +10,7 @@
 #include "base/parallel_vector.h"
 #include "newton/stage.h"
 
-static const double depth = 1e-2, exactness = 1e-5; /* of directions, and of the solves that they take, over their first */
+static const double depth = 1e-2, exactness = 1e-3; /* of directions, and of the solves that they take, over their first */
 static const double resolution = 1e-4; /* moves over steps of differences that round-off may keep from growing shorter */
 
 int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self)
@@ -89,7 +89,7 @@ static int find_move(flesh_followers *self, double *length)
 /* The direction p with J p = -r from x, left in the mixing's x. *found: whether it is; *first: the length of the first move. */
 static int find_direction(flesh_followers *self, const double *x, double *first, int *found)
 {
-  enum { SOLVES = 60 };
+  enum { SOLVES = 24 };
   const int n = self->mixing.n;
   double length = INFINITY;
   memset(self->back, 0, (size_t)n * sizeof *self->back);
@@ -149,15 +149,18 @@ static int search(flesh_followers *self, double before, double *x, double *norm,
 
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats)
 {
-  enum { ITERATIONS = 30 };
+  enum { ITERATIONS = 30, PATIENCE = 4 }; /* iterations in which the first move must halve: near the largest load none does */
   flesh_newton *newton = self->newton;
-  double norm, length = INFINITY;
+  double norm, length = INFINITY, least = INFINITY;
   memset(&newton->stats, 0, sizeof newton->stats);
-  int status = set_stage(self, state), found = 1;
+  int status = set_stage(self, state), found = 1, left = PATIENCE;
   if (!status) status = find_residual(self, state->x, self->r, &norm);
   for (int k = 0; k < ITERATIONS && !status && found && norm > target; k++) {
     if (k) status = set_stage(self, state);
     if (!status) status = find_direction(self, state->x, &length, &found);
+    left = length < least / 2 ? PATIENCE : left - 1;
+    least = fmin(least, length);
+    found &= left > 0;
     if (!status && found) status = search(self, length, state->x, &norm, &found);
     newton->stats.newton += found;
   }
