@@ -53,10 +53,11 @@ static const double lasting = 0.7;           /* of the body's periods, through w
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
-static const double of_prescribed = 10;
+static const double of_prescribed = 12;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double least_power = 0.1;
 enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
+static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
 static void clear_vectors(flesh_error_control *self)
@@ -141,14 +142,16 @@ double flesh_error_control_least_energy(const flesh_error_control *self)
 /* The root mean square of e [n], by mass. */
 static double size_of(const flesh_error_control *self, const double *e) { return sqrt(mass_square(self, e) / self->mass); }
 
-void flesh_error_control_start(flesh_error_control *self, const flesh_state *state, const double *a, double ahead)
+void flesh_error_control_start(flesh_error_control *self, const flesh_state *state, const double *a)
 {
   const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
   const double force = a ? size_of(self, a) : 0;
   flesh_part_weights_hold(&self->weights, self->system, state->t);
-  /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. */
-  double h = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
-  if (!(h < INFINITY)) h = 0.1 * ahead;
+  /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. What is at rest
+   * while forces grow from 0 begins briefly: a step longer than the vibrations which they excite does not see these. */
+  const double moving = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
+  const int rests = (force * self->period + speed) * self->period < still * self->length;
+  const double h = rests ? flesh_error_control_brief(self, moving) : moving;
   self->h = self->h > 0 ? fmin(self->h, h) : h;
   self->before = 1;
   self->first = 1;
@@ -162,7 +165,8 @@ double flesh_error_control_brief(const flesh_error_control *self, double h)
 double flesh_error_control_propose(const flesh_error_control *self, double left)
 {
   const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
-  return h >= left * (1 - 1e-9) ? left : fmin(h, left / 2); /* not almost all, which would leave a sliver */
+  /* All that is left, where the error there may be what it may; not almost all, which would leave a sliver. */
+  return h >= safety * left && left <= self->options.max_step ? left : fmin(h, left / 2);
 }
 
 /* How much the impulses of a step may be off by, so that all add up to the tolerance. */
@@ -345,10 +349,14 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     self->refused_error = self->error;
     return;
   }
-  const double next = h * change(self);
   self->weights.forget = h;
-  /* An output or an event has cut the step where it is shorter than was wanted: the error did not ask for it. */
-  self->h = h < 0.9 * self->h ? fmax(self->h, next) : next;
+  if (h >= 0.9 * self->h) self->h = h * change(self);
+  else if (!isnan(self->error)) {
+    /* An output or an event has cut the step where it is shorter than was wanted: the change is none that a controller has
+     * made, and only the error tells what is allowed. */
+    const double factor = safety * pow(fmax(self->error, least_error), -1 / self->falls);
+    self->h = factor < longest ? h * factor : fmax(self->h, h * longest);
+  }
   if (!isnan(self->error)) self->before = fmax(self->error, least_error);
   if (!self->rejected && !isnan(self->error) && self->gains > 0) self->gains--;
   self->first = self->rejected = self->failed = 0;

@@ -56,9 +56,9 @@ void flesh_error_control_archive(flesh_error_control *control, flesh_archive *ar
 /* The energy of a motion as slow as the tolerance, J. */
 double flesh_error_control_least_energy(const flesh_error_control *control);
 
-/* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known), and has
- * `ahead` s to go at least. Collective, as all that follow. */
-void flesh_error_control_start(flesh_error_control *control, const flesh_state *state, const double *a, double ahead);
+/* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known). Collective,
+ * as all that follow. */
+void flesh_error_control_start(flesh_error_control *control, const flesh_state *state, const double *a);
 /* A length of time, s, of at most h: where errors choose steps, at most the cube root of the tolerance of the body's period
  * over 2 pi, so that it falls with the tolerance. */
 double flesh_error_control_brief(const flesh_error_control *control, double h);

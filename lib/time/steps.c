@@ -145,8 +145,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
   flesh_evaluation_changed(self->evaluation);
   flesh_energy_watch_jump(&self->watch, piece->begin, state);
   if (self->control.on)
-    flesh_error_control_start(&self->control, state, self->row->acceleration ? self->memory.vectors[0] : NULL,
-                              piece->end - state->t);
+    flesh_error_control_start(&self->control, state, self->row->acceleration ? self->memory.vectors[0] : NULL);
   if (!self->row->acceleration) return FLESH_OK;
   return flesh_step_energy_begin(&self->watch, &self->prescribed, state, piece->begin, h, self->memory.vectors[0],
                                  self->first.extrapolated);

@@ -1,0 +1,45 @@
+// TEST quick seconds=5
+/* test_error_control.c: steps that errors choose where it is hard to see the error. */
+#include "motion_reference.h"
+
+/* A load that grows from 0 excites vibrations, over which a long first step would pass without seeing any error. */
+static void vibrations_that_growing_loads_excite_are_seen(void)
+{
+  enum { END_NODES = 4, RUNS = 8 };
+  const flesh_curve_point points[] = {{0, 0}, {3, 1}};
+  const flesh_amplitude amplitude = {2, points, 0, -INFINITY, INFINITY};
+  int nodes[END_NODES], count = 0;
+  test_body b;
+  flesh_effect *effect = NULL;
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  for (int i = 0; i < b.n / 3; i++)
+    if (flesh_mesh_positions(b.mesh)[3 * i] > 2.9) nodes[count++] = i;
+  CHECK_OK(flesh_effect_force(&b.body, count, nodes, (double[]){1500, 0, 0}, &amplitude, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_state exact = state_copy(b.n, &b.state);
+  motion_reference_run(&b, 6, 1e-12, &exact);
+  for (int k = 0; k < RUNS; k++) {
+    const double tolerance = pow(10, -1 - k / 2.);
+    flesh_state state = state_copy(b.n, &b.state);
+    flesh_solve_stats stats = {0};
+    flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
+    flesh_adaptive_options adaptive;
+    flesh_adaptive_options_default(&adaptive);
+    adaptive.control = 1;
+    adaptive.tolerance = tolerance;
+    CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+    CHECK_OK(flesh_integrator_step(integrator, &state, 6, &stats));
+    const double error = motion_distance(b.n, state.x, exact.x);
+    printf("# tolerance %.2g: %d steps, %d rejected, %d Newton, error %.3g m = %.3g tolerances\n", tolerance, stats.steps,
+           stats.rejected, stats.newton, error, error / (3 * tolerance));
+    CHECK(error < 2 * (3 * tolerance));
+    flesh_integrator_destroy(&integrator);
+    state_free(&state);
+  }
+  state_free(&exact);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen)); }
