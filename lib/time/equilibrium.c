@@ -322,7 +322,8 @@ static int come_apart(flesh_integrator *self, flesh_state *state, double h, fles
   return status;
 }
 
-int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* Equilibrium at t+h; one that is a tangle is untangled and solved again. */
+static int find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
   self->evaluation->environment.past = h;
@@ -333,4 +334,17 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   if (status == 1) status = flesh_continuation_rest(&self->continuation, untangler, 1, state, stats);
   if (status == 1 && flesh_system_has_follower_loads(self->evaluation->system)) status = balance(self, state, 0, stats);
   return status < 0 ? status : FLESH_OK;
+}
+
+int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  flesh_cutbacks times = flesh_cutbacks_of((flesh_span){state->t, state->t + h, h});
+  int status, goes_on;
+  do {
+    status = find_equilibrium(self, state, times.part.h, stats);
+    if (!status) state->t = times.part.end;
+    /* An obstacle may move too far at once to push a surface out of its way that others bar. */
+    goes_on = !status || (status == FLESH_UNDEFINED && !self->tape && flesh_system_moves(self->evaluation->system));
+  } while (goes_on && flesh_cutbacks_next(&times, 1, self->recovery.max_cutbacks, status));
+  return status;
 }

@@ -105,7 +105,8 @@ int flesh_integrator_resume(flesh_integrator *integrator, const flesh_step_place
 void flesh_integrator_forget(flesh_integrator *integrator);
 /* Tells the tape, if there is one, that the run is between two parts. Returns the status of the tape. */
 int flesh_integrator_pass(flesh_integrator *integrator, const flesh_state *state, flesh_step_place *place);
-/* Equilibrium at state->t + h; one that is a tangle is untangled and solved again. Status as above. */
+/* Equilibrium at state->t + h, by others before it where an obstacle cannot move so far at once; one that is a tangle is
+ * untangled and solved again. Status as above. */
 int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
                                       flesh_solve_stats *stats);
 

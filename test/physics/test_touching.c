@@ -267,6 +267,27 @@ static void what_is_not_named_costs_nothing(void)
   }
 }
 
+/* A leaning plate presses a cube that may touch itself: in one step of statics, which the plate cannot take at once, as far
+ * as in eight. */
+static void a_plate_presses_far_in_one_step(void)
+{
+  touching m[2];
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(touching_begin("body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.3}}\n"
+                            "effects:\n  - contact: {between: self}\n  - pin: {box: [[-1, -1, -1], [1, 1, 1e-9]]}\n"
+                            "  - contact: {plane: {point: [0.05, 0.05, 0.108], normal: [0.1, 0, -1]},\n"
+                            "      motion: [{time: 0}, {time: 1, translation: [0, 0, -0.07]}]}\n"
+                            "time: {method: static, step: 1, end: 1}\n",
+                            (const char *[]){k ? "time.step=1/8" : "time.step=1", NULL}, 1000, &m[k]));
+    for (int s = 0; s < (k ? 8 : 1); s++) CHECK_OK(touching_step(&m[k]));
+    CHECK(m[k].crossings == 0);
+  }
+  const double once = touching_energy(&m[0], NULL), often = touching_energy(&m[1], NULL);
+  printf("# energy in one step %.9g J, in eight %.9g J\n", once, often);
+  CHECK_NEAR(once, often, 1e-6 * fabs(often));
+  for (int k = 0; k < 2; k++) touching_end(&m[k]);
+}
+
 static void collide_with(const char *const *set, int steps)
 {
   touching m;
@@ -394,6 +415,6 @@ int main(int argc, char **argv)
                    TEST_OF_THREADS(threads_and_cuts_change_no_bit), TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
                    TEST(only_what_is_named_touches), TEST(what_is_not_named_costs_nothing),
                    TEST(a_block_slides_from_the_angle_of_friction_on), TEST(a_blow_rubs_by_its_own_force),
-                   TEST(curved_balls_collide),
+                   TEST(a_plate_presses_far_in_one_step), TEST(curved_balls_collide),
                    TEST(balls_collide_with_a_direct_solver));
 }
