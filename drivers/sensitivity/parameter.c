@@ -74,11 +74,12 @@ static const flesh_node *node_at(const flesh_node *root, const char *path)
   return node;
 }
 
-/* The size of a value: of a vector's component the largest one's, as a small one's own would leave round-off; 1: all are 0. */
-static double size_of(const flesh_node *root, const char *key, double value)
+/* The size of a value: of a vector's component the largest one's, of a motion's that of the body or a radian at least, as a
+ * small one's own would leave round-off; 1: all are 0. */
+static double size_of(const flesh_scene *scene, const flesh_node *root, const char *key, double value)
 {
   char list[sizeof((flesh_varied *)0)->key];
-  double size = fabs(value), other;
+  double size = fmax(fabs(value), strstr(key, ".rotation[") ? 1 : 0), other;
   snprintf(list, sizeof list, "%s", key);
   char *bracket = strrchr(list, '[');
   if (bracket && !strchr(bracket, '.')) *bracket = 0;
@@ -87,6 +88,11 @@ static double size_of(const flesh_node *root, const char *key, double value)
     const flesh_node *item = flesh_node_item(vector, k);
     if (item->kind == FLESH_NODE_SCALAR && !flesh_option_number(item->text, &other) && isfinite(other))
       size = fmax(size, fabs(other));
+  }
+  if (strstr(key, ".translation[")) {
+    flesh_mesh_info body;
+    flesh_mesh_inspect(flesh_system_mesh(flesh_scene_system(scene)), &body);
+    for (int c = 0; c < 3; c++) size = fmax(size, body.high[c] - body.low[c]);
   }
   return size > 0 ? size : 1;
 }
@@ -106,7 +112,7 @@ static int find_value(const flesh_scene *scene, const char *key, double *value, 
   if (!status && !node) status = not_there(key, "the scene has no such key");
   if (!status && (node->kind != FLESH_NODE_SCALAR || flesh_option_number(node->text, value)))
     status = not_there(key, "this key is no number");
-  if (!status) *size = size_of(root, key, *value);
+  if (!status) *size = size_of(scene, root, key, *value);
   flesh_arena_free(&arena);
   free(text.data);
   return status;

@@ -448,6 +448,7 @@ ranks_go_on_with_what_one_has_begun() {
 # A signal to any rank has all write a checkpoint first. IDA starts anew behind it.
 a_signal_leaves_a_checkpoint() {
   begin 3 "$scenes/swing_coarse.yaml" --checkpoint 1000s --method ida --set time.tolerance=1e-3 || return 1
+  wait_until "$launched" awk 'END { exit NR < 3 }' endless/history.csv || return 1
   kill -TERM "$(cat pid_2)" || return 1
   wait "$launched"
   [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
