@@ -178,7 +178,7 @@ def extrapolate(a, b, c):
 
 
 def reference(flesh, kind, path, folder, keys, level):
-    """The finer answer, with the rows of the run."""
+    """The finer answer, with the rows of the run; None where there is none, or finer meshes end with inverted tets."""
     if keys["method"] == "adaptive":
         finer = run(flesh, path, os.path.join(folder, "fine"), "--set", "time.tolerance=1e-6")
         return finer and {name: values for name, values in finer.items() if name != "result"}
@@ -189,7 +189,7 @@ def reference(flesh, kind, path, folder, keys, level):
                           for name, values in finer.items() if name != "result"}
     runs = [run(flesh, path, os.path.join(folder, f"fine{k}"), "--set", "body.element=tet10-mean", "--set",
                 f"body.refine={level + k}") for k in ((-1, 0, 1) if keys.get("large") or kind in MOTIONS else (0, 1, 2))]
-    if not all(runs):
+    if not all(runs) or any(finer["result"]["figures"]["final_inverted"] for finer in runs):
         return None
     return {name: [extrapolate(*three) for three in zip(values, runs[1][name], runs[2][name])]
             for name, values in runs[0].items() if name != "result"}
