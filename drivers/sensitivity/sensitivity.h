@@ -39,9 +39,10 @@ typedef struct flesh_varied {
   flesh_parameter parameter; /* its systems */
 } flesh_varied;
 
-/* Reads the scene again with the key at p -+ 1 and 2 millionths of p, of a vector's component of the largest one (of 1 where
- * that is 0); a hundredth of these where the scene does not take them. FLESH_ERR_ARGUMENT with a sentence for a key that is
- * not there, or no number; what reading scenes returns. */
+/* Reads the scene again with the key at p -+ 1 and 2 millionths of its size; a hundredth of these where the scene does not take
+ * them. The size is that of p, of a vector's component of the largest one, of a translation at least the body's, of a rotation
+ * at least a radian, and 1 where all these are 0. FLESH_ERR_ARGUMENT with a sentence for a key that is not there, or no number;
+ * what reading scenes returns. */
 int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
                       flesh_varied *varied);
 void flesh_varied_clear(flesh_varied *varied);

@@ -165,8 +165,8 @@ double flesh_error_control_brief(const flesh_error_control *self, double h)
 double flesh_error_control_propose(const flesh_error_control *self, double left)
 {
   const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
-  /* All that is left, where the error there may be what it may; not almost all, which would leave a sliver. */
-  return h >= safety * left && left <= self->options.max_step ? left : fmin(h, left / 2);
+  /* All that is left, where the error there may be what it may; not almost all, which would leave a sliver. `left` is rounded. */
+  return h >= safety * left && left * (1 - 1e-9) <= self->options.max_step ? left : fmin(h, left / 2);
 }
 
 /* How much the impulses of a step may be off by, so that all add up to the tolerance. */

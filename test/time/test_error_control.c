@@ -42,4 +42,33 @@ static void vibrations_that_growing_loads_excite_are_seen(void)
   test_body_destroy(&b);
 }
 
-int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen)); }
+/* A longest step as long as the time between outputs, which is rounded, makes one step of each. */
+static void longest_steps_reach_outputs(void)
+{
+  const double h = 1. / 60;
+  test_body b;
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_solve_stats stats = {0};
+  flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = 0.1;
+  adaptive.max_step = h;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  for (int k = 1; k <= 60; k++) {
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, k * h - b.state.t, &stats));
+    b.state.t = k * h;
+  }
+  printf("# %d steps to 60 outputs\n", stats.steps);
+  CHECK(stats.steps == 60);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen), TEST(longest_steps_reach_outputs));
+}
