@@ -10,11 +10,8 @@
 /* NULL, with words, where user_data leads to none, or to one without a stage, which has no equations. */
 static flesh_problem *problem_of(const void *user_data)
 {
-  flesh_problem *problem = flesh_first_member(user_data);
-  if (!problem || problem->self != problem) {
-    flesh_fail_user_data("flesh_problem");
-    return NULL;
-  }
+  flesh_problem *problem = flesh_user_data_problem(user_data, "flesh_problem");
+  if (!problem) return NULL;
   if (problem->staged) return problem;
   flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_problem has no stage; flesh_problem_set_stage comes first");
   return NULL;

@@ -14,11 +14,8 @@
 /* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
 static flesh_ida_problem *problem_of(const void *user_data)
 {
-  flesh_ida_problem *problem = flesh_first_member(user_data);
-  if (!problem || problem->self != problem) {
-    flesh_fail_user_data("flesh_ida_problem");
-    return NULL;
-  }
+  flesh_ida_problem *problem = flesh_user_data_problem(user_data, "flesh_ida_problem");
+  if (!problem) return NULL;
   if (problem->constraints.started) return problem;
   flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ida_problem has not been started; flesh_ida_start comes first");
   return NULL;

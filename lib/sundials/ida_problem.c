@@ -106,7 +106,7 @@ int flesh_ida_problem_create_after(int status, const flesh_system *system, const
   flesh_ida_problem *self = status ? NULL : calloc(1, sizeof *self);
   if (!status && !self) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
   if (self) {
-    *self = (flesh_ida_problem){.self = self, .options = *options, .constraints = {.event = INFINITY},
+    *self = (flesh_ida_problem){.head = {self, "flesh_ida_problem"}, .options = *options, .constraints = {.event = INFINITY},
                                 .solver = {.linear = flesh_linear_for(flesh_system_instructions(system))}};
     status = allocate(system, self);
   }

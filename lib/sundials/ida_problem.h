@@ -9,6 +9,7 @@
 #include "linear/direct.h"
 #include "linear/linear.h"
 #include "linear/scalar_view.h"
+#include "sundials/vector.h"
 #include "system/evaluation.h"
 
 /* The content of the matrix K. */
@@ -69,7 +70,7 @@ typedef struct flesh_ida_accepted {
 } flesh_ida_accepted;
 
 struct flesh_ida_problem {
-  flesh_ida_problem *self;     /* first, see vector.h */
+  flesh_user_data head;        /* first */
   flesh_threads *threads;
   flesh_evaluation evaluation; /* y has twice its n numbers */
   double *room[3];             /* [2*n] each, for vectors of N_VNew_Parallel; NULL without a team */

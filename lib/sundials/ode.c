@@ -20,11 +20,8 @@ static const double mass_tolerance = 1e-14;
 /* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
 flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
 {
-  flesh_ode_problem *problem = flesh_first_member(user_data);
-  if (!problem || problem->self != problem) {
-    flesh_fail_user_data("flesh_ode_problem");
-    return NULL;
-  }
+  flesh_ode_problem *problem = flesh_user_data_problem(user_data, "flesh_ode_problem");
+  if (!problem) return NULL;
   if (problem->motion->constraints.started) return problem;
   flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ode_problem has not been started; flesh_ode_start comes first");
   return NULL;
@@ -40,7 +37,7 @@ static flesh_ode_problem *create_here(const flesh_system *system)
     free(self);
     return NULL;
   }
-  self->self = self;
+  self->head = (flesh_user_data){self, "flesh_ode_problem"};
   self->n = flesh_system_unknowns(system);
   self->inverse = numbers;
   self->rate = numbers + 3 * n;

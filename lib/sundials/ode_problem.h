@@ -16,7 +16,7 @@ typedef struct flesh_ode_condensed {
 } flesh_ode_condensed;
 
 struct flesh_ode_problem {
-  flesh_ode_problem *self; /* first, see vector.h */
+  flesh_user_data head; /* first */
   flesh_ida_problem *motion; /* after a start: M in D, M of the free dofs in K, factored */
   int n;
   double *inverse;     /* [3*n] 3x3 blocks of M^-1 where mass_is_diagonal */

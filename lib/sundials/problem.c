@@ -14,7 +14,7 @@ int flesh_problem_create_empty(flesh_problem **problem)
 {
   int status = flesh_sundials_check();
   *problem = status ? NULL : calloc(1, sizeof **problem);
-  if (*problem) (*problem)->self = *problem;
+  if (*problem) (*problem)->head = (flesh_user_data){*problem, "flesh_problem"};
   return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
 }
 

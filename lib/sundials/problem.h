@@ -6,9 +6,10 @@
 #include "flesh/kinsol.h"
 #include "newton/newton.h"
 #include "linear/scalar_view.h"
+#include "sundials/vector.h"
 
 struct flesh_problem {
-  flesh_problem *self; /* first, see vector.h */
+  flesh_user_data head; /* first */
   flesh_newton newton;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   int staged; /* it has a stage */

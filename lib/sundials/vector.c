@@ -4,6 +4,7 @@
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
@@ -114,10 +115,14 @@ void flesh_vector_close(N_Vector v, const flesh_team *team, sunindextype n, cons
     memcpy(N_VGetArrayPointer(v) + k * own, written + k * all, own * sizeof *written);
 }
 
-int flesh_fail_user_data(const char *type)
+void *flesh_user_data_problem(const void *user_data, const char *type)
 {
-  return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "the callback's user_data is neither a %s nor a struct whose first member points to one", type);
+  flesh_user_data *head = NULL;
+  if (user_data) memcpy(&head, user_data, sizeof head);
+  if (head && head->problem == head && !strcmp(head->type, type)) return head;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the callback's user_data is neither a %s nor a struct whose first member points to one",
+             type);
+  return NULL;
 }
 
 /* The content of a quickened vector; SUNDIALS sees the serial vector's. */

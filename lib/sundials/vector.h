@@ -3,7 +3,6 @@
 #define FLESH_SUNDIALS_VECTOR_H
 
 #include <stdint.h>
-#include <string.h>
 #include <sundials/sundials_nvector.h>
 
 #include "base/team.h"
@@ -48,15 +47,13 @@ int flesh_vector_set_norm(N_Vector v, double (*norm)(void *data, N_Vector x, N_V
 /* The threads of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 
-/* A problem's first member points to itself, and that of a user's own struct to the problem: so either shows where the
- * problem is. */
-static inline void *flesh_first_member(const void *user_data)
-{
-  void *first = NULL;
-  if (user_data) memcpy(&first, user_data, sizeof first);
-  return first;
-}
-/* FLESH_ERR_ARGUMENT, with words: user_data is neither. */
-int flesh_fail_user_data(const char *type);
+/* The first member of a problem. It points to the problem, as the first one of a user's own struct does: so either shows
+ * where the problem is. */
+typedef struct flesh_user_data {
+  const void *problem;
+  const char *type; /* "flesh_problem", and so on */
+} flesh_user_data;
+/* The problem of that type to which user_data leads; NULL, with words, where there is none. */
+void *flesh_user_data_problem(const void *user_data, const char *type);
 
 #endif

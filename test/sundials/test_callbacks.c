@@ -258,6 +258,10 @@ static void user_data_of_ones_own(void)
   wrong.wrong = wrong.zero;
   CHECK(flesh_ode_rhs(0, y, F, &wrong) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "flesh_ode_problem");
+  CHECK(flesh_ode_rhs(0, y, F, o.ida) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_kinsol_residual(u, r, &ida) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ida_residual(0, y, y, F, o.rhs) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "flesh_ida_problem");
   N_VDestroy(u);
   N_VDestroy(r);
   N_VDestroy(r2);
