@@ -65,9 +65,8 @@ static void speak_of_long_step(flesh_running *r)
   r->next_word = now + (lasting < longest_silence ? lasting : longest_silence);
   fprintf(stderr, "%sstep %d has taken %.0f s: from t = %g s with h = %.3g s", r->progress ? "\r\033[K" : "",
           r->step + 1, lasting, p.t, p.h);
-  if (p.target > 0)
-    fprintf(stderr, ", Newton iteration %d, %ld linear ones, residual %.3g N, wanted %.3g N", p.newton + 1, p.linear,
-            p.residual, p.target);
+  if (p.target > 0) fprintf(stderr, ", Newton iteration %d, %ld linear ones", p.newton + 1, p.linear);
+  if (p.residual > 0) fprintf(stderr, ", residual %.3g N, wanted %.3g N", p.residual, p.target);
   fputc('\n', stderr);
   fflush(stderr);
 }

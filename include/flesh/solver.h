@@ -189,8 +189,8 @@ typedef struct flesh_solve_stats {
 } flesh_solve_stats;
 
 /* Progress of the step that is being made; for `stop` to report. Newton's iteration is that of the solve under way,
- * with the residual at its last linear solve, N; FLESH_METHOD_IDA gives t and h of its internal step, and 0 for
- * the rest. */
+ * with the residual at its last linear solve, N, 0 before the first; FLESH_METHOD_IDA gives t and h of its internal
+ * step, and 0 for the rest. */
 typedef struct flesh_progress {
   double t, h; /* s; the part of the step that is tried: its start and length */
   int newton;

@@ -51,6 +51,12 @@ nothing_is_silent_for_longer_than_ten_minutes() {
   told | awk '{ for (k = 2; k <= NF; k++) bad += $k - $(k - 1) > 600; exit bad > 0 }'
 }
 
+# Before a solve's first linear solve no residual is known, and none is told.
+unknown_residuals_are_not_told() {
+  ticking 5 || return 1
+  has stderr.txt 'Newton iteration 1, 0 linear ones$' && ! grep 'residual 0 N' stderr.txt
+}
+
 # Each step is short, however long the run.
 short_steps_say_nothing() {
   ticking 0.5 --set time.method=backward-euler --set time.step=1/240 --set time.end=1/4 || return 1
@@ -73,5 +79,5 @@ quiet_runs_say_nothing() {
   [ ! -s stderr.txt ]
 }
 
-run_tests words_come_at_ten_seconds_and_at_each_doubling nothing_is_silent_for_longer_than_ten_minutes \
-  short_steps_say_nothing words_count_from_the_last_step quiet_runs_say_nothing
+run_tests words_come_at_ten_seconds_and_at_each_doubling unknown_residuals_are_not_told \
+  nothing_is_silent_for_longer_than_ten_minutes short_steps_say_nothing words_count_from_the_last_step quiet_runs_say_nothing
