@@ -385,10 +385,8 @@ double flesh_rounding_of_time(double t, double h)
   return fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(t), fabs(t + h)));
 }
 
-int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+static int step_alone(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  FLESH_NEED({self, "integrator"});
-  FLESH_NEED_STATE(state);
   flesh_solve_stats ignored = {0};
   flesh_state view;
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->memory.method != FLESH_METHOD_STATIC))
@@ -415,6 +413,18 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
   return flesh_team_agree(self->evaluation->team, status); /* all have the same, and get one sentence */
+}
+
+int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  FLESH_NEED({self, "integrator"});
+  FLESH_NEED_STATE(state);
+  if (atomic_exchange(&self->steps, 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is making a step, for another thread or around this call; each "
+                                          "thread needs an integrator of its own");
+  const int status = step_alone(self, state, h, stats);
+  atomic_store(&self->steps, 0);
+  return status;
 }
 
 int flesh_integrator_resume(flesh_integrator *self, const flesh_step_place *place, flesh_state *state)

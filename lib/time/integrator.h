@@ -3,6 +3,7 @@
 #ifndef FLESH_TIME_INTEGRATOR_H
 #define FLESH_TIME_INTEGRATOR_H
 
+#include <stdatomic.h>
 #include <stdint.h>
 
 #include "sundials/kinsol.h"
@@ -55,6 +56,7 @@ typedef struct flesh_part_tried {
 } flesh_part_tried;
 
 struct flesh_integrator {
+  atomic_int steps; /* a step is being made: its memory serves one at a time */
   flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
   const flesh_method_row *row;
   int second; /* steps end at events, and constrained dofs follow the prescribed motion itself */

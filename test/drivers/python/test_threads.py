@@ -108,6 +108,21 @@ def test_threads_share_a_system(system, mesh):
     assert all(np.array_equal(end, ends[0]) for end in ends) and ends[0][-1, 2] < 0.95
 
 
+def test_an_integrator_makes_one_step_at_a_time(system, mesh):
+    integrator, state, refused = flesh.Integrator(system), flesh.State.at_rest(mesh), []
+
+    def step_within():
+        try:
+            integrator.step(state.copy(), 1 / 60)
+        except flesh.ArgumentError as error:
+            refused.append(str(error))
+    integrator.stop = step_within
+    integrator.step(state, 1 / 60)
+    assert refused and "the integrator is making a step" in refused[0] and state.t == 1 / 60
+    integrator.stop = None
+    integrator.step(state, 1 / 60)
+
+
 def test_errors_belong_to_their_threads(tmp_path):
     said = {}
 
