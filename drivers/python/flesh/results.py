@@ -149,10 +149,10 @@ class RunResult:
 
     @property
     def state(self) -> State:
-        """The last state."""
-        path = os.path.join(self.folder, "state.txt")
-        rows = sum(1 for line in _text(self.folder, "state.txt").splitlines() if line.strip() and line[0] != "#")
-        return State.read(path, rows)
+        """The last state, with its multipliers and internal variables."""
+        lines = [line.split() for line in _text(self.folder, "state.txt").splitlines() if line.strip()]
+        counts = {line[1]: int(line[2]) for line in lines if line[1] in ("multipliers", "internal")}
+        return State.read(os.path.join(self.folder, "state.txt"), sum(line[0] != "#" for line in lines), **counts)
 
     @property
     def scene(self) -> Scene:
@@ -257,7 +257,7 @@ def _arguments(out, overrides, options):
 
 
 def run_scene(scene, out, overrides: Optional[Mapping] = None, **options) -> RunResult:
-    """`flesh run`: runs the scene at a path into the folder `out`. Options as in `flesh run --help`: threads=2."""
+    """`flesh run`: runs the scene at a path into the folder `out`. Options as in `flesh run --help`: no_frames=True."""
     program("run", scene, *_arguments(out, overrides, options))
     return RunResult(out)
 

@@ -91,6 +91,16 @@ def test_it_ends_as_the_programs_run_does(folder):
 
 
 @pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
+def test_the_last_state_has_all_that_a_run_goes_on_from(folder):
+    (folder / "bar.yaml").write_text(TEXT)
+    overrides = {"body.material.poisson": 0.5, "body.element": "tet10-mean", "time.end": 0.05}
+    result = flesh.run_scene(folder / "bar.yaml", folder / "out", overrides)
+    written, count = result.state.multipliers, result.scene.system.multiplier_count
+    assert count > 0 and written.shape == (count,) and np.abs(written).max() > 100
+    assert result.state.internal is None
+
+
+@pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
 @pytest.mark.parametrize("element, points", [("tet4", 1), ("tet10", 4)])
 def test_frames_have_the_fields_that_are_asked_for(folder, element, points):
     fields = ["J", "stretch", "stress", "von_mises", "reaction"]
