@@ -97,9 +97,9 @@ FLESH_API int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *p
 FLESH_API sunindextype flesh_problem_entries(const flesh_problem *problem);
 
 /* KINLsJacTimesVecFn: Jv = (dr/du) v with the matrix of the last Jacobian or preconditioner set-up
- * at u; returns 1 where v.Jv <= 0, so that a PCG stops instead of dividing by it. GMRES stops there,
- * too; with an eigenvalue filter that is ALWAYS on, or difference quotients in its stead, it goes on.
- * Errors: FLESH_ERR_ARGUMENT. */
+ * at u. FLESH_NOT_POSITIVE where v.Jv <= 0 although v is not 0, so that a PCG stops instead of dividing by
+ * it. GMRES stops there, too; with an eigenvalue filter that is ALWAYS on, or difference quotients in its
+ * stead, it goes on. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u,
                                           flesh_sunboolean *new_u, void *problem);
 

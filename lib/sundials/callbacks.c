@@ -104,8 +104,9 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
                                           "flesh_kinsol_preconditioner_setup before it");
   flesh_block_multiply_of_team(equations->team, equations->K, x, y);
   const double curvature = flesh_dot(equations->threads, equations->n, x, y);
+  const int is_zero = flesh_largest(equations->threads, equations->n, x) == 0;
   flesh_problem_close(problem, Jv, y);
-  return !(curvature > 0);
+  return curvature > 0 || is_zero ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
 int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval, N_Vector fscale,

@@ -414,11 +414,13 @@ static void callbacks_say_what_is_undefined(void)
       }
       test_jitter(s.b.n, 0.02 * k, k, N_VGetArrayPointer(v));
       int code = flesh_kinsol_jacobian_times(v, r, s.u, &fresh, s.problem);
-      CHECK((code == 1) == !(N_VDotProd(v, r) > 0));
-      negative += code;
+      CHECK(code == (N_VDotProd(v, r) > 0 ? FLESH_OK : FLESH_NOT_POSITIVE));
+      negative += code != FLESH_OK;
     }
     printf("# %d of 50 directions have negative curvature\n", negative);
     CHECK(negative > 0 && negative < 50);
+    N_VConst(0, v);
+    CHECK_OK(flesh_kinsol_jacobian_times(v, r, s.u, &fresh, s.problem));
     SUNMatDestroy(A);
     N_VDestroy(r);
     N_VDestroy(v);

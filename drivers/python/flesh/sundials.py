@@ -173,7 +173,7 @@ class KinsolProblem(_Problem):
     def jacobian_times(self, v, u=None) -> np.ndarray:
         """(dr/du) v [3*nodes] with the matrix of the last Jacobian or preconditioner set-up.
 
-        RecoverableError where v . Jv <= 0: a direction of negative curvature.
+        NotPositiveError where v . Jv <= 0 although v is not 0: a direction of negative curvature.
         """
         right, (out, result) = self._in(v, "v"), self._out()
         new = ffi.new("flesh_sunboolean *", 0)
