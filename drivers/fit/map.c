@@ -138,6 +138,7 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
     for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !e->moves && !status; q++) {
       flesh_asked asked;
       status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
+      if (!status && asked.probes) status = flesh_fail(FLESH_ERR_ARGUMENT, "it is not linear in the state");
       flesh_asked_clear(&asked);
       if (status && status != FLESH_ERR_MEMORY)
         return flesh_node_fail_within(status, m->place, "%s: column %s is none that a map can be fitted to: ", m->path,

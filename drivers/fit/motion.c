@@ -33,7 +33,7 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
     for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES; q++) {
       flesh_asked asked;
       const int status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
-      const int is_other = status || asked.over != FLESH_AT_END;
+      const int is_other = status || asked.over != FLESH_AT_END || asked.probes;
       flesh_asked_clear(&asked);
       if (is_other) return "it is a motion of which more than positions and velocities is measured";
     }

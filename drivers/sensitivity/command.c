@@ -32,6 +32,7 @@ typedef struct study {
   int asked_count, varied_count;
   flesh_asked asked[MOST];
   flesh_varied varied[MOST];
+  flesh_asked *beside; /* [asked*varied*4] those that are not linear, of the scenes beside; others are empty */
   double *gradients; /* [asked*varied] */
 } study;
 
@@ -69,7 +70,14 @@ static int make_start(study *s)
 {
   s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
   s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients);
-  return s->residual && s->gradients ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
+  s->beside = calloc(4 * (size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->beside);
+  int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
+  for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
+    const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
+    const flesh_scene *scene = s->varied[k / 4 % s->varied_count].scenes[k % 4];
+    if (asked->probes) status = flesh_asked_find(scene, asked->name, s->state.t, &s->beside[k]);
+  }
+  return status;
 }
 
 static int make_integrator(const study *s, flesh_solver_options *options, flesh_integrator **integrator)
@@ -79,12 +87,18 @@ static int make_integrator(const study *s, flesh_solver_options *options, flesh_
   return flesh_start_integrator(s->scene, flesh_scene_system(s->scene), options, integrator);
 }
 
-/* Implements flesh_observer.observe: measures what is asked of a motion. */
+/* Implements flesh_observer.observe: measures what is asked, there also in scenes beside. */
 static int observe(void *data, const flesh_step_record *record)
 {
   study *s = data;
-  for (int k = 0; k < s->asked_count && has_way(s); k++) flesh_asked_go_on(s->scene, record, &s->asked[k]);
-  return FLESH_OK;
+  int status = FLESH_OK;
+  for (int k = 0; k < s->asked_count && !status; k++) {
+    status = flesh_asked_go_on(s->scene, record, &s->asked[k]);
+    if (!status) status = flesh_asked_keep(s->scene, record, &s->asked[k]);
+  }
+  for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++)
+    if (s->beside[k].probes) status = flesh_asked_go_on(s->scene, record, &s->beside[k]);
+  return status;
 }
 
 static int run(study *s, flesh_integrator *integrator)
@@ -107,21 +121,25 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
 {
   const flesh_system *system = flesh_scene_system(s->scene);
   flesh_parameter parameters[MOST];
+  double *by_x = malloc((size_t)flesh_system_unknowns(system) * sizeof *by_x);
   flesh_sensitivity *sensitivity = NULL;
   flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
   point.multipliers = s->state.multipliers;
   point.internal = s->state.internal;
   list_parameters(s, parameters);
-  int status = flesh_system_residual(system, &point, s->residual);
+  int status = by_x ? flesh_system_residual(system, &point, s->residual) : flesh_no_memory();
   if (!status) status = flesh_sensitivity_create(system, options, tolerance, &sensitivity);
   if (!status) status = flesh_sensitivity_set(sensitivity, &s->state, NULL);
   for (int k = 0; k < s->asked_count && !status; k++) {
-    const flesh_quantity quantity = {s->asked[k].by_x, s->asked[k].of_residual};
-    flesh_asked_measure(s->scene, &s->state, s->residual, &s->asked[k]);
+    const flesh_quantity quantity = {s->asked[k].probes ? by_x : s->asked[k].by_x, s->asked[k].of_residual};
+    memset(by_x, 0, (size_t)flesh_system_unknowns(system) * sizeof *by_x);
+    if (s->asked[k].probes) flesh_asked_visit(&s->asked[k], s->state.t, by_x, NULL);
+    flesh_asked_measure(s->scene, s->residual, &s->asked[k]);
     status = flesh_sensitivity_gradient(sensitivity, &quantity, s->varied_count, parameters,
                                         s->gradients + (size_t)k * (size_t)s->varied_count);
   }
   flesh_sensitivity_destroy(&sensitivity);
+  free(by_x);
   return status;
 }
 
@@ -131,12 +149,23 @@ static int differentiate_motion(study *s, flesh_trajectory *trajectory)
   int status = FLESH_OK;
   list_parameters(s, parameters);
   for (int k = 0; k < s->asked_count && !status; k++) {
-    const flesh_asked *asked = &s->asked[k];
-    const flesh_motion_quantity quantity = {asked->by_x, asked->by_v, asked->over};
+    flesh_asked *asked = &s->asked[k];
+    const flesh_motion_quantity quantity = {asked->by_x, asked->by_v, asked->over, asked->probes ? flesh_asked_visit : NULL,
+                                            asked};
     status = flesh_trajectory_gradient(trajectory, &quantity, s->varied_count, parameters,
                                        s->gradients + (size_t)k * (size_t)s->varied_count, NULL);
   }
   return status;
+}
+
+/* Adds what the keys change in a column at a state that stays. */
+static void add_direct(study *s)
+{
+  for (int k = 0; k < s->asked_count * s->varied_count; k++) {
+    const flesh_asked *at = s->beside + 4 * (size_t)k;
+    s->gradients[k] += (at[0].value - at[3].value + 8 * (at[2].value - at[1].value)) /
+                       (12 * s->varied[k % s->varied_count].parameter.difference);
+  }
 }
 
 static int differentiate(study *s)
@@ -149,6 +178,7 @@ static int differentiate(study *s)
   if (!status && has_way(s)) status = flesh_trajectory_create(integrator, tolerance, FLESH_TRAJECTORY_STATES, &trajectory);
   if (!status) status = run(s, integrator);
   if (!status) status = trajectory ? differentiate_motion(s, trajectory) : differentiate_equilibrium(s, &options);
+  if (!status) add_direct(s);
   flesh_trajectory_destroy(&trajectory);
   flesh_integrator_destroy(&integrator);
   return status;
@@ -192,6 +222,8 @@ static int write_table(const study *s)
 static void close_study(study *s)
 {
   for (int k = 0; k < s->asked_count; k++) flesh_asked_clear(&s->asked[k]);
+  for (int k = 0; k < 4 * s->asked_count * s->varied_count && s->beside; k++) flesh_asked_clear(&s->beside[k]);
+  free(s->beside);
   for (int j = 0; j < s->varied_count; j++) flesh_varied_clear(&s->varied[j]);
   flesh_scene_destroy(&s->scene);
   free(s->state.x);
@@ -231,7 +263,8 @@ int flesh_command_sensitivity(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"sensitivity", "SCENE --of PROBE.COLUMN --to KEY",
                              "Differentiates what probes tell at the end by keys of the scene.",
-                             flesh_own_text("sensitivity_help"), 1, 1, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+                             flesh_own_text("sensitivity_help"), 1, 1, rows, NULL,
+                             FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     s.path = argv[1];

@@ -1,4 +1,5 @@
-/* quantity.c: columns of probes whose derivatives by the state are known: positions, velocities and reactions. */
+/* quantity.c: columns of probes, and their derivatives by the state: of positions, velocities and reactions known ones, of
+ * what tets have by differences at each state. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -7,6 +8,7 @@
 
 #include "base/error.h"
 #include "mesh/mesh.h"
+#include "output/probe_place.h"
 #include "output/tet_shape.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
@@ -76,29 +78,56 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
   return FLESH_OK;
 }
 
+/* Opens the probe for a column of what tets have alone; *is: whether it is one. */
+static int open_column(const flesh_scene *scene, const flesh_probe *probe, const char *column, flesh_asked *asked, int *is)
+{
+  flesh_probe_column columns[FLESH_PROBE_COLUMNS];
+  flesh_probe alone = *probe;
+  const flesh_system *system = flesh_scene_system(scene);
+  *is = 0;
+  for (unsigned k = 1; k <= FLESH_PROBE_OF_TETS && !*is; k *= 2) {
+    if (!(k & FLESH_PROBE_OF_TETS)) continue;
+    alone.quantities = k;
+    asked->column = flesh_probe_columns(&alone, columns);
+    while (asked->column && !*is) *is = !strcmp(columns[--asked->column].name, column);
+  }
+  if (!*is) return FLESH_OK;
+  if (alone.quantities == FLESH_PROBE_STRESS && flesh_system_multiplier_count(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the stress of incompressible tets has no derivatives, as their pressure is unknown");
+  snprintf(asked->unit, sizeof asked->unit, "%s", columns[asked->column].unit);
+  int status = flesh_probe_prepare(&alone, &scene->body, system);
+  if (!status) status = flesh_probes_open(&scene->body, system, flesh_scene_times(scene)->method, 1, &alone, &asked->probes);
+  if (status) return status;
+  asked->figures = calloc(FLESH_PROBE_COLUMNS * FLESH_PROBE_FIGURES, sizeof *asked->figures);
+  if (asked->figures) flesh_probes_note(asked->probes, asked->figures);
+  return asked->figures ? FLESH_OK : flesh_no_memory();
+}
+
 /* Fills in the derivatives of a column that there is. */
 static int differentiate(const flesh_scene *scene, const flesh_probe *probe, const char *column, double t,
                          flesh_asked *asked)
 {
   const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
   const char *way = flesh_scene_tangents_refused(scene);
-  int component;
+  int component, is;
   if ((component = component_of(column, "position")) >= 0) {
-    asked->unit = "m";
+    strcpy(asked->unit, "m");
     return (asked->by_x = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
   }
   if ((component = component_of(column, "velocity")) >= 0 && !is_static) {
-    asked->unit = "m/s";
+    strcpy(asked->unit, "m/s");
     return (asked->by_v = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
   }
+  const int status = open_column(scene, probe, column, asked, &is);
+  if (status || is) return status;
   if ((component = component_of(column, "reaction")) < 0 || !is_static || probe->node_count < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "derivatives are of position_x, _y or _z, in motions of velocity_x and in equilibria of reaction_x");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of position_x, _y or _z, J, stretches, stress and energy, in motions "
+                                          "of velocity_x and in equilibria of reaction_x");
   if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "reactions have no derivatives here: %s", way);
   if (probe->holder != 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of reactions to all pins and prescribed motions, not to one of them: "
                                           "give the probe a box, sphere, nodes, regions, set or body");
-  asked->unit = "N";
+  strcpy(asked->unit, "N");
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
 
@@ -126,7 +155,7 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "means and integrals over time are of motions, and of equilibria that depend on those before");
   const int status = differentiate(scene, probe, strrchr(column, '.') + 1, t, asked);
-  if (asked->over == FLESH_INTEGRAL) asked->unit = asked->by_x ? "m s" : "m";
+  if (asked->over == FLESH_INTEGRAL) strcpy(asked->unit + strcspn(asked->unit, asked->by_v ? "/" : ""), asked->by_v ? "" : " s");
   return status;
 }
 
@@ -137,23 +166,62 @@ static double product(size_t n, const double *weights, const double *values)
   return sum;
 }
 
-void flesh_asked_measure(const flesh_scene *scene, const flesh_state *state, const double *residual, flesh_asked *asked)
+void flesh_asked_measure(const flesh_scene *scene, const double *residual, flesh_asked *asked)
 {
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
-  asked->value = product(n, asked->by_x, state->x) + product(n, asked->of_residual, residual);
+  if (asked->of_residual) asked->value = product(n, asked->of_residual, residual);
 }
 
-void flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked)
+int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked)
 {
   const flesh_state *state = record->state;
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
-  const double now = product(n, asked->by_x, state->x) + product(n, asked->by_v, state->v), mean = (asked->last + now) / 2;
+  const int status = asked->probes ? flesh_probes_observe(asked->probes, record) : FLESH_OK;
+  const double now = asked->probes ? asked->figures[FLESH_PROBE_FIGURES * asked->column]
+                                   : product(n, asked->by_x, state->x) + product(n, asked->by_v, state->v),
+               mean = (asked->last + now) / 2;
   if (record->step == 0) asked->begin = state->t;
   const double before = state->t - record->h - asked->begin, all = state->t - asked->begin;
   if (asked->over == FLESH_AT_END || record->step == 0) asked->value = asked->over == FLESH_INTEGRAL ? 0 : now;
   else if (asked->over == FLESH_INTEGRAL) asked->value += record->h * mean;
   else asked->value = (asked->value * before + record->h * mean) / all;
   asked->last = now;
+  return status;
+}
+
+int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked)
+{
+  const int n = 3 * flesh_mesh_node_count(flesh_scene_mesh(scene));
+  if (!asked->probes || (!asked->over && !record->last)) return FLESH_OK;
+  if (asked->row_count == asked->row_room) {
+    const int room = 2 * asked->row_room + 1;
+    flesh_asked_row *rows = realloc(asked->rows, (size_t)room * sizeof *rows);
+    if (!rows) return flesh_no_memory();
+    asked->rows = rows;
+    asked->row_room = room;
+  }
+  double *by = calloc((size_t)n + 1, sizeof *by);
+  int count = 0, status = by ? flesh_probes_differentiate(asked->probes, record->state, asked->column, by) : flesh_no_memory();
+  for (int d = 0; d < n && !status; d++) count += by[d] != 0;
+  flesh_asked_row *row = &asked->rows[asked->row_count++];
+  *row = (flesh_asked_row){record->state->t, 0, malloc(((size_t)count + 1) * sizeof(int)),
+                           malloc(((size_t)count + 1) * sizeof(double))};
+  if (!status && (!row->at || !row->by)) status = flesh_no_memory();
+  for (int d = 0; d < n && !status; d++)
+    if (by[d] != 0) row->at[row->count] = d, row->by[row->count++] = by[d];
+  free(by);
+  return status;
+}
+
+int flesh_asked_visit(void *data, double t, double *by_x, double *by_v)
+{
+  const flesh_asked *asked = data;
+  int k = asked->row_count - 1;
+  (void)by_v;
+  while (k > 0 && fabs(asked->rows[k - 1].t - t) < fabs(asked->rows[k].t - t)) k--;
+  const flesh_asked_row *row = &asked->rows[k];
+  for (int i = 0; i < row->count; i++) by_x[row->at[i]] += row->by[i];
+  return FLESH_OK;
 }
 
 void flesh_asked_clear(flesh_asked *asked)
@@ -161,5 +229,12 @@ void flesh_asked_clear(flesh_asked *asked)
   free(asked->by_x);
   free(asked->by_v);
   free(asked->of_residual);
+  flesh_probes_close(&asked->probes);
+  free(asked->figures);
+  for (int k = 0; k < asked->row_count; k++) {
+    free(asked->rows[k].at);
+    free(asked->rows[k].by);
+  }
+  free(asked->rows);
   *asked = (flesh_asked){0};
 }

@@ -6,15 +6,27 @@
 #include "cli/overrides.h"
 #include "flesh/scene.h"
 #include "flesh/sensitivity.h"
+#include "output/resume.h"
+
+/* The derivatives of a column by x at a time: those that are not 0. */
+typedef struct flesh_asked_row {
+  double t;
+  int count, *at; /* [count] */
+  double *by;     /* [count] */
+} flesh_asked_row;
 
 /* A column of probes.csv. */
 typedef struct flesh_asked {
-  char name[FLESH_LIST_ITEM];
-  const char *unit;
+  char name[FLESH_LIST_ITEM], unit[16];
   double value;     /* at the end, or over time */
   flesh_over over;
   double last, begin; /* at the last step; s, the first one's time */
-  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that. Owned */
+  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that, or has rows. Owned */
+  flesh_probes *probes; /* of a column that is not linear in the state, alone; NULL: it is. Owned, as are the next */
+  int column;
+  double *figures;
+  int row_count, row_room;
+  flesh_asked_row *rows;
 } flesh_asked;
 
 /* The probe that a column such as tip.position_z is of; NULL: none. */
@@ -25,10 +37,14 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
 /* Finds the column of the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT for one that
  * there is not or that has no derivative here; FLESH_ERR_MEMORY. */
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
-/* Its value at an equilibrium, whose residual [3*nodes] is given. */
-void flesh_asked_measure(const flesh_scene *scene, const flesh_state *state, const double *residual, flesh_asked *asked);
-/* Its value up to a step of a motion. */
-void flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
+/* A reaction's value at an equilibrium, whose residual [3*nodes] is given. */
+void flesh_asked_measure(const flesh_scene *scene, const double *residual, flesh_asked *asked);
+/* Its value up to a step. The record's state may be of another scene, of as many nodes. FLESH_ERR_MEMORY. */
+int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
+/* Keeps the derivatives of one that is not linear at a step that counts. FLESH_ERR_MEMORY. */
+int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
+/* Adds those that were kept at a time. Implements flesh_adjoint_visit. */
+int flesh_asked_visit(void *asked, double t, double *by_x, double *by_v);
 void flesh_asked_clear(flesh_asked *asked);
 
 /* A key of the scene that is a number, with the scenes at four values beside its own. */

@@ -117,11 +117,18 @@ FLESH_API flesh_trajectory_costs flesh_trajectory_get_costs(const flesh_trajecto
  * the first state and those to which calls of flesh_integrator_step have led; the mean, that integral over the time. */
 typedef enum flesh_over { FLESH_AT_END, FLESH_INTEGRAL, FLESH_MEAN } flesh_over;
 
+/* Called with the time of a state, from the last one to the first, and what there is so far of the derivatives of Q by
+ * its x and v [3*n] through later states, to which it adds those by what Q reads of it; another status than 0 ends the
+ * pass. */
+typedef int (*flesh_adjoint_visit)(void *data, double t, double *by_x, double *by_v);
+
 /* A quantity of a motion by the derivatives of q, by_x and by_v [3*n] (NULL: 0; borrowed): at the last state or, over
- * time, those of a linear q. */
+ * time, those of a linear q. Of another q `visit`, unless it is NULL, adds those at each state that counts to zeros. */
 typedef struct flesh_motion_quantity {
   const double *by_x, *by_v;
   flesh_over over;
+  flesh_adjoint_visit visit;
+  void *data;
 } flesh_motion_quantity;
 
 /* The discrete adjoint of all recorded steps: gradient [count] = dQ/dp, and by_start [6*n] (NULL: not wanted) the
@@ -134,10 +141,6 @@ typedef struct flesh_motion_quantity {
 FLESH_API int flesh_trajectory_gradient(flesh_trajectory *trajectory, const flesh_motion_quantity *quantity, int count,
                                         const flesh_parameter *parameters, double *gradient, double *by_start);
 
-/* Called with the time of a state, from the last one to the first, and what there is so far of the derivatives of Q by
- * its x and v [3*n] through later states, to which it adds those by what Q reads of it; another status than 0 ends the
- * pass. */
-typedef int (*flesh_adjoint_visit)(void *data, double t, double *by_x, double *by_v);
 /* gradient [tets] = dQ/dp for the constant p of each tet, by one adjoint of all recorded steps, for a Q of all states:
  * `visit` is called once for the first one and for those to which calls of flesh_integrator_step have led. A tet bears
  * on elasticity and on damping by its stiffness. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SOLVE, and

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "math/svd3.h"
 #include "mesh/mesh.h"
+#include "mesh/pieces.h"
 #include "output/node_forces.h"
 #include "output/probe_place.h"
 #include "output/resume.h"
@@ -57,7 +58,7 @@ enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS 
 typedef struct place {
   flesh_probe probe; /* with its own name and nodes */
   char *name;
-  int *nodes, *tets;
+  int *nodes, *tets; /* of a point NULL: its one tet is the probe's */
   int tet_count;
   double node_count; /* of all ranks */
 } place;
@@ -81,6 +82,7 @@ static int copy_place(const flesh_mesh *mesh, const flesh_probe *probe, place *t
   to->probe = *probe;
   to->probe.name = to->name = strdup(probe->name);
   if (!to->name) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a probe");
+  to->tet_count = is_point(probe) && probe->tet >= 0;
   if (is_point(probe)) return FLESH_OK;
   const size_t count = (size_t)probe->node_count;
   to->probe.nodes = to->nodes = malloc((count + 1) * sizeof *to->nodes);
@@ -274,33 +276,30 @@ static void sum_forces(const flesh_probes *probes, const flesh_probe *probe, con
 /* J, three stretches, six stresses and the energy, in the order of their columns. */
 enum { J_AT, STRETCH_AT, STRESS_AT = 4, ENERGY_AT = 10, OF_TETS = 11 };
 
-/* Adds a point's integrals over `volume` at rest: J, stretches, tau, energy. */
-static void add_point(const flesh_strain_point *p, double volume, double sums[OF_TETS])
+/* Adds a point's integrals over `volume` at rest: J, stretches where they are wanted, tau, energy. */
+static void add_point(const flesh_strain_point *p, double volume, int stretches, double sums[OF_TETS])
 {
   static const int place[6] = {0, 4, 8, 1, 5, 2};
-  double U[9], V[9], stretch[3];
-  flesh_svd3(p->F, U, stretch, V);
+  double U[9], V[9], stretch[3] = {0};
+  if (stretches) flesh_svd3(p->F, U, stretch, V);
   sums[J_AT] += volume * p->J;
   for (int k = 0; k < 3; k++) sums[STRETCH_AT + k] += volume * stretch[k];
   for (int k = 0; k < 6; k++) sums[STRESS_AT + k] += volume * p->tau[place[k]];
   sums[ENERGY_AT] += volume * p->energy;
 }
 
-/* Integrals, and the volume at rest that they are over. */
-static void find_strain(const flesh_probes *probes, const place *at, const flesh_state *state, double value[OF_TETS],
-                        double *volume)
+/* Adds integrals over the place's k-th tet, and the volume at rest that they are over. */
+static void add_tet(const flesh_probes *probes, const place *at, const flesh_state *state, int k, double value[OF_TETS],
+                    double *volume)
 {
   flesh_strain_point points[4];
-  if (is_point(&at->probe) && at->probe.tet >= 0) {
-    flesh_tet_stress_at(&probes->stress, state, at->probe.tet, at->probe.weights, points);
-    add_point(points, *volume = 1, value);
-  }
-  for (int e = 0; e < at->tet_count; e++) {
-    const int count = flesh_tet_stress_points(&probes->stress, state, at->tets[e], points);
-    for (int q = 0; q < count; q++) {
-      *volume += points[q].volume;
-      add_point(&points[q], points[q].volume, value);
-    }
+  const flesh_probe *probe = &at->probe;
+  int count = 1;
+  if (!is_point(probe)) count = flesh_tet_stress_points(&probes->stress, state, at->tets[k], points);
+  else flesh_tet_stress_at(&probes->stress, state, probe->tet, probe->weights, points), points->volume = 1;
+  for (int q = 0; q < count; q++) {
+    *volume += points[q].volume;
+    add_point(&points[q], points[q].volume, (probe->quantities & FLESH_PROBE_STRETCH) != 0, value);
   }
 }
 
@@ -319,7 +318,8 @@ static void find_numbers(flesh_probes *probes, const place *at, const flesh_step
   if (probe->quantities & FLESH_PROBE_REACTION)
     sum_forces(probes, probe, state->x, probes->forces.reaction, probe->holder ? probes->forces.holder : NULL,
                numbers + REACTION_AT);
-  if (probe->quantities & FLESH_PROBE_OF_TETS) find_strain(probes, at, state, numbers + TETS_AT, numbers + VOLUME_AT);
+  for (int k = 0; k < at->tet_count && probe->quantities & FLESH_PROBE_OF_TETS; k++)
+    add_tet(probes, at, state, k, numbers + TETS_AT, numbers + VOLUME_AT);
   if (probe->quantities & FLESH_PROBE_CONTACT_FORCE)
     sum_forces(probes, probe, record->stage->x,
                probe->contact ? flesh_node_forces_of_contact(&probes->forces, record, probe->contact - 1)
@@ -373,4 +373,49 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
   if (!probes->rows.stream) return FLESH_OK;
   putc('\n', probes->rows.stream);
   return flesh_rows_flush(&probes->rows);
+}
+
+/* The derivative of two integrals of the place's k-th tet by a component of x [3*n], of the fourth order. */
+static void difference(const flesh_probes *probes, const place *at, const flesh_state *state, int k, double *component,
+                       const int which[2], double slopes[2])
+{
+  static const double steps[4] = {-2, -1, 1, 2}, weights[4] = {1, -8, 8, -1};
+  const int tet = is_point(&at->probe) ? at->probe.tet : at->tets[k];
+  const double h = 3e-5 * cbrt(flesh_mesh_tet_volumes(probes->mesh)[tet]), x = *component;
+  slopes[0] = slopes[1] = 0;
+  for (int s = 0; s < 4; s++) {
+    double sums[OF_TETS + 1] = {0};
+    *component = x + steps[s] * h;
+    add_tet(probes, at, state, k, sums, sums + OF_TETS);
+    for (int i = 0; i < 2; i++) slopes[i] += weights[s] * sums[which[i]] / (12 * h);
+  }
+  *component = x;
+}
+
+int flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x)
+{
+  const place *at = probes->places;
+  const unsigned quantity = at->probe.quantities;
+  const size_t n = 3 * (size_t)flesh_mesh_node_count(probes->mesh);
+  flesh_state beside = *state;
+  double sums[OF_TETS + 1] = {0}, slopes[2];
+  int nodes[10], first = 0;
+  while (columns[first].quantity != quantity) first++;
+  const int by_volume = quantity & (FLESH_PROBE_J | FLESH_PROBE_STRETCH), over = by_volume ? OF_TETS : J_AT; /* of a mean */
+  const int which[2] = {first + column - TETS_AT, over};
+  if (!(beside.x = malloc((n + 1) * sizeof *beside.x))) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu unknowns", n);
+  memcpy(beside.x, state->x, n * sizeof *beside.x);
+  for (int k = 0; k < at->tet_count; k++) add_tet(probes, at, state, k, sums, sums + OF_TETS);
+  const double whole = quantity == FLESH_PROBE_ENERGY ? 1 : sums[over],
+               mean = quantity == FLESH_PROBE_ENERGY ? 0 : sums[which[0]] / whole;
+  for (int k = 0; k < at->tet_count; k++) {
+    const int size = flesh_mesh_tet_nodes(probes->mesh, is_point(&at->probe) ? at->probe.tet : at->tets[k], nodes);
+    for (int i = 0; i < 3 * size; i++) {
+      const size_t d = 3 * (size_t)nodes[i / 3] + (size_t)(i % 3);
+      difference(probes, at, &beside, k, &beside.x[d], which, slopes);
+      by_x[d] += (slopes[0] - mean * slopes[1]) / whole;
+    }
+  }
+  free(beside.x);
+  return FLESH_OK;
 }

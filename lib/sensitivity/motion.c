@@ -239,10 +239,16 @@ static int add_asked(flesh_motion_pass *p, const asking *asked, int call, double
     const int again = call < self->call_count && time_of(self, call + 1, end) == t; /* the call has failed */
     return again ? FLESH_OK : asked->visit(asked->data, t, p->known[FLESH_KNOWN_X], p->known[FLESH_KNOWN_V]);
   }
-  const double *const by[] = {quantity->by_x, quantity->by_v};
+  const double *by[] = {quantity->by_x, quantity->by_v};
   double weight = (time_of(self, call + 1, end) - time_of(self, call - 1, end)) / 2;
   if (quantity->over == FLESH_MEAN) weight /= end - begin;
   if (quantity->over == FLESH_AT_END) weight = call == self->call_count;
+  if (quantity->visit && weight != 0) {
+    by[0] = memset(p->c, 0, (size_t)self->n * sizeof(double));
+    by[1] = memset(p->m, 0, (size_t)self->n * sizeof(double));
+    const int status = quantity->visit(quantity->data, t, p->c, p->m);
+    if (status) return status;
+  }
   for (int k = 0; k < 2; k++)
     if (by[k]) flesh_add_scaled(self->n, weight, by[k], p->known[k ? FLESH_KNOWN_V : FLESH_KNOWN_X]);
   return FLESH_OK;
