@@ -101,7 +101,7 @@ static int damping_is_same(const flesh_effect *effect, const flesh_effect *other
 {
   const damping *self = effect->data, *its = other->data;
   return self->mass == its->mass && self->stiffness == its->stiffness && flesh_mass_matrices_are_same(&self->M, &its->M) &&
-         flesh_tets_are_same(&self->tets, &its->tets) &&
+         flesh_tets_are_same(&self->tets, &its->tets, 1) &&
          (!self->rest || !memcmp(self->rest, its->rest, (size_t)self->tets.materials * sizeof *self->rest));
 }
 

@@ -154,7 +154,7 @@ static flesh_instructions elasticity_instructions(const flesh_effect *effect)
 
 static int elasticity_is_same(const flesh_effect *effect, const flesh_effect *other)
 {
-  return flesh_tets_are_same(effect->data, other->data);
+  return flesh_tets_are_same(effect->data, other->data, 1);
 }
 
 static size_t elasticity_memory(const flesh_effect *effect)

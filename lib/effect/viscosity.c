@@ -97,17 +97,29 @@ static const term terms[2][FLESH_READINGS][MOST_TERMS] = {
      [FLESH_OWN_X] = {{1, W, X, V}, {-1, W, X, V_FROZEN}, {1, W, X_FROZEN, V}, {1, W, X_FROZEN, V_FROZEN},
                       {1, V, X, W}, {-1, V_FROZEN, X, W}}}};
 
+static int terms_are_same(const term *t, const term *other, const double *const states[STATES])
+{
+  return states[t->a] == states[other->a] && states[t->b] == states[other->b] && states[t->c] == states[other->c];
+}
+
 static void viscosity_multiply(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
                                double scale, const double *w, double *y)
 {
   const viscosity *self = effect->data;
   const double *const states[STATES] = {point->x, point->v, point->frozen.x, point->frozen.v, w};
+  double halves[MOST_TERMS] = {0};
+  for (int k = 0; k < MOST_TERMS; k++) { /* frozen at the point itself, terms are the same and may cancel */
+    const term *t = &terms[transposed][reading][k];
+    int j = 0;
+    while (j < k && !terms_are_same(t, &terms[transposed][reading][j], states)) j++;
+    halves[j] += t->halves;
+  }
   for (int k = 0; k < MOST_TERMS; k++) {
     const term *t = &terms[transposed][reading][k];
     const double *a = states[t->a], *b = states[t->b], *c = states[t->c];
-    if (t->halves == 0 || !a || !c) continue; /* frozen at rest */
+    if (halves[k] == 0 || !a || !c) continue; /* frozen at rest */
     /* With B frozen at the rate C the rate G is B^T C, whatever A is. */
-    const flesh_tet_point at = {.x = a, .v = c, .x_frozen = b, .v_frozen = c, .scale = scale * t->halves / 2,
+    const flesh_tet_point at = {.x = a, .v = c, .x_frozen = b, .v_frozen = c, .scale = scale * halves[k] / 2,
                                 .viscous = self->viscous};
     flesh_tets_residual(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, y, NULL); /* it cannot fail */
   }
@@ -121,7 +133,7 @@ static flesh_instructions viscosity_instructions(const flesh_effect *effect)
 static int viscosity_is_same(const flesh_effect *effect, const flesh_effect *other)
 {
   const viscosity *self = effect->data, *its = other->data;
-  return flesh_tets_are_same(&self->tets, &its->tets) &&
+  return flesh_tets_are_same(&self->tets, &its->tets, 0) &&
          !memcmp(self->viscous, its->viscous, (size_t)self->tets.materials * sizeof *self->viscous);
 }
 

@@ -36,7 +36,7 @@ int flesh_mass_matrices_are_same(const flesh_mass_matrix *self, const flesh_mass
 {
   if (self->nodes != other->nodes || !self->lumped != !other->lumped) return 0;
   if (self->lumped) return !memcmp(self->lumped, other->lumped, (size_t)self->nodes * sizeof *self->lumped);
-  return flesh_tets_are_same(&self->tets, &other->tets);
+  return flesh_tets_are_same(&self->tets, &other->tets, 0);
 }
 
 const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass)

@@ -369,6 +369,7 @@ size_t flesh_tets_memory(const flesh_tets *self)
 
 static int differ(const void *a, const void *b, size_t bytes) { return !a != !b || (a && memcmp(a, b, bytes) != 0); }
 
+/* Materials are compared of `materials`, 0: of none. */
 static int groups_are_same(const flesh_tet_group *group, const flesh_tet_group *other, int materials)
 {
   const flesh_batches *a = &group->batches, *b = &other->batches;
@@ -385,10 +386,10 @@ static int groups_are_same(const flesh_tet_group *group, const flesh_tet_group *
          !differ(a->volume_shares, b->volume_shares, named * sizeof *a->volume_shares);
 }
 
-int flesh_tets_are_same(const flesh_tets *self, const flesh_tets *others)
+int flesh_tets_are_same(const flesh_tets *self, const flesh_tets *others, int with_materials)
 {
   int same = self->group_count == others->group_count && self->materials == others->materials;
   for (int g = 0; g < self->group_count && same; g++)
-    same = groups_are_same(&self->groups[g], &others->groups[g], self->materials);
+    same = groups_are_same(&self->groups[g], &others->groups[g], with_materials ? self->materials : 0);
   return same;
 }

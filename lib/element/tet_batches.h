@@ -75,8 +75,9 @@ typedef struct flesh_contribution {
 int flesh_tets_dissipate(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
                          const flesh_contribution *to);
 
-/* Whether both have the same shapes and materials, in the same order, so that kernels give the same bits. */
-int flesh_tets_are_same(const flesh_tets *tets, const flesh_tets *others);
+/* Whether both have the same shapes in the same order and, with_materials, the same materials, so that kernels that read no
+ * others give the same bits. */
+int flesh_tets_are_same(const flesh_tets *tets, const flesh_tets *others, int with_materials);
 
 /* Bytes it holds; 0 where it is cleared or was never made. */
 size_t flesh_tets_memory(const flesh_tets *tets);

@@ -91,11 +91,26 @@ static int find_prescribed(flesh_stage_tangent *self, const flesh_system *other,
   flesh_system_prescribe(own->system, t, now);
   for (int k = 0; k < FLESH_PRESCRIBED_POINTS; k++) differs |= memcmp(its->x[k], own->x[k], bytes) != 0;
   differs |= memcmp(its->now, now, bytes) != 0;
-  const double turns = flesh_system_next_event(own->system, own->begin), its_turns = flesh_system_next_event(other, own->begin);
-  if (turns != its_turns && fmin(turns, its_turns) <= own->end) /* where steps are cut, which no derivative here knows of */
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the parameter changes the time %g s, at which a prescribed motion or a load turns, "
-                                          "begins or ends; that has sensitivities by backward-euler only", turns);
   *moved |= differs;
+  return FLESH_OK;
+}
+
+/* Refuses a parameter that changes when steps are cut, which no derivative here knows of. *alike: whether none of its systems
+ * has constrained dofs elsewhere than the own one, which leaves these aside. */
+static int compare_constraints(const flesh_stage_tangent *self, const flesh_parameter *parameter, const flesh_prescribed *own,
+                               int *alike)
+{
+  const double turns = own ? flesh_system_next_event(self->system, own->begin) : INFINITY;
+  *alike = 1;
+  for (int k = 0; k < SYSTEMS; k++) {
+    const flesh_system *other = parameter->systems[k];
+    if (!other) continue;
+    *alike &= flesh_system_prescribes_alike(self->system, other);
+    const double its_turns = own ? flesh_system_next_event(other, own->begin) : INFINITY;
+    if (turns != its_turns && fmin(turns, its_turns) <= own->end)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the parameter changes the time %g s, at which a prescribed motion or a load turns, "
+                                            "begins or ends; that has sensitivities by backward-euler only", turns);
+  }
   return FLESH_OK;
 }
 
@@ -162,11 +177,12 @@ int flesh_stage_tangent_force(flesh_stage_tangent *self, const flesh_parameter *
   const size_t n = (size_t)self->n;
   double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n}, *r = room + 3 * n;
   const double *const own[3] = {self->x, self->v, self->a};
-  int status = check(parameter, self->system), moved = 0;
+  int status = check(parameter, self->system), alike = 1, moved = 0;
   weigh(parameter, weights);
   memset(force, 0, n * sizeof *force);
   for (int i = 0; i < 3 && moves; i++) memset(moves[i], 0, n * sizeof *force);
-  for (int k = 0; k < SYSTEMS && !status; k++)
+  if (!status) status = compare_constraints(self, parameter, self->prescribed, &alike);
+  for (int k = 0; k < SYSTEMS && !status && !alike; k++)
     if (parameter->systems[k]) status = find_places(self, parameter->systems[k], to, &moved);
   for (int k = 0; k < SYSTEMS && !status; k++) {
     const flesh_system *other = parameter->systems[k];
@@ -218,9 +234,11 @@ int flesh_stage_tangent_moves(flesh_stage_tangent *self, const flesh_parameter *
 {
   const size_t n = (size_t)self->n;
   double weights[SYSTEMS], *room = self->room, *const to[3] = {room, room + n, room + 2 * n};
-  int status = check(parameter, self->system);
-  weigh(parameter, weights);
+  int status = check(parameter, self->system), alike = 1;
   *moved = 0;
+  if (!status) status = compare_constraints(self, parameter, own, &alike);
+  if (status || alike) return status;
+  weigh(parameter, weights);
   memset(room, 0, 3 * n * sizeof *room);
   for (int i = 0; i < 3; i++) memset(moves[i], 0, n * sizeof *room);
   for (int k = 0; k < SYSTEMS && !status; k++) {

@@ -113,5 +113,5 @@ void flesh_pass_forget_constrained(const flesh_motion_pass *p, double *y)
 {
   const flesh_prescribed *prescribed = &p->self->prescribed;
   for (int d = 0; d < prescribed->n; d++)
-    if (prescribed->fixed[d]) y[d] = 0;
+    y[d] = prescribed->fixed[d] ? 0 : y[d];
 }

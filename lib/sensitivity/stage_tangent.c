@@ -85,6 +85,7 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.x = self->x;
   self->point.v = self->v;
   self->point.a = self->a;
+  if (stage->frozen_at_solution) self->point.frozen = (flesh_frozen){self->x, self->v}; /* the same, and known to be so */
   self->held = stage->shift.x == 1 ? self->x : self->end;
   unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
   if (flesh_system_freezes(self->system)) {
@@ -241,17 +242,23 @@ static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, con
   return status ? status : press(self, at, s.q, pressed);
 }
 
+/* Sets constrained dofs to 0. Returns the 2-norm. */
+static double free_norm(const flesh_stage_tangent *self, double *y)
+{
+  const flesh_constrained *constrained = &self->newton->equations.constrained;
+  for (int k = 0; k < constrained->count; k++) y[constrained->dofs[k]] = 0;
+  return flesh_norm(NULL, self->n, y);
+}
+
 /* left = b - (K + D) p on the free dofs, D being the derivative by what is followed, less the force of pressures; b NULL: 0.
  * Returns its 2-norm. */
 static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, const double *pressed,
                         double *left)
 {
-  const flesh_equations *equations = &self->newton->equations;
-  flesh_block_multiply(equations->K, p, left);
+  flesh_block_multiply(self->newton->equations.K, p, left);
   for (int d = 0; d < self->n; d++) left[d] = (b ? b[d] : 0) - left[d] - pressed[d];
   add_followed(self, transposed, -1, p, left);
-  for (int k = 0; k < equations->constrained.count; k++) left[equations->constrained.dofs[k]] = 0;
-  return flesh_norm(NULL, self->n, left);
+  return free_norm(self, left);
 }
 
 /* Whether the solution itself is read. */
@@ -292,14 +299,15 @@ static int orthonormalise(const flesh_stage_tangent *self, int k, const double *
   return size > 0;
 }
 
-/* Generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), by solves with K alone, from p.
- * Repeated solves with K alone end only where loads do not swing the shape ever wider. */
-static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double *p)
+/* Generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), by solves with K alone, from p
+ * with what it has left in room [n], of 2-norm `size`. Repeated solves with K alone end only where loads do not swing the shape ever wider. */
+static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double size, double *p)
 {
   double *left = self->room, lasts[3] = {INFINITY, INFINITY, INFINITY}, along;
-  int status = make_directions(self);
+  int status = make_directions(self), exact = 1;
   for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
-    const double size = find_left(self, transposed, b, p, self->pressed, left);
+    if (!exact && (exact = size <= self->tolerance * norm || k % KEPT == 0))
+      size = find_left(self, transposed, b, p, self->pressed, left);
     /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
     if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
     lasts[k % 3] = size;
@@ -309,7 +317,13 @@ static int follow(flesh_stage_tangent *self, int transposed, const double *b, do
     if (status) return status;
     find_left(self, transposed, NULL, direction, pressed, change);
     if (!orthonormalise(self, k, left, &along)) break;
-    for (int d = 0; d < self->n; d++) p[d] -= along * direction[d], self->pressed[d] -= along * pressed[d];
+    for (int d = 0; d < self->n; d++) {
+      p[d] -= along * direction[d];
+      left[d] -= along * change[d];
+      self->pressed[d] -= along * pressed[d];
+    }
+    size = flesh_norm(NULL, self->n, left);
+    exact = 0;
   }
   return status ? status : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the sensitivities of loads that follow the shape do not "
                                                        "converge", self->stage.t);
@@ -323,10 +337,10 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
   memset(p, 0, bytes);
   memcpy(right, b, bytes);
   if (!reads_solution(self)) return solve_alone(self, transposed, right, beside, self->tolerance, p, self->pressed);
-  const double norm = find_left(self, transposed, b, p, self->pressed, right);
-  int status = FLESH_OK;
-  if (self->multipliers && beside) status = solve_alone(self, transposed, right, beside, self->tolerance, p, self->pressed);
-  return status ? status : follow(self, transposed, b, norm, p);
+  const double norm = free_norm(self, right);
+  if (!self->multipliers || !beside) return follow(self, transposed, b, norm, norm, p);
+  const int status = solve_alone(self, transposed, right, beside, self->tolerance, p, self->pressed);
+  return status ? status : follow(self, transposed, b, norm, find_left(self, transposed, b, p, self->pressed, right), p);
 }
 
 /* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of what is

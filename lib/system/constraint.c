@@ -1,4 +1,6 @@
 /* constraint.c: which dofs are constrained, and where they are. */
+#include <string.h>
+
 #include "geometry/motion.h"
 #include "system/parts.h"
 #include "system/system.h"
@@ -38,6 +40,26 @@ int flesh_system_holds(const flesh_system *system, double t)
   for (int k = 0; k < system->constraint_count; k++)
     if (t >= system->constraints[k].from && t < system->constraints[k].until) axes |= (int)system->constraints[k].axes;
   return axes;
+}
+
+static int motions_are_same(const flesh_motion *own, const flesh_motion *its)
+{
+  return own->count == its->count && own->smooth == its->smooth && !memcmp(own->centre, its->centre, sizeof own->centre) &&
+         (!own->count || !memcmp(own->keyframes, its->keyframes, (size_t)own->count * sizeof *own->keyframes));
+}
+
+int flesh_system_prescribes_alike(const flesh_system *system, const flesh_system *other)
+{
+  const double *X = flesh_mesh_positions(system->mesh), *its_X = flesh_mesh_positions(other->mesh);
+  int alike = system->constraint_count == other->constraint_count;
+  for (int k = 0; k < system->constraint_count && alike; k++) {
+    const flesh_constraint *own = &system->constraints[k], *its = &other->constraints[k];
+    alike = own->count == its->count && own->axes == its->axes && own->from == its->from && own->until == its->until &&
+            motions_are_same(&own->motion, &its->motion);
+    for (int j = 0; j < own->count && alike; j++)
+      alike = own->nodes[j] == its->nodes[j] && !memcmp(X + 3 * own->nodes[j], its_X + 3 * its->nodes[j], 3 * sizeof *X);
+  }
+  return alike;
 }
 
 void flesh_system_prescribe(const flesh_system *system, double t, double *x)

@@ -33,6 +33,9 @@ int flesh_system_has_follower_loads(const flesh_system *system);
 /* The axes, of 1, 2 and 4, along which any constraint acts at time t. Cannot fail. */
 int flesh_system_holds(const flesh_system *system, double t);
 
+/* Whether another system, on a mesh with the same tets, constrains the same dofs to the same places at all times. */
+int flesh_system_prescribes_alike(const flesh_system *system, const flesh_system *other);
+
 /* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;
  * 0 where it does not report it. */
 size_t flesh_system_effect_memory(const flesh_system *system, int index);
