@@ -184,6 +184,8 @@ class _Run:
         self.observers = ffi.new("flesh_observer[]", max(len(observers), 1))
         for slot, observer in zip(self.observers, observers):
             if isinstance(observer, _File):
+                if not observer._pointer:
+                    raise ArgumentError(f"the {type(observer).__name__} is closed; a run needs a new one")
                 slot.observe, slot.data = type(observer)._observe, observer._pointer
             else:
                 slot.observe = self._told(observer, system)

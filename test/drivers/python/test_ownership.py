@@ -235,6 +235,8 @@ def test_an_observer_is_not_closed_while_it_is_written(mesh, system, tmp_path):
     flesh.run(flesh.Integrator(system), flesh.State.at_rest(mesh), 0.01, 0.01, [close, history])
     history.close()
     assert flesh.Table.read(tmp_path / "h.csv").rows == 2
+    with pytest.raises(flesh.ArgumentError, match="the History is closed"):
+        flesh.run(flesh.Integrator(system), flesh.State.at_rest(mesh), 0.01, 0.01, [history])
 
 
 def test_what_is_asked_may_be_exchanged_while_it_is_asked(mesh, system):
