@@ -48,6 +48,9 @@
  * MRIStep and implicit-explicit methods take f as a sum of two: two problems on two systems that share out the effects,
  * each with inertia and all constraints. As x' = v is in both, a function around flesh_ode_rhs sets the x' of one to 0.
  *
+ * SPRKStep (SUNDIALS from 6.6 on) takes a function for v' and one for x': both are flesh_ode_rhs, with the other half
+ * set to 0. Where no force depends on velocities its steps are symplectic: the energy errs by their order, for ever.
+ *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
  * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
  * those of N_VNew_Parallel: on a rank x of the part's own nodes, then v of these, 2*3 numbers for
