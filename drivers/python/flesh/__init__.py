@@ -24,8 +24,8 @@ integrator or history cannot be copied (ArgumentError).
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
-from . import _kinds, body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output
-from . import own_effect, results, scene, sensitivity, sundials, surface, system
+from . import _callbacks, _kinds, body, effects, errors, fibre, frame, integrator, material, mesh, motion, options
+from . import output, own_effect, results, scene, sensitivity, sundials, surface, system
 from ._library import ffi, lib, text
 from .body import *
 from .effects import *
@@ -63,7 +63,9 @@ def set_error_handler(handler) -> None:
     A positive status is recoverable. It may be called from threads of the library.
     """
     global _handler
-    function = ffi.NULL if handler is None else ffi.callback(
+    if handler is not None and not callable(handler):
+        raise ArgumentError(f"handler is {handler!r}; it must be a function, or None")
+    function = ffi.NULL if handler is None else _callbacks.value_callback(
         "flesh_error_handler", lambda _data, status, sentence: handler(status, text(sentence)))
     lib.flesh_set_error_handler(function, ffi.NULL)
     _handler = function  # after the call: another thread may still be within the one before

@@ -326,6 +326,19 @@ def test_a_failed_step_says_why_and_leaves_the_state(mesh, held):
     assert state.t == 0 and np.array_equal(state.x, mesh.positions)
 
 
+def test_what_an_error_handler_raises_comes_out_of_the_call():
+    with pytest.raises(flesh.ArgumentError, match="it must be a function"):
+        flesh.set_error_handler("print")
+    flesh.set_error_handler(lambda _status, sentence: {}[sentence])
+    try:
+        with pytest.raises(KeyError, match="nowhere.mesh"):
+            flesh.Mesh.read("nowhere.mesh")
+    finally:
+        flesh.set_error_handler(None)
+    with pytest.raises(flesh.FileError):
+        flesh.Mesh.read("nowhere.mesh")
+
+
 def test_adaptive_steps_are_told(system, mesh):
     seen = []
     integrator = flesh.Integrator(system, "ida", adaptive=flesh.AdaptiveOptions(tolerance=1e-3),
