@@ -88,7 +88,7 @@ static kept run(const kept_case *c, flesh_method method, int states, int twice)
   double *by = state.v + n;
   state.internal = internals ? by + 2 * n : NULL;
   for (int d = 0; d < 2 * n; d++) by[d] = sin(0.7 + d);
-  const flesh_motion_quantity quantity = {by, by + n, twice ? FLESH_MEAN : FLESH_AT_END};
+  const flesh_motion_quantity quantity = {.by_x = by, .by_v = by + n, .over = twice ? FLESH_MEAN : FLESH_AT_END};
   result.n = n;
   result.start = calloc(2 * (size_t)n, sizeof(double));
   flesh_scene_start(scene, &state);

@@ -235,7 +235,8 @@ static void try_case(const motion_case *c, flesh_method method)
   run(&m);
   const double Q = quantity(&m, by);
   flesh_integrator_destroy(&m.integrator); /* the steps are known */
-  const flesh_motion_quantity at_end = {by, by + n, FLESH_AT_END}, over_time = {by, by + n, FLESH_INTEGRAL};
+  const flesh_motion_quantity at_end = {.by_x = by, .by_v = by + n};
+  const flesh_motion_quantity over_time = {.by_x = by, .by_v = by + n, .over = FLESH_INTEGRAL};
   CHECK_OK(flesh_trajectory_gradient(m.trajectory, &at_end, count, all, gradient, start));
   for (int i = 0; i < count; i++) {
     double *dx = calloc(2 * (size_t)n, sizeof *dx), by_tangent = 0;
@@ -328,7 +329,7 @@ static void no_difference_crosses_a_kink(void)
     run(&m);
     const double Q = quantity(&m, by);
     if (k >= 0) expected += gradient_weights[k] * Q / step;
-    else CHECK_OK(flesh_trajectory_gradient(m.trajectory, &(flesh_motion_quantity){by, by + m.n, FLESH_AT_END}, 0,
+    else CHECK_OK(flesh_trajectory_gradient(m.trajectory, &(flesh_motion_quantity){.by_x = by, .by_v = by + m.n}, 0,
                                             (flesh_parameter[1]){{.difference = 0}}, by, start));
     for (int d = 0; d < m.n && k < 0; d++) along += start[d] * cos(d) * flesh_mesh_positions(flesh_scene_mesh(m.scene))[d];
     free(by);
@@ -358,7 +359,7 @@ static void what_has_no_gradient_is_refused(void)
   m = begin(swing.text, NULL, 0, FLESH_METHOD_BDF2);
   gradient_parameter young = gradient_parameter_of(swing.text, swing.keys[0]);
   double *dx = calloc(2 * (size_t)m.n, sizeof *dx), gradient = 0;
-  const flesh_motion_quantity quantity = {dx, NULL, FLESH_AT_END};
+  const flesh_motion_quantity quantity = {.by_x = dx};
   CHECK_OK(flesh_trajectory_create(m.integrator, 1e-10, 1000, &m.trajectory));
   CHECK(flesh_trajectory_tangent(m.trajectory, &young.parameter, dx, dx + m.n) == FLESH_ERR_ARGUMENT);
   CHECK(flesh_trajectory_gradient(m.trajectory, &quantity, 1, &young.parameter, &gradient, NULL) == FLESH_ERR_ARGUMENT);
