@@ -166,7 +166,10 @@ class RunResult:
 
     def frame(self, index: int = -1) -> Frame:
         """A frame with its fields as arrays; the last one by default."""
-        return Frame.read(self.frames[index])
+        paths = self.frames
+        if not -len(paths) <= index < len(paths):
+            raise IndexError(f"frame {index} is asked for; the run in {self.folder} wrote {len(paths)}")
+        return Frame.read(paths[index])
 
 
 class DriftResult:
@@ -240,6 +243,8 @@ def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]
 
 
 def _word(argument):
+    if isinstance(argument, (Scene, Mapping)):
+        raise ArgumentError("the program reads scenes from files; Scene.write makes one, whose path is to be given")
     return argument if isinstance(argument, (str, os.PathLike)) else str(argument)
 
 

@@ -80,7 +80,8 @@ def _flow(value):
 
 def _overrides(given):
     """[count] and the texts; what cffi must keep alive comes third."""
-    rows = [f"{key}={_flow(value)}" for key, value in given.items()] if isinstance(given, Mapping) else list(given or ())
+    rows = [f"{key}={_flow(value)}" for key, value in given.items()] if isinstance(given, Mapping) else \
+        [given] if isinstance(given, str) else list(given or ())
     texts = [ffi.new("char[]", path_bytes(row)) for row in rows]
     return len(rows), ffi.new("char *[]", texts) if texts else ffi.NULL, texts
 

@@ -98,6 +98,12 @@ def test_the_last_state_has_all_that_a_run_goes_on_from(folder):
     written, count = result.state.multipliers, result.scene.system.multiplier_count
     assert count > 0 and written.shape == (count,) and np.abs(written).max() > 100
     assert result.state.internal is None
+    with pytest.raises(IndexError, match="frame 9 is asked for; the run in .* wrote 4"):
+        result.frame(9)
+    for scene in (result.scene, BAR):
+        with pytest.raises(flesh.ArgumentError, match="the program reads scenes from files"):
+            flesh.run_scene(scene, folder / "more")
+    assert flesh.Scene(folder / "bar.yaml", "time.end=0.05").time.end == 0.05
 
 
 @pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
