@@ -101,7 +101,10 @@ int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
   for (int k = 0; k < fit->parameter_count; k++)
     found->p[k] = flesh_fit_value_at(&fit->parameters[k], flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start));
   const int status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, why);
-  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
+  if (status) return status;
+  if (!good) return flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
+  if (isfinite(flesh_fit_squares(fit, 0, fit->count, found->values))) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_NONFINITE, "the sum of squares at the start is not finite: deviations are far too small");
 }
 
 void flesh_fit_found_close(flesh_fit_found *found)

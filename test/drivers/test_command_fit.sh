@@ -240,6 +240,8 @@ a_run_that_fails_cuts_the_step() {
   sed '0,/scene: pull.yaml/s//&\n    set: {solver.max_newton: 1, solver.max_cutbacks: 1}/' two.yaml >fails.yaml
   expect 4 "$flesh" fit fails.yaml --out fails && has stderr.txt 'the start cannot be run: the experiment pull' &&
     result fails 'r["status"] == "failed" and r["exit_code"] == 4' || return 1
+  sed 's/deviation: 1e-4/deviation: 1e-300/' two.yaml >tiny.yaml
+  expect 7 "$flesh" fit tiny.yaml --out tiny && has stderr.txt 'start is not finite: deviations are far too small' || return 1
   sed 's/^parameters/max_iterations: 1\nparameters/' two.yaml >short.yaml
   expect 4 "$flesh" fit short.yaml --out short && has stderr.txt 'has not ended after 1 iterations' &&
     result short 'r["status"] == "failed" and p["young"]["value"] > 3e4' || return 1
