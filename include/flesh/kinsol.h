@@ -127,8 +127,9 @@ FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context,
 
 /* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type
  * matrix-iterative, for use with the matrix above. With FLESH_LINE_SEARCH_POTENTIAL the step it
- * returns is already scaled by a line search on the potential. Freed by SUNLinSolFree; the problem
- * must outlive it. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * returns is already scaled by a line search on the potential: take KIN_NONE, as KIN_LINESEARCH would
+ * shorten it once more, and may fail by that; KIN_LINESEARCH goes with FLESH_LINE_SEARCH_RESIDUAL. Freed by
+ * SUNLinSolFree; the problem must outlive it. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context,
                                      SUNLinearSolver *solver);
 
