@@ -100,8 +100,8 @@ FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 FLESH_API int flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
                                    N_Vector atol);
 
-/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly.
- * Errors: FLESH_ERR_ARGUMENT. */
+/* Fills the caller's state from y at t, constrained dofs exactly. FLESH_ERR_ARGUMENT behind the event, too: y has been
+ * integrated there without it. */
 FLESH_API int flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,
                                   flesh_state *state);
 

@@ -103,8 +103,8 @@ FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
 FLESH_API int flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
                                    N_Vector atol);
 
-/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly.
- * Errors: FLESH_ERR_ARGUMENT. */
+/* Fills the caller's state from y at t, constrained dofs exactly. FLESH_ERR_ARGUMENT behind the event, too: y has been
+ * integrated there without it. */
 FLESH_API int flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
                                   flesh_state *state);
 

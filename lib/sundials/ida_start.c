@@ -177,6 +177,10 @@ int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, fl
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
+  if (t - held->event > 1e-9 * (held->event - held->begin)) /* rounding of the integrator's time */
+    return flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s, behind the event at %g s, up to which the start is valid; stop the "
+                                          "integrator there and start again",
+                      t, held->event);
   const double *y = flesh_ida_read(self, y_vector, 0, 0);
   if (!y) return FLESH_ERR_ARGUMENT;
   memmove(state->x, y, (size_t)n * sizeof *y);
