@@ -66,6 +66,9 @@ static int open_study(study *s)
 
 /* ---- the run ---- */
 
+/* The scene of a column beside. */
+static const flesh_scene *beside_of(const study *s, int k) { return s->varied[k / 4 % s->varied_count].scenes[k % 4]; }
+
 static int make_start(study *s)
 {
   s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
@@ -74,8 +77,7 @@ static int make_start(study *s)
   int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
     const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
-    const flesh_scene *scene = s->varied[k / 4 % s->varied_count].scenes[k % 4];
-    if (asked->probes) status = flesh_asked_find(scene, asked->name, s->state.t, &s->beside[k]);
+    if (asked->probes) status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, &s->beside[k]);
   }
   return status;
 }
@@ -97,7 +99,7 @@ static int observe(void *data, const flesh_step_record *record)
     if (!status) status = flesh_asked_keep(s->scene, record, &s->asked[k]);
   }
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++)
-    if (s->beside[k].probes) status = flesh_asked_go_on(s->scene, record, &s->beside[k]);
+    if (s->beside[k].probes) status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
   return status;
 }
 
@@ -121,7 +123,8 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
 {
   const flesh_system *system = flesh_scene_system(s->scene);
   flesh_parameter parameters[MOST];
-  double *by_x = malloc((size_t)flesh_system_unknowns(system) * sizeof *by_x);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  double *by_x = malloc(2 * n * sizeof *by_x); /* and by v, which stays 0 */
   flesh_sensitivity *sensitivity = NULL;
   flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
   point.multipliers = s->state.multipliers;
@@ -132,8 +135,8 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   if (!status) status = flesh_sensitivity_set(sensitivity, &s->state, NULL);
   for (int k = 0; k < s->asked_count && !status; k++) {
     const flesh_quantity quantity = {s->asked[k].probes ? by_x : s->asked[k].by_x, s->asked[k].of_residual};
-    memset(by_x, 0, (size_t)flesh_system_unknowns(system) * sizeof *by_x);
-    if (s->asked[k].probes) flesh_asked_visit(&s->asked[k], s->state.t, by_x, NULL);
+    memset(by_x, 0, 2 * n * sizeof *by_x);
+    if (s->asked[k].probes) flesh_asked_visit(&s->asked[k], s->state.t, by_x, by_x + n);
     flesh_asked_measure(s->scene, s->residual, &s->asked[k]);
     status = flesh_sensitivity_gradient(sensitivity, &quantity, s->varied_count, parameters,
                                         s->gradients + (size_t)k * (size_t)s->varied_count);

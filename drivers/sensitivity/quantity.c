@@ -1,5 +1,5 @@
 /* quantity.c: columns of probes, and their derivatives by the state: of positions, velocities and reactions known ones, of
- * what tets have by differences at each state. */
+ * what tets have by differences at each state, of other forces by a product with the tangent there. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -8,10 +8,16 @@
 
 #include "base/error.h"
 #include "mesh/mesh.h"
+#include "output/node_forces.h"
 #include "output/probe_place.h"
 #include "output/tet_shape.h"
 #include "scene/scene.h"
+#include "sensitivity/forces.h"
 #include "sensitivity/sensitivity.h"
+#include "system/system.h"
+
+/* The residual that linear solves leave, relative. */
+static const double tolerance = 1e-10;
 
 /* The component of a column such as position_z, -1 for other columns. */
 static int component_of(const char *column, const char *quantity)
@@ -78,25 +84,27 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
   return FLESH_OK;
 }
 
-/* Opens the probe for a column of what tets have alone; *is: whether it is one. */
-static int open_column(const flesh_scene *scene, const flesh_probe *probe, const char *column, flesh_asked *asked, int *is)
+/* Opens the probe for a column of tets or of forces alone. */
+static int open_column(const flesh_scene *scene, const flesh_probe *probe, const char *column, flesh_asked *asked)
 {
+  const unsigned forces = FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE, pressed = FLESH_PROBE_STRESS | FLESH_PROBE_REACTION;
   flesh_probe_column columns[FLESH_PROBE_COLUMNS];
-  flesh_probe alone = *probe;
+  flesh_probe *alone = &asked->probe;
   const flesh_system *system = flesh_scene_system(scene);
-  *is = 0;
-  for (unsigned k = 1; k <= FLESH_PROBE_OF_TETS && !*is; k *= 2) {
-    if (!(k & FLESH_PROBE_OF_TETS)) continue;
-    alone.quantities = k;
-    asked->column = flesh_probe_columns(&alone, columns);
-    while (asked->column && !*is) *is = !strcmp(columns[--asked->column].name, column);
+  int is = 0;
+  *alone = *probe;
+  for (unsigned k = 1; k <= (FLESH_PROBE_OF_TETS | forces) && !is; k *= 2) {
+    if (!(k & (FLESH_PROBE_OF_TETS | forces))) continue;
+    alone->quantities = k;
+    asked->column = flesh_probe_columns(alone, columns);
+    while (asked->column && !is) is = !strcmp(columns[--asked->column].name, column);
   }
-  if (!*is) return FLESH_OK;
-  if (alone.quantities == FLESH_PROBE_STRESS && flesh_system_multiplier_count(system))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the stress of incompressible tets has no derivatives, as their pressure is unknown");
+  if (!is) return flesh_fail(FLESH_ERR_ARGUMENT, "a probe has no such column, or in equilibria no velocity");
+  if (alone->quantities & pressed && flesh_system_multiplier_count(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives of it do not know the pressure of incompressible tets (poisson 0.5)");
   snprintf(asked->unit, sizeof asked->unit, "%s", columns[asked->column].unit);
-  int status = flesh_probe_prepare(&alone, &scene->body, system);
-  if (!status) status = flesh_probes_open(&scene->body, system, flesh_scene_times(scene)->method, 1, &alone, &asked->probes);
+  int status = flesh_probe_prepare(alone, &scene->body, system);
+  if (!status) status = flesh_probes_open(&scene->body, system, flesh_scene_times(scene)->method, 1, alone, &asked->probes);
   if (status) return status;
   asked->figures = calloc(FLESH_PROBE_COLUMNS * FLESH_PROBE_FIGURES, sizeof *asked->figures);
   if (asked->figures) flesh_probes_note(asked->probes, asked->figures);
@@ -108,8 +116,7 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
                          flesh_asked *asked)
 {
   const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
-  const char *way = flesh_scene_tangents_refused(scene);
-  int component, is;
+  int component;
   if ((component = component_of(column, "position")) >= 0) {
     strcpy(asked->unit, "m");
     return (asked->by_x = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
@@ -118,15 +125,9 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
     strcpy(asked->unit, "m/s");
     return (asked->by_v = new_mean(scene, probe, component)) ? FLESH_OK : flesh_no_memory();
   }
-  const int status = open_column(scene, probe, column, asked, &is);
-  if (status || is) return status;
-  if ((component = component_of(column, "reaction")) < 0 || !is_static || probe->node_count < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of position_x, _y or _z, J, stretches, stress and energy, in motions "
-                                          "of velocity_x and in equilibria of reaction_x");
-  if (*way) return flesh_fail(FLESH_ERR_ARGUMENT, "reactions have no derivatives here: %s", way);
-  if (probe->holder != 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "derivatives are of reactions to all pins and prescribed motions, not to one of them: "
-                                          "give the probe a box, sphere, nodes, regions, set or body");
+  component = component_of(column, "reaction");
+  if (component < 0 || !is_static || *flesh_scene_tangents_refused(scene) || probe->node_count < 1 || probe->holder != 0)
+    return open_column(scene, probe, column, asked);
   strcpy(asked->unit, "N");
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
@@ -147,6 +148,7 @@ int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh
   char column[FLESH_LIST_ITEM];
   *asked = (flesh_asked){0};
   snprintf(asked->name, sizeof asked->name, "%s", name);
+  asked->n = 3 * flesh_mesh_node_count(flesh_scene_mesh(scene));
   snprintf(column, sizeof column, "%.*s", (int)find_over(name, &asked->over), name);
   const flesh_probe *probe = flesh_probe_of(scene, column);
   if (!probe)
@@ -176,7 +178,9 @@ int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record,
 {
   const flesh_state *state = record->state;
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
-  const int status = asked->probes ? flesh_probes_observe(asked->probes, record) : FLESH_OK;
+  flesh_step_record own = *record;
+  if (record->system != flesh_scene_system(scene)) own.system = flesh_scene_system(scene), own.proximity = NULL;
+  const int status = asked->probes ? flesh_probes_observe(asked->probes, &own) : FLESH_OK;
   const double now = asked->probes ? asked->figures[FLESH_PROBE_FIGURES * asked->column]
                                    : product(n, asked->by_x, state->x) + product(n, asked->by_v, state->v),
                mean = (asked->last + now) / 2;
@@ -189,9 +193,63 @@ int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record,
   return status;
 }
 
+/* The weights [n] of node forces in a column, and what of by_x [n] there is as arms of moments turn. */
+static void weigh(const flesh_asked *asked, const double *x, const double *force, const uint8_t *held, double *weights,
+                  double *by_x)
+{
+  const flesh_probe *probe = &asked->probe;
+  const int c = asked->column % 3, e = (c + 1) % 3, g = (c + 2) % 3;
+  for (int k = 0; k < probe->node_count; k++) {
+    const size_t at = 3 * (size_t)probe->nodes[k];
+    double *w = weights + at;
+    if (asked->column < 3) w[c] = held[at + (size_t)c];
+    else {
+      w[g] = held[at + (size_t)g] * (x[at + (size_t)e] - probe->about[e]);
+      w[e] = held[at + (size_t)e] * (probe->about[g] - x[at + (size_t)g]);
+      by_x[at + (size_t)e] += held[at + (size_t)g] * force[at + (size_t)g];
+      by_x[at + (size_t)g] -= held[at + (size_t)e] * force[at + (size_t)e];
+    }
+  }
+}
+
+/* by [2*n] += the derivatives of a reaction or a contact force, or of a moment. */
+static int differentiate_forces(const flesh_scene *scene, const flesh_step_record *record, const flesh_asked *asked, double *by)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  const flesh_probe *probe = &asked->probe;
+  const int contact = probe->quantities == FLESH_PROBE_CONTACT_FORCE, effects = flesh_system_effect_count(system);
+  const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
+  flesh_node_forces forces;
+  if (contact && record->stage->t != record->state->t)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: contact forces are of a time within the step; derivatives are of those at its "
+                                          "end, as backward-euler and newmark have them", asked->name);
+  int status = flesh_node_forces_open(FLESH_OK, &scene->body, system, is_static, !contact, contact, &forces);
+  double *w = calloc((size_t)asked->n + 1, sizeof *w);
+  uint8_t *held = calloc((size_t)asked->n + (size_t)effects, 1), *left_out = held + asked->n;
+  if (!status && (!w || !held)) status = flesh_no_memory();
+  if (!status) {
+    flesh_node_forces_find(&forces, record);
+    const double *force = !contact ? forces.reaction : forces.contact;
+    if (contact && probe->contact) force = flesh_node_forces_of_contact(&forces, record, probe->contact - 1);
+    for (int e = 0; e < effects; e++)
+      left_out[e] = probe->contact ? e != probe->contact - 1
+                                   : flesh_system_effect(system, e)->operations->role != FLESH_ROLE_CONTACT;
+    for (int d = 0; d < asked->n; d++)
+      held[d] = contact || (forces.constrained[d] && (!probe->holder || forces.holder[d] == probe->holder));
+    weigh(asked, record->state->x, force, held, w, by);
+    for (int d = 0; d < asked->n && contact; d++) w[d] = -w[d];
+    const flesh_force_sum sum = {record->state, is_static ? NULL : forces.a, w, contact ? left_out : NULL};
+    status = flesh_force_slopes(system, flesh_scene_solver(scene), tolerance, &sum, by, by + asked->n);
+  }
+  flesh_node_forces_clear(&forces);
+  free(w);
+  free(held);
+  return status;
+}
+
 int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked)
 {
-  const int n = 3 * flesh_mesh_node_count(flesh_scene_mesh(scene));
+  const int n = asked->n;
   if (!asked->probes || (!asked->over && !record->last)) return FLESH_OK;
   if (asked->row_count == asked->row_room) {
     const int room = 2 * asked->row_room + 1;
@@ -200,14 +258,17 @@ int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, 
     asked->rows = rows;
     asked->row_room = room;
   }
-  double *by = calloc((size_t)n + 1, sizeof *by);
-  int count = 0, status = by ? flesh_probes_differentiate(asked->probes, record->state, asked->column, by) : flesh_no_memory();
-  for (int d = 0; d < n && !status; d++) count += by[d] != 0;
+  double *by = calloc(2 * (size_t)n + 1, sizeof *by);
+  int count = 0, status = by ? FLESH_OK : flesh_no_memory();
+  if (!status && asked->probe.quantities & FLESH_PROBE_OF_TETS)
+    status = flesh_probes_differentiate(asked->probes, record->state, asked->column, by);
+  else if (!status) status = differentiate_forces(scene, record, asked, by);
+  for (int d = 0; d < 2 * n && !status; d++) count += by[d] != 0;
   flesh_asked_row *row = &asked->rows[asked->row_count++];
   *row = (flesh_asked_row){record->state->t, 0, malloc(((size_t)count + 1) * sizeof(int)),
                            malloc(((size_t)count + 1) * sizeof(double))};
   if (!status && (!row->at || !row->by)) status = flesh_no_memory();
-  for (int d = 0; d < n && !status; d++)
+  for (int d = 0; d < 2 * n && !status; d++)
     if (by[d] != 0) row->at[row->count] = d, row->by[row->count++] = by[d];
   free(by);
   return status;
@@ -217,10 +278,9 @@ int flesh_asked_visit(void *data, double t, double *by_x, double *by_v)
 {
   const flesh_asked *asked = data;
   int k = asked->row_count - 1;
-  (void)by_v;
   while (k > 0 && fabs(asked->rows[k - 1].t - t) < fabs(asked->rows[k].t - t)) k--;
   const flesh_asked_row *row = &asked->rows[k];
-  for (int i = 0; i < row->count; i++) by_x[row->at[i]] += row->by[i];
+  for (int i = 0; i < row->count; i++) *(row->at[i] < asked->n ? by_x + row->at[i] : by_v + row->at[i] - asked->n) += row->by[i];
   return FLESH_OK;
 }
 

@@ -8,7 +8,7 @@
 #include "flesh/sensitivity.h"
 #include "output/resume.h"
 
-/* The derivatives of a column by x at a time: those that are not 0. */
+/* The derivatives of a column by the state at a time: those that are not 0, by x and, from 3*nodes on, by v. */
 typedef struct flesh_asked_row {
   double t;
   int count, *at; /* [count] */
@@ -23,7 +23,8 @@ typedef struct flesh_asked {
   double last, begin; /* at the last step; s, the first one's time */
   double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that, or has rows. Owned */
   flesh_probes *probes; /* of a column that is not linear in the state, alone; NULL: it is. Owned, as are the next */
-  int column;
+  flesh_probe probe;    /* that one; its nodes are the scene's */
+  int n, column;        /* 3*nodes; of those of the quantity */
   double *figures;
   int row_count, row_room;
   flesh_asked_row *rows;
@@ -39,9 +40,10 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
 /* A reaction's value at an equilibrium, whose residual [3*nodes] is given. */
 void flesh_asked_measure(const flesh_scene *scene, const double *residual, flesh_asked *asked);
-/* Its value up to a step. The record's state may be of another scene, of as many nodes. FLESH_ERR_MEMORY. */
+/* Its value up to a step. The record may be of another scene, of as many nodes. FLESH_ERR_MEMORY. */
 int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
-/* Keeps the derivatives of one that is not linear at a step that counts. FLESH_ERR_MEMORY. */
+/* Keeps the derivatives of one that is not linear at a step that counts. FLESH_ERR_ARGUMENT where forces have none;
+ * FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
 /* Adds those that were kept at a time. Implements flesh_adjoint_visit. */
 int flesh_asked_visit(void *asked, double t, double *by_x, double *by_v);

@@ -400,7 +400,8 @@ int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsign
   for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0, self->own[k] = 0;
   int status = FLESH_OK;
   for (int e = 0; e < flesh_system_effect_count(self->system) && !status && readings; e++)
-    if (may_read(flesh_system_effect(self->system, e))) status = find_effect(self, e, point, readings, steps, K);
+    if (may_read(flesh_system_effect(self->system, e)) && !flesh_couplings_leave(self, e))
+      status = find_effect(self, e, point, readings, steps, K);
   return status;
 }
 
@@ -421,6 +422,7 @@ void flesh_couplings_add(const flesh_couplings *self, flesh_reading reading, int
   for (int e = 0; e < flesh_system_effect_count(self->system) && self->own[reading]; e++) {
     const flesh_effect *effect = flesh_system_effect(self->system, e);
     const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
-    if (own && own->multiply) own->multiply(effect, flesh_effect_view_turn(&view, e), reading, transposed, scale, x, y);
+    if (own && own->multiply && !flesh_couplings_leave(self, e))
+      own->multiply(effect, flesh_effect_view_turn(&view, e), reading, transposed, scale, x, y);
   }
 }

@@ -41,6 +41,7 @@ typedef struct flesh_apart {
 
 typedef struct flesh_couplings {
   const flesh_system *system; /* borrowed */
+  const unsigned char *left_out; /* [effects] 1: counts as having no residual; borrowed; NULL: all count */
   int n, nodes;
   double length;                             /* m, between nodes */
   flesh_colouring colourings[FLESH_COLOURINGS];
@@ -62,6 +63,10 @@ void flesh_couplings_clear(flesh_couplings *couplings);
  * that this would take too long, or is not smooth there. */
 int flesh_couplings_find(flesh_couplings *couplings, const flesh_point *point, unsigned readings,
                          const flesh_block_matrix *K);
+static inline int flesh_couplings_leave(const flesh_couplings *couplings, int effect)
+{
+  return couplings->left_out && couplings->left_out[effect];
+}
 /* Whether the residual depends on what is read. */
 static inline int flesh_couplings_any(const flesh_couplings *couplings, flesh_reading reading)
 {

@@ -131,12 +131,8 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   int status = flesh_pass_linearise_start(p, part);
   flesh_pass_forget_constrained(p, bar);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
-  if (!status) status = flesh_stage_tangent_stiffness_times(&self->tangent, 1, p->lambda, p->lag);
-  if (!status) status = flesh_stage_tangent_damping_times(&self->tangent, 1, p->lambda, p->c);
+  if (!status) status = flesh_stage_tangent_read(&self->tangent, p->lambda, p->lag, p->c);
   if (status) return status;
-  for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, 1, p->lambda,
-                        flesh_reading_is_of_v((flesh_reading)k) ? p->c : p->lag);
   flesh_pass_forget_constrained(p, p->lag); /* what a parameter moves of these is in its force */
   flesh_pass_forget_constrained(p, p->c);
   flesh_add_scaled(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);

@@ -349,7 +349,7 @@ static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shif
 {
   const flesh_effect *effect = flesh_system_effect(self->system, e);
   if (!effect->operations->jacobian || flesh_effect_has_trait(effect, FLESH_FREEZES)) return 0;
-  if (effect->operations->role == FLESH_ROLE_INERTIA) return 0;
+  if (effect->operations->role == FLESH_ROLE_INERTIA || flesh_couplings_leave(&self->couplings, e)) return 0;
   if (flesh_effect_private_of(effect)->linear_in_v) return 0;
   return shift->x != 0 || !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }
@@ -396,7 +396,7 @@ static int product(flesh_stage_tangent *self, int transposed, flesh_shift shift,
     const flesh_effect *effect = flesh_system_effect(self->system, e);
     const int inertia = effect->operations->role == FLESH_ROLE_INERTIA;
     const double scale = inertia ? shift.a : flesh_effect_private_of(effect)->linear_in_v ? shift.v : 0;
-    if (scale == 0) continue;
+    if (scale == 0 || flesh_couplings_leave(&self->couplings, e)) continue;
     status = flesh_system_effect_residual(self->system, e, &point, force);
     for (int d = 0; d < self->n; d++) y[d] += scale * force[d];
   }
@@ -418,4 +418,13 @@ int flesh_stage_tangent_damping_times(flesh_stage_tangent *self, int transposed,
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *self, int transposed, const double *w, double *y)
 {
   return product(self, transposed, (flesh_shift){.x = 1}, w, y);
+}
+
+int flesh_stage_tangent_read(flesh_stage_tangent *self, const double *w, double *by_x, double *by_v)
+{
+  int status = flesh_stage_tangent_stiffness_times(self, 1, w, by_x);
+  if (!status) status = flesh_stage_tangent_damping_times(self, 1, w, by_v);
+  for (int k = 0; k < FLESH_OWN_V && !status; k++)
+    flesh_couplings_add(&self->couplings, (flesh_reading)k, 1, 1, w, flesh_reading_is_of_v((flesh_reading)k) ? by_v : by_x);
+  return status;
 }

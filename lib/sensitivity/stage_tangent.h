@@ -54,6 +54,10 @@ int flesh_stage_tangent_mass_times(flesh_stage_tangent *tangent, const double *w
 int flesh_stage_tangent_damping_times(flesh_stage_tangent *tangent, int transposed, const double *w, double *y);
 int flesh_stage_tangent_stiffness_times(flesh_stage_tangent *tangent, int transposed, const double *w, double *y);
 
+/* by_x and by_v [n]: the derivatives of w . r by x and v, that of what is lagged or frozen included, where all of it is the
+ * stage's own state, whose velocities do not move with u. */
+int flesh_stage_tangent_read(flesh_stage_tangent *tangent, const double *w, double *by_x, double *by_v);
+
 /* Marks into same [effects] those of the system that are known to be the same in all systems of the parameter; whether
  * there are any. */
 int flesh_parameter_compare(const flesh_parameter *parameter, const flesh_system *system, unsigned char *same);

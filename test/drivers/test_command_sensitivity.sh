@@ -50,13 +50,13 @@ keys_that_are_not_given_have_derivatives() {
     --out found.csv && derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
 }
 
-# agree METHOD COLUMNS: with fourth-order differences of whole runs, to 1e-6 of the largest of the column.
+# agree METHOD COLUMNS STEP [SIZE OF DIFFERENCES]: with fourth-order differences of whole runs, to 1e-6 of the largest of the column.
 agree() {
   expect 0 "$flesh" sensitivity bar.yaml --set "time.method=$1" --set "time.step=$3" --of "$2" \
     --to body.material.young,body.material.poisson,body.density --out found.csv || return 1
   python3 - "$flesh" "$@" <<'END'
 import csv, subprocess, sys
-flesh, method, columns, step = sys.argv[1:]
+flesh, method, columns, step, size = *sys.argv[1:5], float((sys.argv[5:] or [1e-3])[0])
 def run(key, value):
     subprocess.run([flesh, "run", "bar.yaml", "--out", "own", "--quiet", "--set", f"time.method={method}", "--set",
                     f"time.step={step}", "--set", "solver.newton_tolerance=1e-12", "--set", f"{key}={value!r}"], check=True)
@@ -72,9 +72,9 @@ def run(key, value):
 found = list(csv.DictReader(open("found.csv")))
 assert len(found) == 3 * len(columns.split(","))
 for key, value in (("body.material.young", 1e6), ("body.material.poisson", 0.4), ("body.density", 1000.0)):
-    a, b, c, d = (run(key, value * (1 + s * 1e-3)) for s in (-2, -1, 1, 2))
+    a, b, c, d = (run(key, value * (1 + s * size)) for s in (-2, -1, 1, 2))
     for row in (row for row in found if row["to"] == key):
-        by_runs = (a[row["of"]] - 8 * b[row["of"]] + 8 * c[row["of"]] - d[row["of"]]) / (12e-3 * value)
+        by_runs = (a[row["of"]] - 8 * b[row["of"]] + 8 * c[row["of"]] - d[row["of"]]) / (12 * size * value)
         off = abs(float(row["derivative"]) / by_runs - 1)
         print(row["of"], key, row["derivative"], by_runs, off)
         assert off < 1e-6
@@ -100,6 +100,21 @@ assert abs(found / mean - 1) < 1e-5 and told["tip.position_z.integral"]["unit"] 
 END
 }
 
+# Reactions with lumped masses and with consistent ones, of which free accelerations are a part; contact with friction.
+forces_agree_with_differences() {
+  agree midpoint wall.reaction_x,wall.reaction_z,wall.reaction_moment_y 1/50 || return 1
+  cp bar.yaml kept.yaml
+  sed -i -e 's|^time:|  - contact: {plane: {point: [0, 0, -0.04]}, friction: 0.3, thickness: 0.05, stiffness: 1e5}\ntime:|' \
+    -e 's|density: 1000|&\n  mass: consistent|' bar.yaml
+  echo '    - {name: ground, effect: "contact[0]", quantities: [contact_force]}' >>bar.yaml
+  agree backward-euler wall.reaction_z,wall.reaction_moment_y,wall.reaction_x.mean,ground.contact_force_z,ground.contact_moment_y 1/50 1e-4 &&
+    agree static wall.reaction_z,wall.reaction_moment_y,ground.contact_force_z 1 &&
+    refused 'ground.contact_force_z: contact forces are of a time' --of ground.contact_force_z --to body.density --set time.method=midpoint
+  status=$?
+  mv kept.yaml bar.yaml
+  return $status
+}
+
 # A bar whose end slides on a ground that moves, in two steps whose friction lags the state before.
 equilibria_with_friction_agree_with_differences() {
   cp bar.yaml kept.yaml
@@ -122,16 +137,16 @@ bad_requests_are_refused() {
   # shellcheck disable=SC2086
   refused '^flesh sensitivity: --of is missing; it must be' $by && refused '--to is missing; it must be' --of tip.position_z &&
     refused 'top.position_z; it must be PROBE.COLUMN' --of top.position_z $by &&
-    refused 'tip.velocity_z; derivatives are of' --of tip.velocity_z $by &&
-    refused 'wall.reaction_moment_x; derivatives are of' --of wall.reaction_moment_x $by &&
+    refused 'tip.velocity_z; a probe has no such column' --of tip.velocity_z $by &&
+    refused 'tip.reaction_x; ' --of tip.reaction_x $by && refused 'wall.contact_force_x; ' --of wall.contact_force_x $by &&
     refused "'body.yung'; the scene has no such key" --of tip.position_z --to body.yung &&
     refused "'effects.gravity.acceleration\[3\]'; the scene has" --of tip.position_z --to 'effects.gravity.acceleration[3]' &&
     refused "'body.mesh'; this key is no number" --of tip.position_z --to body.mesh &&
     refused "'time.end'; derivatives are by keys of bodies and effects" --of tip.position_z --to time.end &&
     refused 'tip.position_z.mean; means and integrals over time are of motions' --of tip.position_z.mean $by &&
     refused 'ida has no sensitivities' --of tip.position_z $by --set time.method=ida &&
-    refused 'wall.reaction_z; reactions have no derivatives here: friction makes' --of wall.reaction_z $by \
-      --set 'effects[3]={contact: {plane: {point: [0, 0, -5]}, friction: 0.3}}' &&
+    refused 'half.stress_xx; .* the pressure of incompressible tets' --of half.stress_xx $by --set body.element=tet10-mean \
+      --set body.material.poisson=0.5 &&
     refused '--of has more than 64 columns' --of "$(yes tip.position_z | head -65 | tr '\n' ,)" $by || return 1
   cp bar.yaml kept.yaml
   # shellcheck disable=SC2086
@@ -183,5 +198,5 @@ ends_of_ranges_have_differences() {
 }
 
 run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives \
-  equilibria_agree_with_differences what_tets_have_agrees_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
+  equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
   small_components_have_wide_differences narrow_keys_have_small_differences ends_of_ranges_have_differences
