@@ -25,6 +25,12 @@ SELECT row_number() OVER (ORDER BY place, first) - 1 AS curve, count(*) OVER () 
 FROM (SELECT place, word, min(row) AS first, count(*) AS count, total(drawn) AS drawn FROM points GROUP BY 1, 2) p
   JOIN chosen USING (place), asked;
 
+-- The key names the curves that fit into half of the width, or a third of the height below, and counts the rest.
+CREATE TEMP TABLE legend AS
+SELECT longest, drawn, rows, rows * max(1, iif(longest > 28, width, width / 2) / (8 * longest + 60)) AS room
+FROM (SELECT *, max(1, iif(longest > 28, height / 3, height - 75) / 21) AS rows
+  FROM asked, (SELECT max(length(CAST(title AS BLOB))) AS longest, sum(drawn > 0) AS drawn FROM curves));
+
 -- Several columns are named by the words that asked for them, where these are short.
 CREATE TEMP TABLE labels AS
 SELECT axis, iif(unit = '', name, ltrim(name || ' [' || unit || ']')) AS label, log LIKE '%' || axis || '%' AS is_log, low, high,
@@ -81,16 +87,19 @@ set %slabel %s
 ', axis), log_ticks(axis, low, high)), ''), '') FROM (SELECT * FROM labels ORDER BY axis)) || iif(log LIKE '%y%', 'unset offsets
 ', '') || iif(title IS NULL, '', 'set title noenhanced font '',13''
 set title ' || quoted(title) || char(10)) || (SELECT CASE WHEN longest > 28 THEN
-      'set key outside bottom center vertical Left reverse noenhanced spacing 1.2'
+      printf('set key outside bottom center vertical maxrows %d Left reverse noenhanced spacing 1.2', rows)
     WHEN longest THEN 'set key outside right top Left reverse noenhanced spacing 1.2' ELSE 'unset key' END
-  FROM (SELECT max(length(CAST(title AS BLOB))) AS longest FROM curves)) || '
+  FROM legend) || '
 plot ' || coalesce((SELECT group_concat(printf(
       '$curve_%d using 1:($2 - $3):($2 + $3) with filledcurves fs transparent solid 0.2 noborder lc rgb ''%s'' notitle, \
      ', curve + 1, colour(curve)), '') FROM (SELECT * FROM curves WHERE drawn AND has_bars ORDER BY curve)), '') ||
-  (SELECT group_concat(printf('$curve_%d using 1:2 with %s lw %s%s lc rgb ''%s'' title %s', curve + 1,
+  (SELECT group_concat(printf('$curve_%d using 1:2 with %s lw %s%s lc rgb ''%s'' %s', curve + 1,
     iif(points OR count <= 40, 'linespoints pt 7 ps 0.6', 'lines'), number('%.3g', iif(curves > 1,
-      3.4 - 1.8 * curve / (curves - 1), 2)), iif(curve / 8 % 2, ' dt 2', ''), colour(curve), quoted(title)), ', \
-     ') FROM (SELECT * FROM curves WHERE drawn ORDER BY curve))
+      3.4 - 1.8 * curve / (curves - 1), 2)), iif(curve / 8 % 2, ' dt 2', ''), colour(curve),
+    iif(legend.drawn <= room OR entry < room, 'title ' || quoted(title), 'notitle')), ', \
+     ') || iif(legend.drawn <= room, '', printf(', \
+     keyentry with dots lc rgb ''#ffffff'' title ''and %d more''', legend.drawn - room + 1))
+    FROM (SELECT *, row_number() OVER (ORDER BY curve) AS entry FROM curves WHERE drawn ORDER BY curve), legend)
   FROM asked)
 ORDER BY curve, row;
 

@@ -55,6 +55,15 @@ columns_have_units_and_may_be_many() {
     refused 2 'weld_released is in J and contact_2_force in N' second/history.csv --y weld_released,contact_2_force
 }
 
+# The key names what leaves room for the curves, three columns of 25 here, and counts the rest.
+keys_leave_room_for_curves() {
+  awk 'BEGIN { printf "t"; for (k = 1; k <= 300; k++) printf(",column_%03d", k); print "";
+    for (r = 0; r < 3; r++) { printf "%d", r; for (k = 1; k <= 300; k++) printf ",%d", k * r; print "" } }' >many.csv
+  expect 0 "$flesh" plot many.csv --y 'column_*' --out many.svg && has many.svg '>and 226 more<' && has many.svg '>column_074<' &&
+    ! has many.svg '>column_075<' >/dev/null || return 1
+  expect 0 "$flesh" plot many.csv --y 'column_00*' --out few.svg && has few.svg '>column_009<' && ! has few.svg ' more<' >/dev/null
+}
+
 axes_may_be_logarithmic() {
   expect 0 "$flesh" plot two --y energy_elasticity --log y --out log.svg &&
     check log.svg two/history.csv t energy_elasticity '#0072b2' log || return 1
@@ -124,5 +133,5 @@ what_is_not_there_is_told() {
   refused 2 'is read by' own.gp --y a --out own.svg && [ "$(lines own.gp)" -eq 3 ]
 }
 
-run_tests curves_are_those_of_the_runs pictures_are_not_empty columns_have_units_and_may_be_many axes_may_be_logarithmic \
-  any_table_can_be_grouped a_script_draws_it_again many_rows_are_thinned what_is_not_there_is_told
+run_tests keys_leave_room_for_curves curves_are_those_of_the_runs pictures_are_not_empty columns_have_units_and_may_be_many \
+  axes_may_be_logarithmic any_table_can_be_grouped a_script_draws_it_again many_rows_are_thinned what_is_not_there_is_told
