@@ -79,9 +79,9 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
 static int compare(void *data)
 {
   flesh_drift_plan *plan = data;
-  printf("%d runs: %d scene%s, %d energies, %d Poisson's ratios, %d solvers; %d at a time\n", plan->case_count,
-         plan->scene_count, plan->scene_count == 1 ? "" : "s", plan->variant_count, plan->poisson_count,
-         plan->solver_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
+  printf("runs: %d; scenes: %d, energies: %d, Poisson's ratios: %d, solvers: %d; %d at a time\n", plan->case_count,
+         plan->scene_count, plan->variant_count, plan->poisson_count, plan->solver_count,
+         flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
   fflush(stdout);
   const flesh_study study = flesh_drift_study(plan);
   return flesh_study_do(&study, &plan->options);

@@ -94,8 +94,8 @@ static int make(flesh_report *report, int count, char **paths, const char *title
   json_array_foreach(json_object_get(report->view, "runs"), k, run) frames +=
       json_array_size(json_object_get(run, "times"));
   if (frames)
-    printf(": %zu frames of %d %s", frames, report->shown_count,
-           report->shown_count == 1 ? "run" : "runs");
+    printf(": %zu frame%s of %d run%s", frames, frames == 1 ? "" : "s", report->shown_count,
+           report->shown_count == 1 ? "" : "s");
   putchar('\n');
   if (size > LARGE)
     fprintf(stderr,

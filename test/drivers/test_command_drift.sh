@@ -96,6 +96,7 @@ effects: [inertia, gravity]
 time: {step: 1/60, end: 1/60}
 END
   expect 0 "$flesh" drift regions.yaml --energies S --poisson 0.4 --solvers guarded --out regions || return 1
+  has stdout.txt "^runs: [0-9]*; scenes: 1, energies: 1, Poisson's ratios: 1, solvers: 1; [0-9]* at a time$" || return 1
   has stdout.txt 'regions.yaml: body.material alone is varied; the materials of its regions stay'
 }
 

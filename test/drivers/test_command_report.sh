@@ -164,6 +164,7 @@ END
 }
 
 fewer_frames_are_evenly_taken() {
+  expect 0 "$flesh" report soft --frames 1 --out one.html && has stdout.txt ': 1 frame of 1 run$' || return 1
   expect 0 "$flesh" report soft --frames 3 --out few.html && has stdout.txt ': 3 frames of 1 run$' || return 1
   python3 - <<'END'
 from report_file import Report

@@ -19,7 +19,7 @@ function makeFolded(table) {
         if (folded.open && folded.childElementCount < 2) folded.append(makeTable(table, table.title));
       },
     },
-    element('summary', {}, `${table.title}: ${rows} rows`),
+    element('summary', {}, `${table.title}: ${rows} ${rows === 1 ? 'row' : 'rows'}`),
   );
   return folded;
 }
