@@ -132,7 +132,9 @@ int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector 
   FLESH_NEED_STATE(state);
   if (!flesh_ida_open(self->motion, y, 0)) return FLESH_ERR_ARGUMENT;
   N_Vector yp = flesh_vector_clone(y);
-  int status = yp ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
+  int status = yp ? FLESH_OK
+                  : flesh_fail(FLESH_ERR_MEMORY, "N_VClone made no vector: there is no memory, or the SUNContext holds an "
+                                                 "error of an earlier call");
   status = flesh_team_agree(self->motion->evaluation.team, status);
   if (!status) status = flesh_ida_start(self->motion, state, y, yp);
   if (yp) N_VDestroy(yp);
