@@ -97,6 +97,8 @@ int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const 
     if (!place || !isfinite(value)) continue;
     overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(value, number));
     status = overrides[e->set.count] ? flesh_settings_check(place, e->scene, e->set.count + 1, overrides) : flesh_no_memory();
+    if (v == 3 && status == FLESH_ERR_ARGUMENT)
+      status = flesh_node_fail(place, "%s takes whole numbers only; a parameter must take any number", key);
   }
   free(overrides);
   return status;

@@ -276,7 +276,7 @@ bad_specs_are_refused() {
     bad 'column top.position_z stands twice; it must stand once' 's/top.position_z/top.position_z, top.position_z/' &&
     bad 'either probes, history or positions' '7s/positions: /probes: a.csv, positions: /' &&
     bad 'column side.position_x is none of probes.csv, which has top.position_x' 's/pull.yaml/hang_only.yaml/' &&
-    bad 'solver.max_newton is 3.0*[1-9]; it must be a whole number' 's/body.material.poisson, start: 0.2, from: 0, to: 0.49/solver.max_newton, start: 3/' &&
+    bad 'bad.yaml:8:[0-9]*: solver.max_newton takes whole numbers only; a parameter must take any number' 's/body.material.poisson, start: 0.2, from: 0, to: 0.49/solver.max_newton, start: 3/' &&
     bad '^flesh fit: bad.yaml:4:25: body.density is -1' '4s/^/    set: {body.density: -1}\n/' &&
     bad 'max_iterations is 0; it must be a whole number > 0' 's/^parameters/max_iterations: 0\nparameters/' &&
     bad 'parameters are 0' 's/^parameters.*/parameters: []/' &&
