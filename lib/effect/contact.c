@@ -27,24 +27,25 @@ static const flesh_cells *contact_cells(const flesh_effect *effect)
 typedef struct node_friction {
   double force;              /* friction * normal force, N; 0: none */
   double normal[3];
-  double u[3], speed;        /* m/s */
+  double u[3], speed, across; /* m/s; `across`: of the velocity along the normal */
 } node_friction;
 
-/* The velocity of the obstacle under a node that touched it at y when lagged. Where it has turned since, a node that stuck is
+/* The velocity of the obstacle under a node that touched it at `was`, with `speed`, when lagged. Where it has turned since, a node that stuck is
  * carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's mean velocity
- * counts: y itself would turn friction as far as the obstacle turns. Statics take the mean of a step, as at its end the
+ * counts: the place itself would turn friction as far as the obstacle turns. Statics take the mean of a step, as at its end the
  * obstacle may rest. */
 static void velocity_under(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
-                           const flesh_point *point, int i, double y[3], double v[3])
+                           const flesh_point *point, const double was[3], const double speed[3], double v[3])
 {
   /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
   const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
-  const double half = (point->t - point->lagged.t) / 2, *was = point->lagged.x + i, *speed = point->lagged.v + i;
-  const double past = flesh_environment_of(point)->past;
+  const double half = (point->t - point->lagged.t) / 2, past = flesh_environment_of(point)->past;
+  double y[3];
   if (past > 0) {
     flesh_obstacle_mean_velocity(self->obstacle, point->t - past, point->t, was, v);
     return;
   }
+  flesh_frame_enter(lagged, was, y);
   if (memcmp(frame->R, lagged->R, sizeof frame->R)) {
     double slip = 0, now[3];
     flesh_obstacle_velocity(self->obstacle, point->lagged.t, y, v);
@@ -62,18 +63,15 @@ static node_friction friction_of(const contact *self, const flesh_frame *frame, 
   const int i = 3 * self->nodes[k];
   if (flesh_contact_barrier_at(self, lagged, point->lagged.x + i, &barrier) || barrier.distance == INFINITY)
     return result;
-  double y[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
+  double n[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
   if (!(push > 0)) return result;
-  flesh_frame_enter(lagged, point->lagged.x + i, y);
-  velocity_under(self, frame, lagged, point, i, y, v);
-  for (int c = 0; c < 3; c++) result.normal[c] = barrier.gradient[c] / push;
-  if (lagged->moved) {
-    memcpy(y, result.normal, sizeof y);
-    flesh_mat3_times(lagged->R, y, result.normal);
-  }
+  velocity_under(self, frame, lagged, point, point->lagged.x + i, point->lagged.v + i, v);
+  for (int c = 0; c < 3; c++) n[c] = barrier.gradient[c] / push;
+  if (lagged->moved) flesh_mat3_times(lagged->R, n, result.normal);
+  else memcpy(result.normal, n, sizeof n);
   for (int c = 0; c < 3; c++) result.u[c] = point->v[i + c] - v[c];
-  double across = flesh_vec3_dot(result.u, result.normal);
-  for (int c = 0; c < 3; c++) result.u[c] -= across * result.normal[c];
+  result.across = flesh_vec3_dot(result.u, result.normal);
+  for (int c = 0; c < 3; c++) result.u[c] -= result.across * result.normal[c];
   result.speed = sqrt(flesh_vec3_dot(result.u, result.u));
   result.force = self->friction * flesh_contact_weight(self, k) * push;
   return result;
@@ -302,6 +300,66 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
+/* w [9]: how the velocity of a node over the obstacle depends on the lagged state; it is linear on either side of a kink. */
+static void turn_velocity(const job *j, flesh_reading reading, int i, double w[9])
+{
+  const flesh_lagged *lagged = &j->point->lagged;
+  const double step = 1e-2 * (reading == FLESH_LAGGED_X ? j->self->thickness : j->self->slip_speed);
+  memset(w, 0, 9 * sizeof *w);
+  if (!flesh_obstacle_moves(j->self->obstacle)) return;
+  for (int k = 0; k < 6; k++) {
+    double state[2][3], v[3];
+    memcpy(state[0], lagged->x + i, sizeof state[0]);
+    memcpy(state[1], lagged->v + i, sizeof state[1]);
+    state[reading == FLESH_LAGGED_V][k / 2] += k % 2 ? step : -step;
+    velocity_under(j->self, &j->frame, &j->lagged, j->point, state[0], state[1], v);
+    for (int c = 0; c < 3; c++) w[3 * c + k / 2] -= (k % 2 ? 1 : -1) * v[c] / (2 * step);
+  }
+}
+
+/* The derivative of r = N f(|u|)/|u| u of a node's friction, where N goes with the gradient g of the barrier, and u is what the
+ * plane across n = g/|g| leaves of the velocity w over the obstacle, by the lagged state. */
+static void turn_friction(const job *j, flesh_reading reading, int k, const node_friction *of_node, double block[9])
+{
+  const double *n = of_node->normal, *u = of_node->u, e = j->self->slip_speed, speed = of_node->speed;
+  const double ratio = of_node->force * flesh_slip_ratio(speed, e),
+               bend = speed > 0 ? of_node->force * flesh_slip_fall(speed, e) / (speed * speed) : 0;
+  const int i = 3 * j->self->nodes[k];
+  double turned[9] = {0}, w[9], push = 1;
+  flesh_barrier barrier = {0};
+  turn_velocity(j, reading, i, w);
+  if (reading == FLESH_LAGGED_X && !flesh_contact_barrier_at(j->self, &j->lagged, j->point->lagged.x + i, &barrier)) {
+    push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
+    place_hessian(&j->lagged, FLESH_FILTER_NONE, barrier.hessian, turned);
+  }
+  for (int c = 0; c < 3; c++) { /* along this component of the state */
+    const double dg[3] = {turned[c], turned[3 + c], turned[6 + c]}, dw[3] = {w[c], w[3 + c], w[6 + c]};
+    const double pushed = flesh_vec3_dot(n, dg) / push;
+    double dn[3], du[3];
+    for (int a = 0; a < 3; a++) dn[a] = dg[a] / push - pushed * n[a];
+    const double lost = flesh_vec3_dot(n, dw) + flesh_vec3_dot(u, dn);
+    for (int a = 0; a < 3; a++) du[a] = dw[a] - lost * n[a] - of_node->across * dn[a];
+    const double faster = bend * flesh_vec3_dot(u, du) + ratio * pushed;
+    for (int a = 0; a < 3; a++) block[3 * a + c] = ratio * du[a] + faster * u[a];
+  }
+}
+
+static int contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, flesh_block_add add,
+                          void *to)
+{
+  job j;
+  double block[9];
+  int status = FLESH_OK;
+  open_job(effect, point, NULL, &j);
+  for (int k = 0; k < j.self->count && j.rubbing && !status; k++) {
+    const node_friction of_node = friction_of(j.self, &j.frame, &j.lagged, point, k);
+    if (of_node.force == 0) continue;
+    turn_friction(&j, reading, k, &of_node, block);
+    status = add(to, j.self->nodes[k], j.self->nodes[k], block);
+  }
+  return status;
+}
+
 /* The obstacle's points under the nodes, as far as they are within its reach: elsewhere there is no force. */
 static int contact_carry(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to, double *dx)
 {
@@ -383,6 +441,7 @@ const flesh_effect_operations flesh_contact_operations = {
                                              .memory = flesh_contact_memory},
     .library = &(const flesh_effect_private){
         .evaluate = contact_evaluate, .predict = flesh_contact_predict, .predictions = flesh_contact_predictions,
+        .readings = &(const flesh_effect_readings){.couple = contact_couple},
         .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
                                              .take = flesh_contact_take, .report_part = contact_report_part,
                                              .report_whole = contact_report_whole}},

@@ -284,15 +284,18 @@ static int find_by_kind(const variation *v, int kind, double step, int strict, i
   return status;
 }
 
-/* Takes the derivative that the effect gives itself, if it is smooth there. */
+/* Takes the derivative that the effect gives itself, if it is smooth there: wide steps have less round-off, short ones cross
+ * fewer kinks. */
 static int find_own(const variation *v, const flesh_effect_readings *own, double step, int *whole)
 {
   flesh_coupling *by = &v->self->by[v->reading];
   const flesh_effect *effect = flesh_system_effect(v->self->system, v->effect);
   flesh_effect_view view = flesh_effect_view_of(v->self->system, v->point);
-  const int first = by->count,
-            status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->reading, flesh_coupling_append, by);
-  return status > 0 ? FLESH_OK : status < 0 ? status : is_whole(v, first, step, 0, whole);
+  const int first = by->count;
+  int status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->reading, flesh_coupling_append, by);
+  if (status > 0) return FLESH_OK;
+  for (int k = 0; k < 2 && !*whole && !status; k++) status = is_whole(v, first, k ? shorter * step : step, 0, whole);
+  return status;
 }
 
 /* Says that there is no derivative. */
@@ -317,7 +320,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   if (own && own->tear) return flesh_couplings_find_apart(self, v->effect, v->point, v->reading, shorter * step);
   if (own && own->couple) {
     int whole = 0;
-    const int status = find_own(v, own, shorter * step, &whole);
+    const int status = find_own(v, own, step, &whole);
     return status || whole ? status : refuse(v, read);
   }
   for (; *kind < FLESH_COLOURINGS; ++*kind) {
