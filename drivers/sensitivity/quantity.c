@@ -179,6 +179,7 @@ int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record,
   const flesh_state *state = record->state;
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
   flesh_step_record own = *record;
+  if (!asked->over && !record->last) return FLESH_OK;
   if (record->system != flesh_scene_system(scene)) own.system = flesh_scene_system(scene), own.proximity = NULL;
   const int status = asked->probes ? flesh_probes_observe(asked->probes, &own) : FLESH_OK;
   const double now = asked->probes ? asked->figures[FLESH_PROBE_FIGURES * asked->column]

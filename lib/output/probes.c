@@ -410,10 +410,11 @@ int flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *st
                mean = quantity == FLESH_PROBE_ENERGY ? 0 : sums[which[0]] / whole;
   for (int k = 0; k < at->tet_count; k++) {
     const int size = flesh_mesh_tet_nodes(probes->mesh, is_point(&at->probe) ? at->probe.tet : at->tets[k], nodes);
-    for (int i = 0; i < 3 * size; i++) {
+    for (int i = 3; i < 3 * size; i++) { /* the first node has the others, as nothing changes where all move alike */
       const size_t d = 3 * (size_t)nodes[i / 3] + (size_t)(i % 3);
       difference(probes, at, &beside, k, &beside.x[d], which, slopes);
       by_x[d] += (slopes[0] - mean * slopes[1]) / whole;
+      by_x[3 * (size_t)nodes[0] + (size_t)(i % 3)] -= (slopes[0] - mean * slopes[1]) / whole;
     }
   }
   free(beside.x);
