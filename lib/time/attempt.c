@@ -122,7 +122,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
 static int begins_softer(flesh_integrator *self, const flesh_state *state)
 {
   return flesh_uses(&self->options, FLESH_TECHNIQUE_SOFTENED_STEPS) &&
-         flesh_recovery_is_tangled(&self->recovery, state->x) && self->watch.known &&
+         flesh_recovery_softens(&self->recovery, state->x) && self->watch.known &&
          self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 
@@ -264,9 +264,11 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
                                          : self->part.gap;
   if (controlled && !self->part.softer)
     flesh_error_control_set_target(&self->control, &stage->shift);
-  int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, stats)
+  int led = 0;
+  int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, &led, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
   flesh_nonlinear_set_target(self->nonlinear, 0);
+  if (led || status > 0) self->recovery.in_vain = 0;
   if (!status) status = tell_solved(self, stage);
   if (!status)
     status = last ? check_end(self, stage, state, trial->to, stats, &self->part.blocked) : check_stage(self, stage, state);

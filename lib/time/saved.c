@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 13, ORDER = 0x01020304 };
+enum { FORMAT = 14, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -91,6 +91,7 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   flesh_multipliers_archive(&self->multipliers, archive);
   flesh_internals_archive(&self->internals, archive);
   FLESH_ARCHIVE(archive, self->recovery.tangled);
+  FLESH_ARCHIVE(archive, self->recovery.in_vain);
   FLESH_ARCHIVE(archive, self->recovery.failure);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
   flesh_error_control_archive(&self->control, archive);

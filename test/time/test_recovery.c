@@ -222,11 +222,37 @@ static void failures_say_where(void)
   test_body_destroy(&b);
 }
 
+/* Softer materials that lead nowhere are asked ever more seldom, until the body is no tangle. */
+static void steps_in_vain_are_softened_seldom(void)
+{
+  test_body b;
+  flesh_solver_options options;
+  flesh_evaluation evaluation;
+  flesh_recovery recovery;
+  flesh_solver_options_default(&options);
+  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1,
+                            &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
+  CHECK_OK(flesh_recovery_create(&evaluation, NULL, &options, &recovery));
+  for (int round = 0; round < 2; round++) {
+    CHECK(!flesh_recovery_softens(&recovery, b.state.x));
+    for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1; /* the mirror image */
+    for (int k = 0; k <= 16; k++)
+      CHECK(flesh_recovery_softens(&recovery, b.state.x) == (k <= 2 || k == 4 || k == 8 || k == 16));
+    for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1;
+  }
+  flesh_recovery_clear(&recovery);
+  flesh_evaluation_clear(&evaluation);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(steps_that_fail_are_halved),
                    TEST(steps_that_fail_are_halved_twice), TEST(parts_are_as_long_as_may_be),
                    TEST(steps_are_given_up_at_the_greatest_depth), TEST(errors_end_a_step_at_once),
                    TEST(loads_are_raised_in_increments), TEST(increments_grow_where_they_succeed),
-                   TEST(a_load_that_cannot_be_held_is_given_up), TEST(failures_say_where));
+                   TEST(a_load_that_cannot_be_held_is_given_up), TEST(failures_say_where),
+                   TEST(steps_in_vain_are_softened_seldom));
 }

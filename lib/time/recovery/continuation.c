@@ -55,7 +55,7 @@ static int solve_softened(const flesh_continuation *self, int level, const flesh
 }
 
 int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, const flesh_state *state,
-                            const flesh_stage_end *end, const double *const *guesses, flesh_solve_stats *stats)
+                            const flesh_stage_end *end, const double *const *guesses, int *led, flesh_solve_stats *stats)
 {
   const double *candidates[4] = {NULL}, *last[] = {self->start, NULL};
   for (int level = 0; level < self->count; level++) {
@@ -72,6 +72,7 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   /* A solve that began at one of the guesses would only fail again. */
   int known = flesh_nonlinear_began_at(self->nonlinear, NULL);
   for (int k = 0; guesses[k]; k++) known |= flesh_nonlinear_began_at(self->nonlinear, guesses[k]);
+  *led = !known;
   if (status != FLESH_NOT_CONVERGED || known) return status;
   return flesh_multipliers_solve(self->multipliers, stage, state, end, guesses, 0, stats);
 }

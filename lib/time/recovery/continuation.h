@@ -27,9 +27,10 @@ void flesh_continuation_clear(flesh_continuation *continuation);
 size_t flesh_continuation_memory(const flesh_continuation *continuation);
 
 /* Solves a stage of a tangled body: from where solves with softened materials have led, where the true potential is lower
- * there than at the guesses, which end with NULL (at most two) and are not in `start`. Status as of a solve. */
+ * there than at the guesses, which end with NULL (at most two) and are not in `start`; *led: whether it began there.
+ * Status as of a solve. */
 int flesh_continuation_step(const flesh_continuation *continuation, flesh_stage *stage, const flesh_state *state,
-                            const flesh_stage_end *end, const double *const *guesses, flesh_solve_stats *stats);
+                            const flesh_stage_end *end, const double *const *guesses, int *led, flesh_solve_stats *stats);
 /* Leads from a state that the untangler has found tangled for good, in statics or in motion, to one of less potential at
  * the same time: 1 where there is one, else 0 and the state as it was, or a negative status. */
 int flesh_continuation_rest(const flesh_continuation *continuation, flesh_untangler *untangler, int is_static,

@@ -51,6 +51,13 @@ int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
   return self->tangled;
 }
 
+int flesh_recovery_softens(flesh_recovery *self, const double *x)
+{
+  const int tangled = flesh_recovery_is_tangled(self, x), before = tangled ? self->in_vain : 0;
+  self->in_vain = tangled ? before + 1 : 0;
+  return tangled && (before & (before - 1)) == 0;
+}
+
 /* The part at the place. */
 static void find_part(flesh_cutbacks *self, double begin)
 {

@@ -13,6 +13,7 @@ typedef struct flesh_recovery {
   int max_cutbacks;           /* halvings of a step or of a load increment */
   flesh_untangler *untangler; /* NULL: not wanted */
   int tangled;                /* as flesh_recovery_is_tangled has found last */
+  int in_vain;                /* steps of a tangle since softer materials have last led to where a solve began */
   flesh_failure failure;      /* of the last solve that failed */
 } flesh_recovery;
 
@@ -29,6 +30,9 @@ size_t flesh_recovery_memory(const flesh_recovery *recovery);
  * so (or may have been, before the first step) and some are still strained as much as what winds once more around an
  * edge. What has come there without inversion is not tangled. Collective. */
 int flesh_recovery_is_tangled(flesh_recovery *recovery, const double *x);
+/* Whether a step from x of such a body goes through softer materials first, which it mostly does in vain where the last did:
+ * after 0, 1, 2, 4, 8, ... steps in vain. Counts it as one. Collective. */
+int flesh_recovery_softens(flesh_recovery *recovery, const double *x);
 /* 0; 1 where so many tets are inverted as begin a tangle; 2 where more than one in twenty is, a body in disorder. */
 int flesh_recovery_is_inverted(flesh_recovery *recovery, const double *x);
 
