@@ -165,8 +165,8 @@ FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
 
 /* `stop` is asked while a step is made: between the internal steps of ida, else
  * before every Newton iteration and within long PCG solves. A negative status ends the step with
- * it, the state being that of the last part that was finished. It may be asked often and must be
- * quick. NULL: not asked. */
+ * it, the state being that of the last part that was finished. Derivatives of a recorded motion ask it
+ * before each step (sensitivity.h). It may be asked often and must be quick. NULL: not asked. */
 FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
                                          void *data);
 

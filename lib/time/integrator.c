@@ -260,6 +260,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
 
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
 {
+  integrator->stop = (flesh_stop){stop, data};
   flesh_nonlinear_set_stop(integrator->nonlinear, stop, data);
   if (integrator->ida) flesh_ida_steps_set_stop(integrator->ida, stop, data);
 }

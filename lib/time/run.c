@@ -245,11 +245,12 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
              .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
-  flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
+  const flesh_stop before = integrator->stop;
+  if (options->stop) flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);
   if (!status) status = run_steps(&w, integrator, from.fresh, from.begin, state, steps);
-  flesh_integrator_set_stop(integrator, NULL, NULL);
+  flesh_integrator_set_stop(integrator, before.stop, before.data);
   watch_close(&w);
   return status;
 }

@@ -67,7 +67,7 @@ class Integrator(Handle):
 
     @property
     def stop(self) -> Optional[Callable]:
-        """What is asked while a step is made; None: only Ctrl-C ends one."""
+        """What is asked while a step is made, and by derivatives of a Trajectory; None: only Ctrl-C ends them."""
         return self._asked[0]
 
     @stop.setter

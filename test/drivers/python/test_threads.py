@@ -123,6 +123,26 @@ def test_an_integrator_makes_one_step_at_a_time(system, mesh):
     integrator.step(state, 1 / 60)
 
 
+def test_a_run_leaves_the_stop_of_its_integrator(system, mesh):
+    integrator, state = flesh.Integrator(system), flesh.State.at_rest(mesh)
+    trajectory = flesh.Trajectory(integrator)
+    flesh.run(integrator, state, 0.01, 0.03)
+    ones = np.ones(state.x.shape)
+    whole = trajectory.gradient(by_x=ones).by_x
+    integrator.stop = lambda: True
+    for call in (lambda: integrator.step(state, 0.01), lambda: trajectory.gradient(by_x=ones)):
+        with pytest.raises(flesh.StoppedError):
+            call()
+    integrator.stop = None
+    assert np.array_equal(trajectory.gradient(by_x=ones).by_x, whole)
+    asked = []
+    integrator.stop = lambda: asked.append(1)
+    flesh.run(integrator, state, 0.01, state.t + 0.01)
+    asked.clear()
+    integrator.step(state, 0.01)
+    assert asked
+
+
 def test_errors_belong_to_their_threads(tmp_path):
     said = {}
 
