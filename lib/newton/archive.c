@@ -67,6 +67,7 @@ static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->curvature);
   FLESH_ARCHIVE(archive, self->safety_factor);
   FLESH_ARCHIVE(archive, self->predicted_error);
+  FLESH_ARCHIVE(archive, self->round_off);
 }
 
 int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)

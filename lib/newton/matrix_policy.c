@@ -53,7 +53,8 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *self)
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_changed, const flesh_solve_stats *last)
 {
   const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
-  self->previous_norm = self->smallest_norm = self->round_off = 0;
+  self->previous_norm = self->smallest_norm = 0;
+  if (now->x != before->x || now->v != before->v || now->a != before->a || now->a == 0) self->round_off = 0;
   const int was_hard = last->newton > 3 || last->projections > 0 || last->backtracks > 0;
   if (was_hard) self->age = -1;
   if (was_hard || !self->stage_continues) self->curvature = 0;
@@ -212,7 +213,7 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }
 
-/* A residual that is so many times what round-off was when last measured in the stage is not measured again. */
+/* A residual that is so many times what round-off was when last measured, at this shift in motion, is not measured again. */
 static const double AGAIN = 1e4;
 
 /* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling: below the

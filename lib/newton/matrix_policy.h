@@ -22,7 +22,7 @@ typedef struct flesh_matrix_policy {
   double target;        /* N, of the nonlinear solve; 0: not known */
   double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
   double smallest_norm; /* N, of the residuals at the linear solves of the stage; 0 at first */
-  double round_off;     /* N, of the residual, as last measured in the stage; 0: not yet */
+  double round_off;     /* N, of the residual, as last measured at the stage's shift, in statics in the stage; 0: not yet */
 } flesh_matrix_policy;
 
 /* FLESH_ERR_MEMORY. */

@@ -413,6 +413,14 @@ static void round_off_is_what_was_measured(void)
     CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
     CHECK((b.newton.policy.round_off == measured / 2) == far);
   }
+  /* Nor is it in the next stage of a motion, by the same shift. */
+  for (int k = 0; k < 3; k++) {
+    const flesh_stage stage = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .a = k < 2}, .x0 = b.w.X};
+    b.newton.policy.round_off = measured;
+    b.newton.policy.prepared_for = (flesh_shift){.x = 1, .a = k == 0};
+    flesh_newton_set_stage(&b.newton, &stage);
+    CHECK(b.newton.policy.round_off == (k == 0 ? measured : 0));
+  }
   discard(&b);
 }
 
