@@ -32,7 +32,7 @@ typedef struct study {
   int asked_count, varied_count;
   flesh_asked asked[MOST];
   flesh_varied varied[MOST];
-  flesh_asked *beside; /* [asked*varied*4] those that are not linear, of the scenes beside; others are empty */
+  flesh_asked *beside; /* [asked*varied*4] of the scenes beside */
   double *gradients; /* [asked*varied] */
 } study;
 
@@ -77,7 +77,7 @@ static int make_start(study *s)
   int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
     const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
-    if (asked->probes) status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, &s->beside[k]);
+    status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, &s->beside[k]);
   }
   return status;
 }
@@ -99,7 +99,7 @@ static int observe(void *data, const flesh_step_record *record)
     if (!status) status = flesh_asked_keep(s->scene, record, &s->asked[k]);
   }
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++)
-    if (s->beside[k].probes) status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
+    status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
   return status;
 }
 
@@ -146,18 +146,44 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   return status;
 }
 
+/* The derivative by key j of a number that has these values in the scenes beside. */
+static double slope_of(const study *s, int j, const double values[4])
+{
+  return (values[0] - values[3] + 8 * (values[2] - values[1])) / (12 * s->varied[j].parameter.difference);
+}
+
+/* Adds what key j changes in the start; by_start [asked][6*nodes] are derivatives by x and v there. */
+static int add_start(study *s, int j, const double *by_start)
+{
+  const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
+  flesh_state starts[4] = {{0}}; /* v stands behind x */
+  int status = FLESH_OK;
+  for (int i = 0; i < 4 && !status; i++) status = flesh_start_make(s->varied[j].scenes[i], &starts[i]);
+  for (size_t d = 0; d < n && !status; d++) {
+    const double slope = slope_of(s, j, (double[]){starts[0].x[d], starts[1].x[d], starts[2].x[d], starts[3].x[d]});
+    for (int k = 0; k < s->asked_count && slope != 0; k++)
+      s->gradients[k * s->varied_count + j] += slope * by_start[(size_t)k * n + d];
+  }
+  for (int i = 0; i < 4; i++) free(starts[i].x);
+  return status;
+}
+
 static int differentiate_motion(study *s, flesh_trajectory *trajectory)
 {
   flesh_parameter parameters[MOST];
-  int status = FLESH_OK;
+  const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
+  double *by_start = malloc((size_t)s->asked_count * n * sizeof *by_start);
+  int status = by_start ? FLESH_OK : flesh_no_memory();
   list_parameters(s, parameters);
   for (int k = 0; k < s->asked_count && !status; k++) {
     flesh_asked *asked = &s->asked[k];
     const flesh_motion_quantity quantity = {asked->by_x, asked->by_v, asked->over, asked->probes ? flesh_asked_visit : NULL,
                                             asked};
     status = flesh_trajectory_gradient(trajectory, &quantity, s->varied_count, parameters,
-                                       s->gradients + (size_t)k * (size_t)s->varied_count, NULL);
+                                       s->gradients + (size_t)k * (size_t)s->varied_count, by_start + (size_t)k * n);
   }
+  for (int j = 0; j < s->varied_count && !status; j++) status = add_start(s, j, by_start);
+  free(by_start);
   return status;
 }
 
@@ -166,8 +192,7 @@ static void add_direct(study *s)
 {
   for (int k = 0; k < s->asked_count * s->varied_count; k++) {
     const flesh_asked *at = s->beside + 4 * (size_t)k;
-    s->gradients[k] += (at[0].value - at[3].value + 8 * (at[2].value - at[1].value)) /
-                       (12 * s->varied[k % s->varied_count].parameter.difference);
+    s->gradients[k] += slope_of(s, k % s->varied_count, (double[]){at[0].value, at[1].value, at[2].value, at[3].value});
   }
 }
 

@@ -103,8 +103,9 @@ static int find_value(const flesh_scene *scene, const char *key, double *value, 
   flesh_text text = {0};
   flesh_arena arena = {0};
   flesh_node *root = NULL;
-  if (strncmp(key, "body.", 5) && strncmp(key, "bodies[", 7) && strncmp(key, "effects", 7))
-    return not_there(key, "derivatives are by keys of bodies and effects");
+  if (strncmp(key, "body.", 5) && strncmp(key, "bodies[", 7) && strncmp(key, "effects", 7) &&
+      strncmp(key, "start.", 6))
+    return not_there(key, "derivatives are by keys of bodies, effects and the start");
   flesh_scene_print(scene, &text);
   int status = text.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a scene") : FLESH_OK;
   if (!status) status = flesh_yaml_parse(&arena, text.data, text.size, &(flesh_source){"the scene", 0}, &root);

@@ -142,7 +142,7 @@ bad_requests_are_refused() {
     refused "'body.yung'; the scene has no such key" --of tip.position_z --to body.yung &&
     refused "'effects.gravity.acceleration\[3\]'; the scene has" --of tip.position_z --to 'effects.gravity.acceleration[3]' &&
     refused "'body.mesh'; this key is no number" --of tip.position_z --to body.mesh &&
-    refused "'time.end'; derivatives are by keys of bodies and effects" --of tip.position_z --to time.end &&
+    refused "'time.end'; derivatives are by keys of bodies, effects and the start" --of tip.position_z --to time.end &&
     refused 'tip.position_z.mean; means and integrals over time are of motions' --of tip.position_z.mean $by &&
     refused 'ida has no sensitivities' --of tip.position_z $by --set time.method=ida &&
     refused 'half.stress_xx; .* the pressure of incompressible tets' --of half.stress_xx $by --set body.element=tet10-mean \
@@ -197,6 +197,26 @@ ends_of_ranges_have_differences() {
     --set body.element=tet10-mean --set body.material.poisson=0.5
 }
 
-run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives \
+# Bodies that fly: all that moves is the start. A point's place stays, and other parts of the body that is moved come there.
+the_start_has_derivatives() {
+  cat >flight.yaml <<'END'
+body: {name: own, mesh: bar.mesh, density: 1000, material: {energy: S, young: 1e6, poisson: 0.4}}
+bodies: [{name: other, mesh: bar.mesh, translation: [0, 0, 3], velocity: [0, 0, 1], density: 1000, material: {energy: S, young: 1e6, poisson: 0.4}}]
+effects: [{inertia: {}}, {gravity: {}}]
+time: {method: newmark, step: 1/50, end: 0.2}
+start: {velocity: [0, 0, 0.5]}
+output: {probes: [{name: own, body: own, quantities: [position]}, {name: other, body: other, quantities: [position, velocity]},
+                  {name: place, point: [2, 0.5, 3.5], quantities: [position]}]}
+END
+  expect 0 "$flesh" sensitivity flight.yaml --of own.position_z,other.position_z,other.velocity_z,other.position_z.mean,place.position_z \
+    --to 'start.velocity[2],bodies[0].velocity[2],bodies[0].translation[2]' --out found.csv &&
+    derivatives 'all(abs(d[of + "_z" + over, key] - is_) < 1e-7 for of, over, key, is_ in [
+      ("own.position", "", "start.velocity[2]", 0.2), ("own.position", "", "bodies[0].velocity[2]", 0),
+      ("other.position", "", "bodies[0].velocity[2]", 0.2), ("other.velocity", "", "bodies[0].velocity[2]", 1),
+      ("other.position", ".mean", "bodies[0].velocity[2]", 0.1), ("other.position", "", "bodies[0].translation[2]", 1),
+      ("place.position", "", "bodies[0].translation[2]", 0), ("place.position", "", "bodies[0].velocity[2]", 0.2)])'
+}
+
+run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives the_start_has_derivatives \
   equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
   small_components_have_wide_differences narrow_keys_have_small_differences ends_of_ranges_have_differences
