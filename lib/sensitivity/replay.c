@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "sensitivity/trajectory.h"
+#include "system/ranks.h"
 
 /* So many states fill a block: fewer take more checkpoints, more forget less often. */
 enum { BLOCK = 16 };
