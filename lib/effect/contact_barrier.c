@@ -142,9 +142,9 @@ static int contact_check(const flesh_effect *effect, const double *internal, dou
   if (!inside) return FLESH_OK;
   const double *place = x + 3 * (size_t)self->nodes[worst];
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%d nodes are in the %s that they must stay out of; the deepest is node %d at "
+                    "%d node%s in the %s that nodes must stay out of; the deepest is node %d at "
                     "(%.6g, %.6g, %.6g), %.3g m below its surface",
-                    inside, flesh_obstacle_name(self->obstacle), (self->names ? self->names : self->nodes)[worst],
+                    inside, inside == 1 ? " is" : "s are", flesh_obstacle_name(self->obstacle), (self->names ? self->names : self->nodes)[worst],
                     place[0], place[1], place[2], deepest);
 }
 
