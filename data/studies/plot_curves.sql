@@ -29,7 +29,7 @@ FROM (SELECT place, word, min(row) AS first, count(*) AS count, total(drawn) AS 
 CREATE TEMP TABLE legend AS
 SELECT longest, drawn, rows, rows * max(1, iif(longest > 28, width, width / 2) / (8 * longest + 60)) AS room
 FROM (SELECT *, max(1, iif(longest > 28, height / 3, height - 75) / 21) AS rows
-  FROM asked, (SELECT max(length(CAST(title AS BLOB))) AS longest, sum(drawn > 0) AS drawn FROM curves));
+  FROM asked, (SELECT max(length(title)) AS longest, sum(drawn > 0) AS drawn FROM curves));
 
 -- Several columns are named by the words that asked for them, where these are short.
 CREATE TEMP TABLE labels AS
