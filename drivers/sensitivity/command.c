@@ -32,7 +32,7 @@ typedef struct study {
   int asked_count, varied_count;
   flesh_asked asked[MOST];
   flesh_varied varied[MOST];
-  flesh_asked *beside; /* [asked*varied*4] of the scenes beside */
+  flesh_asked *beside; /* [asked*varied*4] of the scenes beside; n is 0 where a column weighs the state as the own one does */
   double *gradients; /* [asked*varied] */
 } study;
 
@@ -69,6 +69,11 @@ static int open_study(study *s)
 /* The scene of a column beside. */
 static const flesh_scene *beside_of(const study *s, int k) { return s->varied[k / 4 % s->varied_count].scenes[k % 4]; }
 
+static int weigh_alike(const double *own, const double *its, int n)
+{
+  return !own ? !its : its && !memcmp(own, its, (size_t)n * sizeof *own);
+}
+
 static int make_start(study *s)
 {
   s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
@@ -77,7 +82,10 @@ static int make_start(study *s)
   int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
     const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
-    status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, &s->beside[k]);
+    flesh_asked *its = &s->beside[k];
+    status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, its);
+    if (!status && !asked->probes && weigh_alike(asked->by_x, its->by_x, its->n) && weigh_alike(asked->by_v, its->by_v, its->n))
+      flesh_asked_clear(its);
   }
   return status;
 }
@@ -99,7 +107,7 @@ static int observe(void *data, const flesh_step_record *record)
     if (!status) status = flesh_asked_keep(s->scene, record, &s->asked[k]);
   }
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++)
-    status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
+    if (s->beside[k].n) status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
   return status;
 }
 
