@@ -30,10 +30,10 @@ typedef struct node_friction {
   double u[3], speed, across; /* m/s; `across`: of the velocity along the normal */
 } node_friction;
 
-/* The velocity of the obstacle under a node that touched it at `was`, with `speed`, when lagged. Where it has turned since, a node that stuck is
- * carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's mean velocity
- * counts: the place itself would turn friction as far as the obstacle turns. Statics take the mean of a step, as at its end the
- * obstacle may rest. */
+/* The velocity of the obstacle under a node that touched it at `was`, with `speed`, when lagged. Where it has turned since, a
+ * node that stuck is carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's
+ * mean velocity counts: the place itself would turn friction as far as the obstacle turns. Statics take the mean of a step,
+ * as at its end the obstacle may rest. */
 static void velocity_under(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
                            const flesh_point *point, const double was[3], const double speed[3], double v[3])
 {

@@ -144,8 +144,8 @@ static int contact_check(const flesh_effect *effect, const double *internal, dou
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "%d node%s in the %s that nodes must stay out of; the deepest is node %d at "
                     "(%.6g, %.6g, %.6g), %.3g m below its surface",
-                    inside, inside == 1 ? " is" : "s are", flesh_obstacle_name(self->obstacle), (self->names ? self->names : self->nodes)[worst],
-                    place[0], place[1], place[2], deepest);
+                    inside, inside == 1 ? " is" : "s are", flesh_obstacle_name(self->obstacle),
+                    (self->names ? self->names : self->nodes)[worst], place[0], place[1], place[2], deepest);
 }
 
 const flesh_effect_barrier flesh_contact_barrier = {

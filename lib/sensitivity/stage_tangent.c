@@ -300,7 +300,8 @@ static int orthonormalise(const flesh_stage_tangent *self, int k, const double *
 }
 
 /* Generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), by solves with K alone, from p
- * with what it has left in room [n], of 2-norm `size`. Repeated solves with K alone end only where loads do not swing the shape ever wider. */
+ * with what it has left in room [n], of 2-norm `size`. Repeated solves with K alone end only where loads do not swing the shape
+ * ever wider. */
 static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double size, double *p)
 {
   double *left = self->room, lasts[3] = {INFINITY, INFINITY, INFINITY}, along;

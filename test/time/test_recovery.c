@@ -171,18 +171,23 @@ static void a_load_that_cannot_be_held_is_given_up(void)
   CHECK(raise_load(6, &l) == FLESH_ERR_MEMORY && l.tries == 3);
 }
 
+/* The recovery of a bar of two cells with the default options. */
+static void open_recovery(test_body *b, flesh_solver_options *options, flesh_evaluation *evaluation, flesh_recovery *recovery)
+{
+  flesh_solver_options_default(options);
+  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(flesh_system_finalize(b->system));
+  CHECK_OK(flesh_evaluation_create(b->system, NULL, evaluation));
+  CHECK_OK(flesh_recovery_create(evaluation, NULL, options, recovery));
+}
+
 static void failures_say_where(void)
 {
   test_body b;
   flesh_solver_options options;
   flesh_evaluation evaluation;
   flesh_recovery recovery;
-  flesh_solver_options_default(&options);
-  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1,
-                            &b));
-  CHECK_OK(flesh_system_finalize(b.system));
-  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
-  CHECK_OK(flesh_recovery_create(&evaluation, NULL, &options, &recovery));
+  open_recovery(&b, &options, &evaluation, &recovery);
   CHECK_OK(flesh_recovery_meet(&recovery));
   CHECK(recovery.untangler && recovery.tangled && flesh_recovery_memory(&recovery) > 0);
   const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
@@ -229,12 +234,7 @@ static void steps_in_vain_are_softened_seldom(void)
   flesh_solver_options options;
   flesh_evaluation evaluation;
   flesh_recovery recovery;
-  flesh_solver_options_default(&options);
-  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1,
-                            &b));
-  CHECK_OK(flesh_system_finalize(b.system));
-  CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
-  CHECK_OK(flesh_recovery_create(&evaluation, NULL, &options, &recovery));
+  open_recovery(&b, &options, &evaluation, &recovery);
   for (int round = 0; round < 2; round++) {
     CHECK(!flesh_recovery_softens(&recovery, b.state.x));
     for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1; /* the mirror image */
