@@ -11,6 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "cli/output.h"
+#include "math/differences.h"
 #include "run/ranks.h"
 #include "run/start.h"
 #include "scene/scene.h"
@@ -154,12 +155,6 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   return status;
 }
 
-/* The derivative by key j of a number that has these values in the scenes beside. */
-static double slope_of(const study *s, int j, const double values[4])
-{
-  return (values[0] - values[3] + 8 * (values[2] - values[1])) / (12 * s->varied[j].parameter.difference);
-}
-
 /* Adds what key j changes in the start; by_start [asked][6*nodes] are derivatives by x and v there. */
 static int add_start(study *s, int j, const double *by_start)
 {
@@ -168,7 +163,8 @@ static int add_start(study *s, int j, const double *by_start)
   int status = FLESH_OK;
   for (int i = 0; i < 4 && !status; i++) status = flesh_start_make(s->varied[j].scenes[i], &starts[i]);
   for (size_t d = 0; d < n && !status; d++) {
-    const double slope = slope_of(s, j, (double[]){starts[0].x[d], starts[1].x[d], starts[2].x[d], starts[3].x[d]});
+    const double slope = flesh_difference_of(starts[0].x[d], starts[1].x[d], starts[2].x[d], starts[3].x[d],
+                                             s->varied[j].parameter.difference);
     for (int k = 0; k < s->asked_count && slope != 0; k++)
       s->gradients[k * s->varied_count + j] += slope * by_start[(size_t)k * n + d];
   }
@@ -200,7 +196,8 @@ static void add_direct(study *s)
 {
   for (int k = 0; k < s->asked_count * s->varied_count; k++) {
     const flesh_asked *at = s->beside + 4 * (size_t)k;
-    s->gradients[k] += slope_of(s, k % s->varied_count, (double[]){at[0].value, at[1].value, at[2].value, at[3].value});
+    s->gradients[k] += flesh_difference_of(at[0].value, at[1].value, at[2].value, at[3].value,
+                                           s->varied[k % s->varied_count].parameter.difference);
   }
 }
 

@@ -5,12 +5,12 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "math/differences.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 #include "system/system.h"
 
-enum { STEPS = 4, SEGMENT = 128 };
-static const double steps[STEPS] = {-2, -1, 1, 2};  /* differences */
+enum { SEGMENT = 128 };
 /* Differences, over the size, and how many of them the middle is off it: at an end of a key's range they lie within. Wider
  * ones cross kinks of contact and of clamped eigenvalues. */
 static const struct way {
@@ -126,10 +126,10 @@ static int make_scenes(const flesh_scene *scene, const char *path, const flesh_o
 {
   const flesh_system *own = flesh_scene_system(scene);
   int status = FLESH_OK;
-  for (int k = 0; k < STEPS && !status; k++) {
+  for (int k = 0; k < FLESH_DIFFERENCES && !status; k++) {
     flesh_overrides set;
     char number[64];
-    snprintf(number, sizeof number, "%.17g", varied->value + (steps[k] + middle) * difference);
+    snprintf(number, sizeof number, "%.17g", varied->value + (flesh_difference_at[k] + middle) * difference);
     flesh_overrides_copy(&set, &overrides->texts);
     flesh_overrides_add(&set, varied->key, number);
     status = flesh_overrides_read(&set, path, &varied->scenes[k]);
@@ -163,5 +163,5 @@ int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_ov
 
 void flesh_varied_clear(flesh_varied *varied)
 {
-  for (int k = 0; k < STEPS; k++) flesh_scene_destroy(&varied->scenes[k]);
+  for (int k = 0; k < FLESH_DIFFERENCES; k++) flesh_scene_destroy(&varied->scenes[k]);
 }

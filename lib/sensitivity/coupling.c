@@ -10,6 +10,7 @@
 #include "effect/effect.h"
 #include "effect/private.h"
 #include "linear/block_matrix.h"
+#include "math/differences.h"
 #include "math/xorshift.h"
 #include "system/effect_view.h"
 #include "system/one_effect.h"
@@ -17,9 +18,7 @@
 /* From effects on nodes to effects that couple all of them. */
 enum { ALONE, ON_SURFACE, AS_K, ALL };
 /* So many nodes may be all coupled: each takes twelve residuals. */
-enum { MOST_COUPLED = 3000, POINTS = 4 };
-
-static const double at[POINTS] = {-2, -1, 1, 2}, weight[POINTS] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
+enum { MOST_COUPLED = 3000 };
 
 /* Distance of differences, over that of nodes: contact feels a thousandth of that, and round-off is a billionth. */
 static const double step_of_length = 3e-6;
@@ -177,11 +176,11 @@ static int differentiate(const variation *v, double step, const double *directio
   flesh_point point;
   vary(v, v->varied, &point);
   memset(sum, 0, (size_t)self->n * sizeof *sum);
-  for (int k = 0; k < POINTS; k++) {
-    for (int d = 0; d < self->n; d++) v->varied[d] = (base ? base[d] : 0) + at[k] * step * direction[d];
+  for (int k = 0; k < FLESH_DIFFERENCES; k++) {
+    for (int d = 0; d < self->n; d++) v->varied[d] = (base ? base[d] : 0) + flesh_difference_at[k] * step * direction[d];
     const int status = flesh_system_effect_residual(self->system, v->effect, &point, r);
     if (status) return status;
-    for (int d = 0; d < self->n; d++) sum[d] += weight[k] / step * r[d];
+    for (int d = 0; d < self->n; d++) sum[d] += flesh_difference_weight[k] / step * r[d];
   }
   return FLESH_OK;
 }

@@ -4,21 +4,19 @@
 
 #include "base/error.h"
 #include "effect/private.h"
+#include "math/differences.h"
 #include "sensitivity/stage_tangent.h"
 #include "system/one_effect.h"
 #include "system/system.h"
 
-enum { SYSTEMS = 4 };
+enum { SYSTEMS = FLESH_DIFFERENCES };
 
 /* The weights of its systems over `difference`. */
 static void weigh(const flesh_parameter *parameter, double weights[SYSTEMS])
 {
-  const double step = parameter->difference;
-  const int fourth = parameter->systems[0] != NULL;
-  weights[0] = fourth ? 1 / (12 * step) : 0;
-  weights[1] = fourth ? -2 / (3 * step) : -1 / (2 * step);
-  weights[2] = -weights[1];
-  weights[3] = -weights[0];
+  static const double second[SYSTEMS] = {0, -1. / 2, 1. / 2, 0};
+  for (int k = 0; k < SYSTEMS; k++)
+    weights[k] = (parameter->systems[0] ? flesh_difference_weight : second)[k] / parameter->difference;
 }
 
 /* FLESH_ERR_ARGUMENT for a parameter whose systems do not fit together, or to the state's. */

@@ -10,6 +10,7 @@
 #include "effect/effect.h"
 #include "effect/private.h"
 #include "linear/block_matrix.h"
+#include "math/differences.h"
 #include "system/clearance.h"
 #include "system/effect_view.h"
 #include "system/one_effect.h"
@@ -110,18 +111,17 @@ static void add_followed(const flesh_stage_tangent *self, int transposed, double
  * of the fourth order are exact. */
 static int move_gaps(flesh_stage_tangent *self, const double *from, const double *p, double *gaps)
 {
-  static const double at[] = {-2, -1, 1, 2}, weight[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
   double *x = self->room + 5 * (size_t)self->n, *now = self->gaps + 8 * (size_t)self->multipliers, largest = 0;
   for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(p[d]));
   const double step = largest > 0 ? 0.1 * self->couplings.length / largest : 1;
   flesh_point point = self->point;
   point.x = x;
   memset(gaps, 0, (size_t)self->multipliers * sizeof *gaps);
-  for (int k = 0; k < 4; k++) {
-    for (int d = 0; d < self->n; d++) x[d] = from[d] + at[k] * step * p[d];
+  for (int k = 0; k < FLESH_DIFFERENCES; k++) {
+    for (int d = 0; d < self->n; d++) x[d] = from[d] + flesh_difference_at[k] * step * p[d];
     const int status = flesh_system_constraint_gaps(self->system, &point, now, NULL);
     if (status) return fail(self, status, "gap of a constraint");
-    for (int e = 0; e < self->multipliers; e++) gaps[e] += weight[k] / step * now[e];
+    for (int e = 0; e < self->multipliers; e++) gaps[e] += flesh_difference_weight[k] / step * now[e];
   }
   return FLESH_OK;
 }
