@@ -12,10 +12,12 @@
 #include "cli/lists.h"
 #include "cli/output.h"
 #include "math/differences.h"
+#include "output/probe_place.h"
 #include "run/ranks.h"
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
+#include "sensitivity/stage_tangent.h"
 #include "study/embedded.h"
 #include "study/table.h"
 
@@ -75,6 +77,21 @@ static int weigh_alike(const double *own, const double *its, int n)
   return !own ? !its : its && !memcmp(own, its, (size_t)n * sizeof *own);
 }
 
+/* Whether what tets tell of a state is the same in the scenes of key j. */
+static int tets_tell_alike(const study *s, int j)
+{
+  const flesh_system *system = flesh_scene_system(s->scene);
+  const int count = flesh_system_effect_count(system);
+  unsigned char *same = calloc((size_t)count + 1, 1);
+  int alike = same && flesh_parameter_compare(&s->varied[j].parameter, system, same);
+  for (int e = 0; e < count && alike; e++) {
+    const flesh_effect_operations *can = flesh_system_effect(system, e)->operations;
+    alike = same[e] || (can->role != FLESH_ROLE_ELASTICITY && !(can->figures && can->figures->stress));
+  }
+  free(same);
+  return alike;
+}
+
 static int make_start(study *s)
 {
   s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
@@ -85,8 +102,10 @@ static int make_start(study *s)
     const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
     flesh_asked *its = &s->beside[k];
     status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, its);
-    if (!status && !asked->probes && weigh_alike(asked->by_x, its->by_x, its->n) && weigh_alike(asked->by_v, its->by_v, its->n))
-      flesh_asked_clear(its);
+    const int alike = !asked->probes
+                          ? weigh_alike(asked->by_x, its->by_x, its->n) && weigh_alike(asked->by_v, its->by_v, its->n)
+                          : asked->probe.quantities & FLESH_PROBE_OF_TETS && tets_tell_alike(s, k / 4 % s->varied_count);
+    if (!status && alike) flesh_asked_clear(its);
   }
   return status;
 }

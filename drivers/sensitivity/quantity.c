@@ -1,5 +1,5 @@
-/* quantity.c: columns of probes, and their derivatives by the state: of positions, velocities and reactions known ones, of
- * what tets have by differences at each state, of other forces by a product with the tangent there. */
+/* quantity.c: columns of probes, and their derivatives by the state: of positions, velocities and reactions known ones,
+ * of what tets tell closed ones at each state, of other forces by a product with the tangent there. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -262,7 +262,7 @@ int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, 
   double *by = calloc(2 * (size_t)n + 1, sizeof *by);
   int count = 0, status = by ? FLESH_OK : flesh_no_memory();
   if (!status && asked->probe.quantities & FLESH_PROBE_OF_TETS)
-    status = flesh_probes_differentiate(asked->probes, record->state, asked->column, by);
+    flesh_probes_differentiate(asked->probes, record->state, asked->column, by);
   else if (!status) status = differentiate_forces(scene, record, asked, by);
   for (int d = 0; d < 2 * n && !status; d++) count += by[d] != 0;
   flesh_asked_row *row = &asked->rows[asked->row_count++];

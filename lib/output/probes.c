@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "math/mat3.h"
 #include "math/svd3.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
@@ -273,19 +274,28 @@ static void sum_forces(const flesh_probes *probes, const flesh_probe *probe, con
   }
 }
 
-/* J, three stretches, six stresses and the energy, in the order of their columns. */
-enum { J_AT, STRETCH_AT, STRESS_AT = 4, ENERGY_AT = 10, OF_TETS = 11 };
+/* The numbers of points are in the order of their columns. */
+enum { J_AT = FLESH_POINT_J, STRETCH_AT = FLESH_POINT_STRETCH, STRESS_AT = FLESH_POINT_TAU, OF_TETS = FLESH_POINT_NUMBERS };
 
 /* Adds a point's integrals over `volume` at rest: J, stretches where they are wanted, tau, energy. */
 static void add_point(const flesh_strain_point *p, double volume, int stretches, double sums[OF_TETS])
 {
-  static const int place[6] = {0, 4, 8, 1, 5, 2};
   double U[9], V[9], stretch[3] = {0};
   if (stretches) flesh_svd3(p->F, U, stretch, V);
   sums[J_AT] += volume * p->J;
   for (int k = 0; k < 3; k++) sums[STRETCH_AT + k] += volume * stretch[k];
-  for (int k = 0; k < 6; k++) sums[STRESS_AT + k] += volume * p->tau[place[k]];
-  sums[ENERGY_AT] += volume * p->energy;
+  for (int k = 0; k < 6; k++) sums[STRESS_AT + k] += volume * p->tau[flesh_tau_place[k]];
+  sums[FLESH_POINT_ENERGY] += volume * p->energy;
+}
+
+/* The points of the place's k-th tet; returns how many there are. */
+static int find_points(const flesh_probes *probes, const place *at, const flesh_state *state, int k, flesh_strain_point points[4])
+{
+  const flesh_probe *probe = &at->probe;
+  if (!is_point(probe)) return flesh_tet_stress_points(&probes->stress, state, at->tets[k], points);
+  flesh_tet_stress_at(&probes->stress, state, probe->tet, probe->weights, points);
+  points->volume = 1;
+  return 1;
 }
 
 /* Adds integrals over the place's k-th tet, and the volume at rest that they are over. */
@@ -293,13 +303,10 @@ static void add_tet(const flesh_probes *probes, const place *at, const flesh_sta
                     double *volume)
 {
   flesh_strain_point points[4];
-  const flesh_probe *probe = &at->probe;
-  int count = 1;
-  if (!is_point(probe)) count = flesh_tet_stress_points(&probes->stress, state, at->tets[k], points);
-  else flesh_tet_stress_at(&probes->stress, state, probe->tet, probe->weights, points), points->volume = 1;
+  const int count = find_points(probes, at, state, k, points);
   for (int q = 0; q < count; q++) {
     *volume += points[q].volume;
-    add_point(&points[q], points[q].volume, (probe->quantities & FLESH_PROBE_STRETCH) != 0, value);
+    add_point(&points[q], points[q].volume, (at->probe.quantities & FLESH_PROBE_STRETCH) != 0, value);
   }
 }
 
@@ -375,48 +382,42 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
   return flesh_rows_flush(&probes->rows);
 }
 
-/* The derivative of two integrals of the place's k-th tet by a component of x [3*n], of the fourth order. */
-static void difference(const flesh_probes *probes, const place *at, const flesh_state *state, int k, double *component,
-                       const int which[2], double slopes[2])
+/* by_x [3*n] += scale times the derivative of a number's integral over the place's k-th tet. */
+static void add_slopes(const flesh_probes *probes, const place *at, const flesh_state *state, int k, int number, double scale,
+                       double *by_x)
 {
-  static const double steps[4] = {-2, -1, 1, 2}, weights[4] = {1, -8, 8, -1};
-  const int tet = is_point(&at->probe) ? at->probe.tet : at->tets[k];
-  const double h = 3e-5 * cbrt(flesh_mesh_tet_volumes(probes->mesh)[tet]), x = *component;
-  slopes[0] = slopes[1] = 0;
-  for (int s = 0; s < 4; s++) {
-    double sums[OF_TETS + 1] = {0};
-    *component = x + steps[s] * h;
-    add_tet(probes, at, state, k, sums, sums + OF_TETS);
-    for (int i = 0; i < 2; i++) slopes[i] += weights[s] * sums[which[i]] / (12 * h);
+  flesh_strain_point points[4];
+  const int tet = is_point(&at->probe) ? at->probe.tet : at->tets[k], count = find_points(probes, at, state, k, points);
+  double by_F[9], by_mean, all = 0, volume = 0;
+  for (int q = 0; q < count; q++) {
+    const double size = scale * points[q].volume;
+    flesh_tet_stress_slope(&probes->stress, state, tet, &points[q], number, by_F, &by_mean);
+    all += size * by_mean;
+    for (int i = 0; i < 9; i++) by_F[i] *= size;
+    flesh_tet_gradient_back(probes->mesh, tet, points[q].L, by_F, by_x);
   }
-  *component = x;
+  if (all == 0) return;
+  const int meant = flesh_tet_stress_points(&probes->stress, state, tet, points);
+  for (int q = 0; q < meant; q++) volume += points[q].volume;
+  for (int q = 0; q < meant; q++) {
+    flesh_mat3_cofactor(points[q].F, by_F);
+    for (int i = 0; i < 9; i++) by_F[i] *= all * points[q].volume / volume;
+    flesh_tet_gradient_back(probes->mesh, tet, points[q].L, by_F, by_x);
+  }
 }
 
-int flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x)
+void flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x)
 {
   const place *at = probes->places;
   const unsigned quantity = at->probe.quantities;
-  const size_t n = 3 * (size_t)flesh_mesh_node_count(probes->mesh);
-  flesh_state beside = *state;
-  double sums[OF_TETS + 1] = {0}, slopes[2];
-  int nodes[10], first = 0;
+  double sums[OF_TETS + 1] = {0};
+  int first = 0;
   while (columns[first].quantity != quantity) first++;
-  const int by_volume = quantity & (FLESH_PROBE_J | FLESH_PROBE_STRETCH), over = by_volume ? OF_TETS : J_AT; /* of a mean */
-  const int which[2] = {first + column - TETS_AT, over};
-  if (!(beside.x = malloc((n + 1) * sizeof *beside.x))) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu unknowns", n);
-  memcpy(beside.x, state->x, n * sizeof *beside.x);
-  for (int k = 0; k < at->tet_count; k++) add_tet(probes, at, state, k, sums, sums + OF_TETS);
-  const double whole = quantity == FLESH_PROBE_ENERGY ? 1 : sums[over],
-               mean = quantity == FLESH_PROBE_ENERGY ? 0 : sums[which[0]] / whole;
+  const int number = first + column - TETS_AT;
+  for (int k = 0; k < at->tet_count && quantity != FLESH_PROBE_ENERGY; k++) add_tet(probes, at, state, k, sums, sums + OF_TETS);
+  const double whole = quantity == FLESH_PROBE_ENERGY ? 1 : sums[quantity == FLESH_PROBE_STRESS ? J_AT : OF_TETS];
   for (int k = 0; k < at->tet_count; k++) {
-    const int size = flesh_mesh_tet_nodes(probes->mesh, is_point(&at->probe) ? at->probe.tet : at->tets[k], nodes);
-    for (int i = 3; i < 3 * size; i++) { /* the first node has the others, as nothing changes where all move alike */
-      const size_t d = 3 * (size_t)nodes[i / 3] + (size_t)(i % 3);
-      difference(probes, at, &beside, k, &beside.x[d], which, slopes);
-      by_x[d] += (slopes[0] - mean * slopes[1]) / whole;
-      by_x[3 * (size_t)nodes[0] + (size_t)(i % 3)] -= (slopes[0] - mean * slopes[1]) / whole;
-    }
+    add_slopes(probes, at, state, k, number, 1 / whole, by_x);
+    if (quantity == FLESH_PROBE_STRESS) add_slopes(probes, at, state, k, J_AT, -sums[number] / whole / whole, by_x);
   }
-  free(beside.x);
-  return FLESH_OK;
 }

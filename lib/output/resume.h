@@ -29,9 +29,8 @@ int flesh_probe_columns(const flesh_probe *probe, flesh_probe_column columns[FLE
 /* Has each row's values noted on the rank that writes, in [FLESH_PROBE_FIGURES] of every column: the last, the smallest and
  * the largest one; NaN, which they are at first, counts as none. Borrows the figures. */
 void flesh_probes_note(flesh_probes *probes, double *figures);
-/* by_x [3*n] += the derivative by x of the first probe's column, of its one quantity, which is one of tets: by differences of
- * the fourth order in each tet, good to some 1e-10. FLESH_ERR_MEMORY. */
-int flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x);
+/* by_x [3*n] += the derivative by x of the first probe's column, of its one quantity, which is one of tets. */
+void flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x);
 
 /* With the frames up to step `last`. FLESH_ERR_FILE where one of these is missing. */
 int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames);

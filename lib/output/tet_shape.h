@@ -11,5 +11,7 @@ int flesh_tet_weights(const flesh_mesh *mesh, int tet, const double L[4], int no
 /* F at L of a body at x [3*n]; returns the rest volume that the tet would have if it were everywhere as large as at L,
  * m^3. */
 double flesh_tet_gradient(const flesh_mesh *mesh, int tet, const double L[4], const double *x, double F[9]);
+/* by_x [3*n] += the derivative by x of what has the derivative by_F by F at L. */
+void flesh_tet_gradient_back(const flesh_mesh *mesh, int tet, const double L[4], const double by_F[9], double *by_x);
 
 #endif

@@ -3,12 +3,15 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "element/element.h"
 #include "mesh/tet10.h"
 #include "flesh/material.h"
+#include "math/differences.h"
 #include "math/mat3.h"
+#include "math/svd3.h"
 #include "mesh/mesh.h"
 #include "output/tet_shape.h"
 
@@ -70,7 +73,6 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   const int m = material_of(stress->body, tet);
   const flesh_material *material = &stress->body->materials[m];
   const flesh_volume_share *share = &stress->shares[m];
-  flesh_volume_part own, mean;
   double P[9];
   for (int k = 0; k < 9; k++) p->tau[k] = NAN;
   if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
@@ -78,16 +80,15 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   if (stress->system) add_of_effects(stress->system, state->t, tet, p->F, p->tau);
   p->energy -= stress->rest_energies[m];
   if (!(share->share > 0)) return;
-  if (flesh_volume_share_at(share, material, p->J, share->local, &own) ||
-      flesh_volume_share_at(share, material, mean_J, flesh_local_of_mean(share), &mean))
-    own.value = own.J = NAN;
-  double pressure = mean.J - own.J;
-  p->energy += mean.value - own.value;
+  if (flesh_volume_share_at(share, material, p->J, share->local, &p->own) ||
+      flesh_volume_share_at(share, material, mean_J, flesh_local_of_mean(share), &p->mean))
+    p->own.value = p->own.J = NAN;
   if (share->held && state->multipliers) {
-    pressure += state->multipliers[tet];
-    p->energy += state->multipliers[tet] * (mean_J - 1);
+    p->mean.value += state->multipliers[tet] * (mean_J - 1);
+    p->mean.J += state->multipliers[tet];
   }
-  for (int k = 0; k < 9; k += 4) p->tau[k] += pressure * p->J; /* cof F F^T = J I */
+  p->energy += p->mean.value - p->own.value;
+  for (int k = 0; k < 9; k += 4) p->tau[k] += (p->mean.J - p->own.J) * p->J; /* cof F F^T = J I */
 }
 
 /* F, J and volumes at the tet's points of quadrature; *mean_J their mean. */
@@ -97,10 +98,9 @@ static int find_strains(const flesh_body *body, const double *x, int tet, flesh_
   double volume = 0, now = 0;
   for (int q = 0; q < count; q++) {
     flesh_strain_point *p = &points[q];
-    double L[4];
-    for (int a = 0; a < 4; a++) L[a] = count == 1 ? 0.25 : a == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR;
     *p = (flesh_strain_point){0};
-    p->volume = flesh_tet_gradient(body->mesh, tet, L, x, p->F) / count;
+    for (int a = 0; a < 4; a++) p->L[a] = count == 1 ? 0.25 : a == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR;
+    p->volume = flesh_tet_gradient(body->mesh, tet, p->L, x, p->F) / count;
     p->J = flesh_mat3_determinant(p->F);
     volume += p->volume;
     now += p->volume * p->J;
@@ -125,7 +125,61 @@ void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *stat
   double mean_J;
   find_strains(stress->body, state->x, tet, points, &mean_J);
   *point = (flesh_strain_point){.volume = flesh_mesh_tet_volumes(stress->body->mesh)[tet]};
+  memcpy(point->L, L, sizeof point->L);
   flesh_tet_gradient(stress->body->mesh, tet, L, state->x, point->F);
   point->J = flesh_mat3_determinant(point->F);
   if (stress->shares) find_stress(stress, state, tet, mean_J, point);
+}
+
+/* Adds to by_F the derivative of what effects say of tau at a place, by differences. */
+static void differentiate_effects(const flesh_system *system, double t, int tet, const double F[9], int place, double by_F[9])
+{
+  const double step = 3e-5;
+  double beside[9];
+  memcpy(beside, F, sizeof beside);
+  for (int c = 0; c < 9; c++, beside[c - 1] = F[c - 1])
+    for (int k = 0; k < FLESH_DIFFERENCES; k++) {
+      double tau[9] = {0};
+      beside[c] = F[c] + flesh_difference_at[k] * step;
+      add_of_effects(system, t, tet, beside, tau);
+      by_F[c] += flesh_difference_weight[k] / step * tau[place];
+    }
+}
+
+/* tau = P F^T + (p_mean - p_own) J I. */
+static void differentiate_tau(const flesh_tet_stress *stress, const flesh_state *state, int tet, const flesh_strain_point *p,
+                              int place, double by_F[9], double *by_mean)
+{
+  const flesh_material *material = &stress->body->materials[material_of(stress->body, tet)];
+  const int i = place / 3, j = place % 3;
+  double H[81], P[9], C[9];
+  const int fails = flesh_material_hessian(material, p->F, H) || flesh_material_stress(material, p->F, P);
+  flesh_mat3_cofactor(p->F, C);
+  for (int k = 0; k < 9; k++) {
+    by_F[k] = fails ? NAN : k / 3 == j ? P[3 * i + k % 3] : 0;
+    for (int m = 0; m < 3; m++) by_F[k] += H[9 * k + 3 * i + m] * p->F[3 * j + m];
+    if (i == j) by_F[k] += (p->mean.J - p->own.J - p->own.JJ * p->J) * C[k];
+  }
+  if (i == j) *by_mean = p->mean.JJ * p->J;
+  if (stress->system) differentiate_effects(stress->system, state->t, tet, p->F, place, by_F);
+}
+
+void flesh_tet_stress_slope(const flesh_tet_stress *stress, const flesh_state *state, int tet,
+                            const flesh_strain_point *p, int number, double by_F[9], double *by_mean)
+{
+  double U[9], stretch[3], V[9], C[9];
+  const int s = number - FLESH_POINT_STRETCH;
+  *by_mean = 0;
+  flesh_mat3_cofactor(p->F, C);
+  if (number == FLESH_POINT_J) memcpy(by_F, C, sizeof C);
+  else if (number == FLESH_POINT_ENERGY) {
+    if (flesh_material_stress(&stress->body->materials[material_of(stress->body, tet)], p->F, by_F)) by_F[0] = NAN;
+    for (int k = 0; k < 9; k++) by_F[k] -= p->own.J * C[k];
+    *by_mean = p->mean.J;
+  } else if (number >= FLESH_POINT_TAU)
+    differentiate_tau(stress, state, tet, p, flesh_tau_place[number - FLESH_POINT_TAU], by_F, by_mean);
+  else {
+    flesh_svd3(p->F, U, stretch, V);
+    for (int k = 0; k < 9; k++) by_F[k] = U[3 * (k / 3) + s] * V[3 * (k % 3) + s];
+  }
 }
