@@ -150,7 +150,7 @@ int flesh_command_bench(int argc, char **argv)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--repeats is %d; it must be 1 to %d", plan.repeats, FLESH_BENCH_MOST_REPEATS);
   if (!status) status = take_element(&plan, element); /* which allows some of Poisson's ratios */
   if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
-  if (!status) status = flesh_list_energies("energies", energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
+  if (!status) status = flesh_list_energies(energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
   if (!status) status = read_numbers(&plan, poissons, threads);
   if (!status) status = read_parts(&plan, cases);
   if (!status) status = take_instructions(&plan, instructions);

@@ -104,7 +104,6 @@ int flesh_list_elements(const char *option, const char *text, flesh_element *ele
 }
 
 typedef struct energies {
-  const char *option;
   int room, *count;
   flesh_energy *energies;
   flesh_constants *constants; /* NULL: an item is a name alone */
@@ -118,26 +117,25 @@ static int take_energy(void *data, const char *item)
   flesh_energy energy;
   snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : (int)sizeof name - 1, item);
   int status = flesh_energy_from_name(name, &energy);
-  if (status) return flesh_fail_within(status, "--%s: ", e->option);
+  if (status) return flesh_fail_within(status, "--energies: ");
   flesh_constants constants = flesh_form_default_constants(energy);
   if (dot) status = flesh_constants_from_name(dot + 1, &constants);
   for (int k = 0; k < *e->count && !status; k++)
     if (e->energies[k] == energy && (!e->constants || e->constants[k] == constants))
-      status = flesh_list_fail_twice(e->option, item);
+      status = flesh_list_fail_twice("energies", item);
   if (!status && *e->count == e->room)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", e->option, e->room);
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--energies has more than %d values", e->room);
   if (status) return status;
   if (e->constants) e->constants[*e->count] = constants;
   e->energies[(*e->count)++] = energy;
   return FLESH_OK;
 }
 
-int flesh_list_energies(const char *option, const char *text, int room, flesh_energy *chosen, flesh_constants *constants,
-                        int *count)
+int flesh_list_energies(const char *text, int room, flesh_energy *chosen, flesh_constants *constants, int *count)
 {
-  energies e = {option, room, count, chosen, constants};
+  energies e = {room, count, chosen, constants};
   *count = 0;
-  return flesh_list_each(option, text, take_energy, &e);
+  return flesh_list_each("energies", text, take_energy, &e);
 }
 
 int flesh_list_parse(const char *text, int room, double *values)

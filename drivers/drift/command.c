@@ -21,7 +21,7 @@
 static int read_energies(const char *text, flesh_drift_plan *plan)
 {
   flesh_energy energies[FLESH_ENERGY_COUNT];
-  int count, status = flesh_list_energies("energies", text, FLESH_ENERGY_COUNT, energies, NULL, &count);
+  int count, status = flesh_list_energies(text, FLESH_ENERGY_COUNT, energies, NULL, &count);
   for (int k = 0; k < count && !status; k++) {
     plan->variants[plan->variant_count++] = (flesh_drift_variant){energies[k], flesh_form_default_constants(energies[k])};
     if (flesh_form_takes(energies[k], FLESH_CONSTANTS_AS_E))

@@ -68,7 +68,7 @@ static int take_body(void *data, const char *item)
 int flesh_hardcases_read_lists(const flesh_hardcases_request *asked, flesh_hardcases_lists *l)
 {
   enum { ROOM = FLESH_HARDCASES_LIST_LIMIT };
-  int status = flesh_list_energies("energies", asked->energies, ROOM, l->energy, l->constants, &l->energies);
+  int status = flesh_list_energies(asked->energies, ROOM, l->energy, l->constants, &l->energies);
   if (!status)
     status = flesh_list_numbers("poisson", asked->poissons, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
   if (!status) status = flesh_list_numbers("steps", asked->steps, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);

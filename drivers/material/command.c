@@ -27,7 +27,7 @@ typedef struct request {
 static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
 {
   flesh_energy energies[FLESH_ENERGY_COUNT];
-  int count = 0, status = list ? flesh_list_energies("energies", list, FLESH_ENERGY_COUNT, energies, NULL, &count) : FLESH_OK;
+  int count = 0, status = list ? flesh_list_energies(list, FLESH_ENERGY_COUNT, energies, NULL, &count) : FLESH_OK;
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) chosen[e] = !list;
   for (int k = 0; k < count; k++) chosen[energies[k]] = 1;
   return status;

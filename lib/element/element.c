@@ -170,7 +170,7 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
   if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
   const int of_stretches = flesh_form_of_stretches(material->energy);
   int status = of_stretches ? flesh_material_small_strain(material, &shear, NULL, NULL)
-                            : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
+                            : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at);
   if (status) return status;
   if (!of_stretches) shear = 2 * at.I;
   /* The points of an incompressible material keep what they keep as lambda grows, whatever the penalty. */

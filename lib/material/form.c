@@ -9,9 +9,6 @@
   [FLESH_ENERGY_##NAME] = {.name = text,                                                                               \
                            .full_name = full,                                                                          \
                            .colour = colour_,                                                                          \
-                           .formula = formula_,                                                                        \
-                           .source = source_,                                                                          \
-                           .needs_volume = volume,                                                                     \
                            .constants = FLESH_TAKES_##takes,                                                           \
                            .limit = limit_text,                                                                        \
                            .at_limit = equal,                                                                          \

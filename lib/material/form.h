@@ -13,8 +13,7 @@ enum {
 
 typedef struct flesh_form {
   const char *name, *full_name;         /* "S", "stable-neo-hookean" */
-  const char *colour, *formula, *source; /* "#rrggbb", told apart with any colour vision (after Okabe & Ito 2008) */
-  int needs_volume;                     /* undefined for J <= 0 */
+  const char *colour;                   /* "#rrggbb", told apart with any colour vision (after Okabe & Ito 2008) */
   unsigned constants;                   /* the flesh_constants it takes, bit by bit */
   const char *limit;                    /* raw lambda's, as text; NULL: the form has no lambda */
   int at_limit;                         /* whether raw lambda may equal it */

@@ -42,7 +42,7 @@ const flesh_psi_function flesh_psi_builtins[] = {FLESH_INVARIANT_FORM_LIST(ENTRY
 const flesh_psi_function flesh_psi_batches[FLESH_ENERGY_COUNT] = {FLESH_NEO_HOOKEAN_FORM_LIST(ENTRY)};
 static_assert(sizeof flesh_psi_builtins / sizeof *flesh_psi_builtins == FLESH_ENERGY_COUNT, "a psi of every form");
 
-int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J)
+int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi)
 {
   double I_C = flesh_mat3_norm2(F), det = flesh_mat3_determinant(F);
   if (!isfinite(I_C) || !isfinite(det)) return FLESH_NONFINITE;
@@ -54,6 +54,5 @@ int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *p
   double check = 0 * at.value + 0 * at.I + 0 * at.J + 0 * at.II + 0 * at.IJ + 0 * at.JJ;
   if (check != 0) return FLESH_NONFINITE;
   *psi = at;
-  if (J) *J = det;
   return FLESH_OK;
 }

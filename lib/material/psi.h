@@ -22,8 +22,8 @@ static inline flesh_psi_function flesh_psi_batched(flesh_energy energy)
   return (unsigned)energy < FLESH_ENERGY_COUNT ? flesh_psi_batches[energy] : NULL;
 }
 
-/* psi and its derivatives at F, with I_C and J; FLESH_NONFINITE for a non-finite F or where
+/* psi and its derivatives at F; FLESH_NONFINITE for a non-finite F or where
  * anything overflows, else what psi returns. Nothing is written unless FLESH_OK. */
-int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J);
+int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi);
 
 #endif

@@ -23,7 +23,7 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
     return FLESH_OK;
   }
   flesh_psi at;
-  int status = flesh_psi_at(material, identity, &at, NULL);
+  int status = flesh_psi_at(material, identity, &at);
   if (status) return status;
   if (material->incompressible) { /* whose pressure is such that rest is without stress */
     if (mu) *mu = 2 * at.I;
@@ -51,7 +51,7 @@ static int tension(const flesh_material *material, double s, double *g, double *
     return FLESH_OK;
   }
   flesh_psi at;
-  int status = flesh_psi_at(material, F, &at, NULL);
+  int status = flesh_psi_at(material, F, &at);
   if (status) return status;
   double s2 = s * s;
   *g = 2 * at.I + at.J * s;

@@ -13,7 +13,7 @@ int flesh_material_energy(const flesh_material *material, const double F[9], dou
   flesh_psi at;
   flesh_stretch_real stretch;
   const int of_stretches = flesh_form_of_stretches(material->energy);
-  int status = of_stretches ? flesh_stretch_at(material, F, &stretch, NULL, NULL) : flesh_psi_at(material, F, &at, NULL);
+  int status = of_stretches ? flesh_stretch_at(material, F, &stretch, NULL, NULL) : flesh_psi_at(material, F, &at);
   if (status == FLESH_OK) *psi = of_stretches ? stretch.value : at.value;
   return status;
 }
@@ -35,7 +35,7 @@ int flesh_material_stress(const flesh_material *material, const double F[9], dou
   FLESH_NEED({material, "material"}, {F, "F"}, {P, "P"});
   if (flesh_form_of_stretches(material->energy)) return stress_of_stretches(material, F, P);
   flesh_psi at;
-  int status = flesh_psi_at(material, F, &at, NULL);
+  int status = flesh_psi_at(material, F, &at);
   if (status) return status;
   double C[9], result[9];
   flesh_mat3_cofactor(F, C);
@@ -52,7 +52,7 @@ int flesh_material_hessian(const flesh_material *material, const double F[9], do
   FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
   if (flesh_form_of_stretches(material->energy)) return flesh_stretch_hessian(material, F, H);
   flesh_psi at;
-  int status = flesh_psi_at(material, F, &at, NULL);
+  int status = flesh_psi_at(material, F, &at);
   if (status) return status;
   double g[9], result[81], check = 0;
   flesh_mat3_cofactor(F, g);

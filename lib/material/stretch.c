@@ -32,7 +32,7 @@ int flesh_spectrum_at(const flesh_material *material, const double F[9], flesh_s
     if (!status) *spectrum = stretch.spectrum;
     return status;
   }
-  int status = flesh_psi_at(material, F, &psi, NULL);
+  int status = flesh_psi_at(material, F, &psi);
   if (status) return status;
   flesh_svd3(F, U, sigma, V);
   if (!flesh_spectrum_make(&psi, sigma, &at)) return FLESH_NONFINITE;

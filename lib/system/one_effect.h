@@ -20,13 +20,10 @@ int flesh_system_forces(const flesh_system *system, unsigned roles, const flesh_
  * NULL) and their sum into *sum. Those without an energy have 0. */
 int flesh_system_some_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
                                const flesh_point *point, double *energies, double *sum);
+/* Likewise the kinetic energies, those of the effects that are an inertia. */
+int flesh_system_kinetic_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum);
 /* u.f over the body, of a consistent u [3*n] and an f [3*n] that is collected or partial (base/team.h). */
 double flesh_system_product(const flesh_system *system, const double *u, const double *f);
-
-/* The energies of the effects of a role, J, into their places of energies [effect_count] (may be NULL) and their sum
- * into *sum. Those without an energy have 0. */
-int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
-                               double *sum);
 
 /* The sum of energies [effect_count] over the effects of a role, J. */
 double flesh_system_role_energy(const flesh_system *system, flesh_role role, const double *energies);

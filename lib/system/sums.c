@@ -299,10 +299,9 @@ int flesh_system_some_energies(const flesh_system *system, int (*is_one)(const f
 
 static int has_role(const flesh_effect *effect, int role) { return (int)effect->operations->role == role; }
 
-int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
-                               double *sum)
+int flesh_system_kinetic_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
 {
-  return flesh_system_some_energies(system, has_role, (int)role, point, energies, sum);
+  return flesh_system_some_energies(system, has_role, FLESH_ROLE_INERTIA, point, energies, sum);
 }
 
 double flesh_system_role_energy(const flesh_system *system, flesh_role role, const double *energies)

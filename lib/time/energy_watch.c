@@ -296,7 +296,7 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
   if (energies) {
     memcpy(watch->energies, energies, (size_t)watch->effects * sizeof *energies);
     double kinetic;
-    status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
+    status = flesh_system_kinetic_energies(watch->system, &point, watch->energies, &kinetic);
   } else {
     flesh_position_potential unknown = {0};
     status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown,
@@ -312,7 +312,7 @@ int flesh_energy_watch_kick(flesh_energy_watch *watch, const flesh_state *state)
   const double before = watch->energy;
   double kinetic;
   if (!watch->known) return FLESH_OK;
-  int status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
+  int status = flesh_system_kinetic_energies(watch->system, &point, watch->energies, &kinetic);
   add_up(watch, watch->t, status);
   if (watch->known) watch->balance.supplied += watch->energy - before;
   return status < 0 ? status : FLESH_OK;

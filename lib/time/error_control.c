@@ -75,7 +75,7 @@ static double mass_square(const flesh_error_control *self, const double *e)
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   const flesh_point point = flesh_point_at(0, X, e, e);
   double energy = 0;
-  return flesh_system_role_energies(self->system, FLESH_ROLE_INERTIA, &point, NULL, &energy) ? NAN : 2 * energy;
+  return flesh_system_kinetic_energies(self->system, &point, NULL, &energy) ? NAN : 2 * energy;
 }
 
 void flesh_error_control_measure(flesh_error_control *self)

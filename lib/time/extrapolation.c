@@ -51,14 +51,14 @@ static rule of_polynomial(int order)
   return r;
 }
 
-/* The square of the error with which a rule predicts displacement `now`. */
-static double square_error(const flesh_extrapolation *self, const rule *r, int now)
+/* The square of the error with which a rule predicts the last displacement. */
+static double square_error(const flesh_extrapolation *self, const rule *r)
 {
   const double(*g)[POINTS] = self->products;
-  double square = g[now][now];
+  double square = g[0][0];
   for (int j = 0; j < r->order; j++) {
-    square -= 2 * r->weight[j] * g[now][now + 1 + j];
-    for (int k = 0; k < r->order; k++) square += r->weight[j] * r->weight[k] * g[now + 1 + j][now + 1 + k];
+    square -= 2 * r->weight[j] * g[0][1 + j];
+    for (int k = 0; k < r->order; k++) square += r->weight[j] * r->weight[k] * g[1 + j][1 + k];
   }
   return fmax(square, 0);
 }
@@ -111,10 +111,10 @@ static rule choose(const flesh_extrapolation *self)
 {
   if (self->known <= 3) return of_polynomial(self->known);
   rule best = of_polynomial(1);
-  double least = square_error(self, &best, 0);
+  double least = square_error(self, &best);
   for (int order = 2; order < self->known; order++) {
     const rule polynomial = of_polynomial(order);
-    const double square = square_error(self, &polynomial, 0);
+    const double square = square_error(self, &polynomial);
     if (square < least) {
       least = square;
       best = polynomial;
@@ -122,8 +122,8 @@ static rule choose(const flesh_extrapolation *self)
   }
   for (int order = 2; order < self->known - 1; order++) {
     const rule before = of_best_fit(self, order, 1), now = of_best_fit(self, order, 0);
-    const double square = square_error(self, &before, 0);
-    if (square < least && isfinite(square_error(self, &now, 0))) {
+    const double square = square_error(self, &before);
+    if (square < least && isfinite(square_error(self, &now))) {
       least = square;
       best = now;
     }

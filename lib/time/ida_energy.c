@@ -40,7 +40,7 @@ void flesh_ida_energy_tolerate(flesh_ida_energy *self, double tolerance)
   const double *X = flesh_mesh_positions(flesh_system_mesh(watch->system));
   const flesh_point point = flesh_point_at(0, X, self->r, self->r);
   for (int d = 0; d < self->problem->evaluation.n; d++) self->r[d] = tolerance * self->problem->scale.velocity;
-  if (flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, NULL, &watch->floor)) watch->floor = 0;
+  if (flesh_system_kinetic_energies(watch->system, &point, NULL, &watch->floor)) watch->floor = 0;
 }
 
 /* The moment before an event at t, else t. */

@@ -71,7 +71,7 @@ static void both_parts_are_positive(void)
     flesh_material material = test_material(FLESH_ENERGY_S, 0.3);
     flesh_psi at;
     flesh_volume_share share;
-    CHECK_OK(flesh_psi_at(&material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL));
+    CHECK_OK(flesh_psi_at(&material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at));
     const double mu = 2 * at.I;
     material.lambda = ratio * mu;
     CHECK_OK(flesh_volume_share_of(&material, &share));
