@@ -46,9 +46,10 @@ step() {
 # Of the files that the build compiled anew, which in a fresh clone are all.
 no_warnings() { ! grep -A 5 'warning:' "$notes/build.log"; }
 
-# Clang's warnings are errors here. What is optimised less is compiled sooner, and sanitizers see more of it.
+# Clang's warnings are errors here. What is optimised less is compiled sooner, and sanitizers see more of it. Meson finds
+# ccache by itself only for the compiler that it chooses.
 sanitized_build() {
-  CC=clang
+  CC='ccache clang'
   export CC
   # shellcheck disable=SC2086
   build build-sanitize -Dwerror=true -Dfuzz=true $instrumented -Db_sanitize=address,undefined
@@ -102,8 +103,7 @@ if [ -n "$everything" ]; then
     ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
     export ASAN_OPTIONS UBSAN_OPTIONS
     step "the fuzzers' kept inputs" sh test/campaign/fuzz.sh --kept build-sanitize || true
-    suite 'the quick tests with sanitizers' build-sanitize \
-      --suite quick --suite memory --no-suite source
+    suite 'the quick tests with sanitizers' build-sanitize
   fi
   if step 'the build with thread sanitizer' threads_build; then
     TSAN_OPTIONS=log_path=$notes/race

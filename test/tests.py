@@ -6,9 +6,9 @@ commas. The first line of the output has all files with such lines, every other 
 with tabs, and lists within a field with spaces. A wrong line is refused with its file, number and what would be valid; the
 exit status is then 1. The words of a line:
 
-    quick, full         the suite: a second or two, run at every edit; the rest
+    quick, full         the suite: a second or two, run at every edit; the rest, not for the address sanitizer
     memory              with full: the address sanitizer is to see it nevertheless
-    program, source     tests the program; tests the tree and not a build
+    program, source     tests the program; tests the tree and not a build: the plain one has it
     excerpt             is a part of a full test
     alone               runs after the others
     each_set            once for each instruction set of the kernels, in the quick suite for the first
@@ -143,6 +143,8 @@ def tests_of(source, line, of_threads, build, sets):
         return
     stem = os.path.splitext(os.path.basename(source))[0]
     for ending, suites, name, ranks in variants(line, build, sets):
+        if build == "memory" and ("source" in suites or not {"quick", "memory"} & set(suites)):
+            continue
         alone = "alone" in line["flags"] or ranks not in ("", "1")
         seconds = max(map(int, line["seconds"]), default=0)
         yield {"name": [(line["name"] or [stem])[0] + ending], "suites": suites,
@@ -171,7 +173,7 @@ def main(build, sets):
             raise Refused(f"{place}: {names[test['name'][0]]} has a test {test['name'][0]} already; name= gives another name")
         test["args"] = test["args"] + [part for _, part in parts.pop(test["name"][0], [])]
     for whole, members in parts.items():
-        if build != "threads":
+        if build == "plain":
             raise Refused(f"{members[0][0]}: part_of is '{whole}'; there is no such test")
     print(" ".join(with_lines))
     for _, test in tests:

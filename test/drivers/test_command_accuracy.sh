@@ -240,13 +240,13 @@ resuming_refuses_what_changed() {
 a_spent_budget_is_a_row() {
   set -- accuracy bar.yaml --resume --quick --out spent --methods midpoint --reference-seconds 0.1 --repeat 1
   expect 0 "$flesh" "$@" --steps 1/25,1/50 || return 1
-  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/12800 --max-seconds 1e-3 || return 1
+  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/800 --max-seconds 1e-3 || return 1
   [ "$(column spent/accuracy.csv status midpoint | tr '\n' ' ')" = 'complete complete out of budget ' ] || {
     cat spent/accuracy.csv
     return 1
   }
   # With a larger one it is done.
-  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/6400,1/12800 || return 1
+  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/400,1/800 || return 1
   ! grep -q 'out of budget' spent/accuracy.csv
 }
 
@@ -282,17 +282,15 @@ without_gnuplot_the_figures_stand() {
   has stderr.txt 'gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] && [ -s plain/accuracy.csv ]
 }
 
-tests='the_table_is_complete
+tests="the_table_is_complete
 errors_fall_with_the_step
 errors_follow_the_tolerance
-energy_from_nowhere_is_told
+${long:+energy_from_nowhere_is_told}
 orders_are_those_of_the_methods
 the_reference_is_known
-a_poor_reference_tells_less
-worst_is_the_worst_of_all_steps
+${long:+a_poor_reference_tells_less worst_is_the_worst_of_all_steps}
 a_refusal_has_its_reason
-the_named_command_repeats_a_run
-fixed_steps_are_fixed
+${long:+the_named_command_repeats_a_run fixed_steps_are_fixed}
 shares_are_answered
 tight_solves_change_less
 resuming_goes_on
@@ -300,6 +298,6 @@ resuming_refuses_what_changed
 a_spent_budget_is_a_row
 a_run_that_fails_is_a_row
 bad_usage_is_refused
-without_gnuplot_the_figures_stand'
+without_gnuplot_the_figures_stand"
 # shellcheck disable=SC2086
 run_tests $tests

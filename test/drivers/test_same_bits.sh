@@ -6,7 +6,10 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
 
-case ${1-} in races) numbers=2 ;; *) numbers='2 1 3' ;; esac
+case ${1-} in
+  races) numbers=2 first=1/60 ;;
+  *) numbers='2 1 3' first=1/20 ;;
+esac
 
 # same SCENE END OPTIONS...: its first steps by two threads, one and three. What is found, and how, is the same.
 same() {
@@ -28,7 +31,7 @@ every_scene() {
     scene=${path##*/}
     case $scene in
       funnel.yaml | stack.yaml) end=1/100 ;; # many tets and short steps
-      *) end=1/20 ;;
+      *) end=$first ;;
     esac
     same "${scene%.yaml}" "$end" || { echo "in $scene"; return 1; }
   done

@@ -281,7 +281,7 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   const int status = RUN_TESTS(argc, argv, TEST(blocks_slide_on_a_plane), TEST(blocks_slide_on_a_body),
-                               TEST(a_block_slides_between_bodies), TEST_LONG(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
+                               TEST_LONG(a_block_slides_between_bodies), TEST_LONG(friction_is_of_the_methods_order), TEST(contact_bears_the_weight),
                                TEST(blocks_slide_by_steps_that_errors_choose));
   test_folder_remove(folder);
   return status;

@@ -73,9 +73,9 @@ static void a_ball_that_slides_begins_to_roll(void)
     const turning first = look(&m, 1);
     double mean = 0, slip = 0;
     int steps = 0, status = 0;
-    while (m.state.t < 0.15 - m.h / 2 && !(status = touching_step(&m))) {
+    while (m.state.t < 0.1 - m.h / 2 && !(status = touching_step(&m))) {
       const turning now = look(&m, 1);
-      if (m.state.t > 0.1) mean += now.v[0], slip += now.v[0] - R * now.spin, steps++;
+      if (m.state.t > 0.07) mean += now.v[0], slip += now.v[0] - R * now.spin, steps++;
     }
     CHECK_OK(status);
     mean /= steps;

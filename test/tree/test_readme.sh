@@ -74,6 +74,7 @@ known() {
       '  ' | '#'*) ;;
       'git clone '* | 'cd '*) ;;
       '/usr/bin/python3 -m venv' | 'env/bin/pip install --no-build-isolation') ;; # test_wheel.py
+      'build/drivers/flesh hardcases --quick') ;; # test_hardcases_battery.sh
       'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '* | 'sh test/campaign/debian.sh '*) ;;
       'sudo apt-get install')
         # shellcheck disable=SC2086
