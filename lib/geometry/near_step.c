@@ -113,7 +113,8 @@ static void choose_part(void *data, int part)
     const int *pair = c->from + 2 * (size_t)k, first = corners_of(c->surface, c->is_point, pair, corner);
     const double *x[4];
     for (int j = 0; j < 4; j++) x[j] = c->x + 3 * (size_t)corner[j];
-    if (!are_far(first, x, c->distance)) memcpy(c->to + 2 * (size_t)at++, pair, 2 * sizeof *pair);
+    if (are_far(first, x, c->distance) || flesh_hulls_stay_apart(first, 4 - first, corner, c->x, NULL, c->distance)) continue;
+    memcpy(c->to + 2 * (size_t)at++, pair, 2 * sizeof *pair);
   }
   c->chosen[part] = at - begin;
 }
