@@ -214,35 +214,35 @@ static void weigh(const flesh_asked *asked, const double *x, const double *force
 }
 
 /* by [2*n] += the derivatives of a reaction or a contact force, or of a moment. */
-static int differentiate_forces(const flesh_scene *scene, const flesh_step_record *record, const flesh_asked *asked, double *by)
+static int differentiate_forces(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked, double *by)
 {
   const flesh_system *system = flesh_scene_system(scene);
   const flesh_probe *probe = &asked->probe;
   const int contact = probe->quantities == FLESH_PROBE_CONTACT_FORCE, effects = flesh_system_effect_count(system);
   const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
-  flesh_node_forces forces;
+  flesh_node_forces *forces = flesh_probes_forces(asked->probes);
   if (contact && record->stage->t != record->state->t)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: contact forces are of a time within the step; derivatives are of those at its "
                                           "end, as backward-euler and newmark have them", asked->name);
-  int status = flesh_node_forces_open(FLESH_OK, &scene->body, system, is_static, !contact, contact, &forces);
+  int status = FLESH_OK;
+  if (!asked->tangent.system)
+    status = flesh_stage_tangent_create(system, flesh_scene_solver(scene), tolerance, &asked->tangent);
   double *w = calloc((size_t)asked->n + 1, sizeof *w);
   uint8_t *held = calloc((size_t)asked->n + (size_t)effects, 1), *left_out = held + asked->n;
   if (!status && (!w || !held)) status = flesh_no_memory();
   if (!status) {
-    flesh_node_forces_find(&forces, record);
-    const double *force = !contact ? forces.reaction : forces.contact;
-    if (contact && probe->contact) force = flesh_node_forces_of_contact(&forces, record, probe->contact - 1);
+    const double *force = !contact ? forces->reaction : forces->contact;
+    if (contact && probe->contact) force = flesh_node_forces_of_contact(forces, record, probe->contact - 1);
     for (int e = 0; e < effects; e++)
       left_out[e] = probe->contact ? e != probe->contact - 1
                                    : flesh_system_effect(system, e)->operations->role != FLESH_ROLE_CONTACT;
     for (int d = 0; d < asked->n; d++)
-      held[d] = contact || (forces.constrained[d] && (!probe->holder || forces.holder[d] == probe->holder));
+      held[d] = contact || (forces->constrained[d] && (!probe->holder || forces->holder[d] == probe->holder));
     weigh(asked, record->state->x, force, held, w, by);
     for (int d = 0; d < asked->n && contact; d++) w[d] = -w[d];
-    const flesh_force_sum sum = {record->state, is_static ? NULL : forces.a, w, contact ? left_out : NULL};
-    status = flesh_force_slopes(system, flesh_scene_solver(scene), tolerance, &sum, by, by + asked->n);
+    const flesh_force_sum sum = {record->state, is_static ? NULL : forces->a, w, contact ? left_out : NULL};
+    status = flesh_force_slopes(&asked->tangent, &sum, by, by + asked->n);
   }
-  flesh_node_forces_clear(&forces);
   free(w);
   free(held);
   return status;
@@ -291,6 +291,7 @@ void flesh_asked_clear(flesh_asked *asked)
   free(asked->by_v);
   free(asked->of_residual);
   flesh_probes_close(&asked->probes);
+  if (asked->tangent.system) flesh_stage_tangent_clear(&asked->tangent);
   free(asked->figures);
   for (int k = 0; k < asked->row_count; k++) {
     free(asked->rows[k].at);

@@ -7,6 +7,7 @@
 #include "flesh/scene.h"
 #include "flesh/sensitivity.h"
 #include "output/resume.h"
+#include "sensitivity/stage_tangent.h"
 
 /* The derivatives of a column by the state at a time: those that are not 0, by x and, from 3*nodes on, by v. */
 typedef struct flesh_asked_row {
@@ -26,6 +27,7 @@ typedef struct flesh_asked {
   flesh_probe probe;    /* that one; its nodes are the scene's */
   int n, column;        /* 3*nodes; of those of the quantity */
   double *figures;
+  flesh_stage_tangent tangent; /* of forces; its system is NULL: not made */
   int row_count, row_room;
   flesh_asked_row *rows;
 } flesh_asked;

@@ -216,6 +216,8 @@ int flesh_probes_resume(flesh_probes **probes, const char *path, long length)
 
 void flesh_probes_note(flesh_probes *probes, double *figures) { probes->figures = figures; }
 
+flesh_node_forces *flesh_probes_forces(flesh_probes *probes) { return &probes->forces; }
+
 long flesh_probes_length(const flesh_probes *probes) { return probes->rows.whole; }
 
 int flesh_probes_close(flesh_probes **probes)

@@ -29,6 +29,8 @@ int flesh_probe_columns(const flesh_probe *probe, flesh_probe_column columns[FLE
 /* Has each row's values noted on the rank that writes, in [FLESH_PROBE_FIGURES] of every column: the last, the smallest and
  * the largest one; NaN, which they are at first, counts as none. Borrows the figures. */
 void flesh_probes_note(flesh_probes *probes, double *figures);
+/* The forces of the record that was observed last. */
+struct flesh_node_forces *flesh_probes_forces(flesh_probes *probes);
 /* by_x [3*n] += the derivative by x of the first probe's column, of its one quantity, which is one of tets. */
 void flesh_probes_differentiate(const flesh_probes *probes, const flesh_state *state, int column, double *by_x);
 
