@@ -193,7 +193,7 @@ static void every_subset_of_keys_runs_or_is_refused(void)
       optional += key->default_value != NULL;
     }
     CHECK(full->count <= KEYS_MAX);
-    for (unsigned chosen = 0; chosen < 1u << optional; chosen++)
+    for (unsigned chosen = 0; chosen < 1u << optional; chosen += TEST_FEWER(1, 1 + chosen % 3)) /* two of three */
       for (int mass = 0; mass < TEST_FEWER(2, 1); mass++) {
         const int failures = test_failures;
         const int ran = try_subset(row, full, chosen, (flesh_mass)mass);

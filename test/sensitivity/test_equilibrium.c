@@ -135,7 +135,7 @@ static void try_case(const equilibrium_case *c)
   for (const gradient_key *key = c->keys; key->key; key++) {
     double by_solves[2] = {0}, by_adjoint[2], by_tangent = 0;
     gradient_parameter p = gradient_parameter_of(c->text, *key);
-    const int compared = TEST_FEWER(1, key == c->keys);
+    const int compared = TEST_FEWER(1, 0);
     for (int k = 0; k < 4 && compared; k++) {
       solved other = solve(c->text, key->key, key->value + gradient_at[k] * key->step);
       by_solves[0] += gradient_weights[k] * place(&other, node) / key->step;
