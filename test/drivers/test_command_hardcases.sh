@@ -62,7 +62,7 @@ an_early_end_is_no_recovery() {
 # A process that dies is a row, and the battery goes on. It would take many seconds to its end.
 a_death_is_a_row() {
   "$flesh" hardcases --out killed --jobs 1 --energies S --poisson 0.49 --cases static_shear,single_plane \
-    --set body.refine=1 >log.txt 2>&1 &
+    --set body.refine=1 --max-seconds 600 >log.txt 2>&1 &
   wait_until $! [ -s killed/cases/static_shear_S_0.495_default/out/result.json ] || return 1
   children=$(cat "/proc/$process/task/$process/children") # the one that --jobs 1 lets run
   kill -KILL ${children:?no child found}
@@ -116,7 +116,7 @@ a_spent_budget_is_a_row() {
 
 an_interrupted_battery_keeps_what_was_done() {
   "$flesh" hardcases --out interrupted --jobs 1 --energies S --poisson 0.49 --cases 'point_free,static_*' \
-    --set body.refine=1 >log.txt 2>&1 &
+    --set body.refine=1 --max-seconds 600 >log.txt 2>&1 &
   wait_until $! [ -s interrupted/cases/static_shrink0.3_S_0.495_default/out/result.json ] || return 1
   kill -TERM "$process"
   wait "$process"
