@@ -44,7 +44,7 @@ static int prepare(flesh_newton *self, const double *u)
   return serves || status ? status : flesh_newton_prepare(self, 1);
 }
 
-int flesh_newton_keep_volumes(flesh_newton *self, const double *u, double *p)
+static int keep_volumes(flesh_newton *self, const double *u, double *p)
 {
   const int n = self->equations.n;
   double *b = self->equations.scratch + 2 * (size_t)n, *q = b + n;
@@ -60,7 +60,7 @@ int flesh_newton_keep_volumes(flesh_newton *self, const double *u, double *p)
   return status;
 }
 
-int flesh_newton_filter_error(flesh_newton *self, const double *u, const double *b, double *p)
+static int filter(flesh_newton *self, const double *u, const double *b, double *p)
 {
   flesh_direction *direction = &self->direction;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
@@ -76,5 +76,30 @@ int flesh_newton_filter_error(flesh_newton *self, const double *u, const double 
     if (!status) status = flesh_direction_factor(direction, 0);
     if (!status) status = flesh_direction_solve(direction, &request, b, p, &kind);
   }
-  return status ? status : flesh_newton_keep_volumes(self, u, p);
+  return status ? status : keep_volumes(self, u, p);
+}
+
+/* Adds what has been counted since `before`, which is the stage's: the next one is judged by that. */
+static void add_since(flesh_newton *self, const flesh_solve_stats *before, flesh_solve_stats *stats)
+{
+  stats->linear += self->stats.linear - before->linear;
+  stats->linear_single += self->stats.linear_single - before->linear_single;
+  stats->assemblies += self->stats.assemblies - before->assemblies;
+  self->stats = *before;
+}
+
+int flesh_newton_filter_error(flesh_newton *self, const double *u, const double *b, double *p, flesh_solve_stats *stats)
+{
+  const flesh_solve_stats before = self->stats;
+  const int status = filter(self, u, b, p);
+  add_since(self, &before, stats);
+  return status;
+}
+
+int flesh_newton_keep_volumes(flesh_newton *self, const double *u, double *p, flesh_solve_stats *stats)
+{
+  const flesh_solve_stats before = self->stats;
+  const int status = keep_volumes(self, u, p);
+  add_since(self, &before, stats);
+  return status;
 }

@@ -2,8 +2,8 @@
  * jumps of the constrained dofs do to the free ones. */
 #include <string.h>
 
-#include "newton/newton.h"
 #include "linear/block_matrix.h"
+#include "newton/stage.h"
 
 /* M, without constraints, into K; the caches are lost. */
 static int assemble_mass(flesh_newton *self, double t, const double *x, const double *v)
@@ -35,7 +35,7 @@ static int solve_mass(flesh_newton *self, const double *right, double *y)
   return status;
 }
 
-int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, double t, double *a)
+static int find_acceleration(flesh_newton *self, const flesh_state *state, double t, double *a)
 {
   flesh_equations *equations = &self->equations;
   flesh_evaluation *e = &equations->evaluation;
@@ -58,6 +58,14 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   status = solve_mass(self, r, correction);
   for (int d = 0; d < n && !status; d++)
     if (!constrained->is[d]) a[d] = correction[d];
+  return status;
+}
+
+int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, double t, double *a, flesh_solve_stats *stats)
+{
+  memset(&self->stats, 0, sizeof self->stats);
+  const int status = find_acceleration(self, state, t, a);
+  flesh_stage_count(self, stats);
   return status;
 }
 
@@ -84,7 +92,7 @@ static int apply_jump(flesh_newton *self, double t, const double *prescribed, do
 }
 
 int flesh_newton_apply_constraint_jump(flesh_newton *self, double t, const double *x_prescribed,
-                                       const double *v_prescribed, double *x, double *v)
+                                       const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats)
 {
   flesh_equations *equations = &self->equations;
   flesh_evaluation *e = &equations->evaluation;
@@ -93,6 +101,9 @@ int flesh_newton_apply_constraint_jump(flesh_newton *self, double t, const doubl
   memcpy(e->x, x, bytes);
   memcpy(e->v, v, bytes);
   memset(e->a, 0, bytes);
+  memset(&self->stats, 0, sizeof self->stats);
   int status = apply_jump(self, t, x_prescribed, x);
-  return status ? status : apply_jump(self, t, v_prescribed, v);
+  if (!status) status = apply_jump(self, t, v_prescribed, v);
+  flesh_stage_count(self, stats);
+  return status;
 }

@@ -136,13 +136,13 @@ int flesh_subdomain_solve(flesh_newton *newton, const double *u, const double *r
 flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
 
 /* p [n] = K^-1 b to a tenth, K being that of the last stage, whose last iterate is u [n], without what changes volumes that
- * multipliers hold. FLESH_NOT_CONVERGED, with the last iterate, or where b is 0; FLESH_NOT_POSITIVE. Counts in `stats`.
+ * multipliers hold. FLESH_NOT_CONVERGED, with the last iterate, or where b is 0; FLESH_NOT_POSITIVE. Adds to *stats.
  * Overwrites the scratch of the equations. */
-int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p);
+int flesh_newton_filter_error(flesh_newton *newton, const double *u, const double *b, double *p, flesh_solve_stats *stats);
 /* Takes from the displacement p [n], not 0, what changes volumes that multipliers hold at the last stage, and is no error, as
  * steps end where these are held: a penalty leaves a part of it, and would take that for a motion that is the faster, the
- * shorter steps are. A status leaves p as it is. Counts and overwrites the like. */
-int flesh_newton_keep_volumes(flesh_newton *newton, const double *u, double *p);
+ * shorter steps are. A status leaves p as it is. Adds and overwrites the like. */
+int flesh_newton_keep_volumes(flesh_newton *newton, const double *u, double *p, flesh_solve_stats *stats);
 
 /* K has become another matrix than one of the iteration: nothing that is known of it holds. */
 void flesh_newton_overwritten(flesh_newton *newton);
@@ -156,11 +156,11 @@ int flesh_newton_factor_tangent(flesh_newton *newton, const double *u);
 int flesh_newton_solve_tangent(flesh_newton *newton, double *b, double tolerance, double *p);
 
 /* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; dofs that
- * are constrained at t keep their given a. Overwrites K and the caches. Status > 0 where there is none. */
-int flesh_newton_acceleration(flesh_newton *newton, const flesh_state *state, double t, double *a);
+ * are constrained at t keep their given a. Overwrites K and the caches. Status > 0 where there is none. Adds to *stats. */
+int flesh_newton_acceleration(flesh_newton *newton, const flesh_state *state, double t, double *a, flesh_solve_stats *stats);
 /* The constrained dofs of x and v [n] take their prescribed values (read there only); a jump du_c moves the free ones
- * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
+ * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites and adds the like. */
 int flesh_newton_apply_constraint_jump(flesh_newton *newton, double t, const double *x_prescribed,
-                                       const double *v_prescribed, double *x, double *v);
+                                       const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
 
 #endif

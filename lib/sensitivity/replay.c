@@ -225,7 +225,7 @@ int flesh_trajectory_visit(flesh_trajectory *self, flesh_part_visit visit, void 
 int flesh_trajectory_part(flesh_trajectory *self, int k, const flesh_recorded_part **part)
 {
   const int kept = k >= self->first && k < self->first + self->count;
-  const flesh_stop stop = self->integrator ? self->integrator->stop : (flesh_stop){0};
+  const flesh_stop stop = self->integrator ? self->integrator->nonlinear->newton->stop : (flesh_stop){0};
   int status = flesh_ask_together(flesh_system_team(self->system), stop.stop, stop.data);
   if (!status && !kept) status = replay(self, k);
   return status ? status : flesh_trajectory_find_known(self, &self->parts[k - self->first], part);

@@ -24,7 +24,7 @@ typedef struct content {
   flesh_ode_problem *ode;               /* NULL: the integrator is IDA */
   flesh_arkode_system_data arkode_data; /* NULL: it is not ARKODE */
   flesh_cvode_system_data cvode_data;
-  flesh_nonlinear *newton;
+  flesh_nonlinear *nonlinear;
   double *memory;                /* all that follows */
   double *predicted, *known;     /* [2n] y as the integrator predicts it; (x^, v^) */
   double *v0, *a0;               /* [n] base of the stage */
@@ -206,7 +206,7 @@ static int correct(content *self, const equation *e, N_Vector correction)
   const flesh_ida_problem *motion = self->motion;
   const flesh_ida_constraints *held = &motion->constraints;
   const int n = motion->evaluation.n;
-  const double *u = flesh_nonlinear_unknowns(self->newton);
+  const double *u = self->nonlinear->u;
   double *by = flesh_ida_open(motion, correction, 0);
   if (!by) return FLESH_ERR_ARGUMENT;
   for (int d = 0; d < n; d++) {
@@ -247,15 +247,15 @@ static int solve_stage(content *self, const equation *e, double target)
   const double *guesses[3];
   const flesh_stage stage = make_stage(self, e);
   make_guesses(self, e, guesses);
-  flesh_nonlinear_set_target(self->newton, target);
-  if (fabs(e->g - self->g) < 1e-10 * e->g) flesh_nonlinear_go_on(self->newton);
+  self->nonlinear->newton->given_target = target;
+  if (fabs(e->g - self->g) < 1e-10 * e->g) self->nonlinear->newton->policy.stage_continues = 1;
   self->g = e->g;
-  const int status = flesh_nonlinear_solve(self->newton, &stage, guesses, 0, stats);
-  flesh_nonlinear_set_target(self->newton, 0);
+  const int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
+  self->nonlinear->newton->given_target = 0;
   self->iterations = stats->newton - before;
   self->motion->refused = status;
   if (status > 0) /* for whoever tells of it */
-    memcpy(self->motion->evaluation.x, flesh_nonlinear_evaluation(self->newton)->x,
+    memcpy(self->motion->evaluation.x, self->nonlinear->newton->equations.evaluation.x,
            (size_t)self->motion->evaluation.n * sizeof(double));
   return status;
 }
@@ -276,7 +276,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector y0, N_Vector correction, N_
   if (!status) status = find_target(self, &e, weights, tolerance, &target);
   if (!status) status = solve_stage(self, &e, target);
   if (!status) status = correct(self, &e, correction);
-  if (!status) remember(self, &e, flesh_nonlinear_unknowns(self->newton));
+  if (!status) remember(self, &e, self->nonlinear->u);
   self->failures = status != FLESH_OK;
   return !status ? FLESH_SUN_SUCCESS : status > 0 ? SUN_NLS_CONV_RECVR : FLESH_SUNNLS_FATAL;
 }
@@ -309,7 +309,7 @@ static int get_failures(SUNNonlinearSolver solver, long *count)
 static void content_destroy(content *self)
 {
   if (!self) return;
-  flesh_nonlinear_destroy(&self->newton);
+  flesh_nonlinear_destroy(&self->nonlinear);
   free(self->memory);
   free(self);
 }
@@ -359,15 +359,15 @@ static int create(flesh_ida_problem *motion, SUNContext context, content **made,
   SUNNonlinearSolver empty = SUNNonlinSolNewEmpty(context);
   content *self = *made = content_create(motion);
   int status = self && empty ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNNonlinearSolver");
-  flesh_nonlinear *newton;
-  status = flesh_nonlinear_create_after(status, motion->evaluation.system, &motion->options, &newton);
-  if (self) self->newton = newton;
+  flesh_nonlinear *nonlinear;
+  status = flesh_nonlinear_create_after(status, motion->evaluation.system, &motion->options, &nonlinear);
+  if (self) self->nonlinear = nonlinear;
   if (status) {
     content_destroy(self);
     if (empty) SUNNonlinSolFreeEmpty(empty);
     return status;
   }
-  flesh_nonlinear_set_depth(self->newton, depth, INFINITY, 0);
+  flesh_nonlinear_set_depth(self->nonlinear, depth, INFINITY, 0);
   empty->content = self;
   empty->ops->gettype = solver_type;
   empty->ops->solve = solve;

@@ -43,7 +43,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
 {
   const flesh_system *system = self->evaluation->system;
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
-  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->part.x);
+  find_end(&(part_end){self, state}, self->nonlinear->u, self->part.x);
   if (stage->shift.x == 1) return tunnelled(self, stage, state, t_end);
   *blocked = flesh_system_max_feasible_step(system, self->evaluation->environment.proximity, stage->internal,
                                             state->t, state->x, t_end, self->part.x) < 1;
@@ -86,7 +86,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
 /* Finds the end of the last solve of the stage. */
 static void find_stage(const flesh_integrator *self, const flesh_stage *stage, double *x, double *v)
 {
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   for (int d = 0; d < self->evaluation->n; d++) {
     x[d] = stage->x0[d] + stage->shift.x * u[d];
     v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
@@ -98,7 +98,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
                         const flesh_span *part, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_method_memory *memory = &self->memory;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   const int second = self->second, own = row == self->row;
   self->last_stage.known = stage->shift.x != 1;
   self->last_stage.at.t = stage->t;
@@ -138,7 +138,7 @@ static int check_stage(flesh_integrator *self, const flesh_stage *stage, const f
 static int tell_solved(const flesh_integrator *self, const flesh_stage *stage)
 {
   const flesh_tape *tape = self->tape;
-  return tape ? tape->solved(tape->data, stage, self->memory.at, flesh_nonlinear_unknowns(self->nonlinear)) : FLESH_OK;
+  return tape ? tape->solved(tape->data, stage, self->memory.at, self->nonlinear->u) : FLESH_OK;
 }
 
 /* The part is about to be finished. */
@@ -178,7 +178,7 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
   if (status) return status;
   const double forces = flesh_norm(evaluation->threads, evaluation->n, own);
   for (int d = 0; d < evaluation->n; d++) lagged[d] -= own[d];
-  *off = flesh_nonlinear_norm(self->nonlinear, lagged) > (allowed > 0 ? allowed : little * forces);
+  *off = flesh_equations_norm(&self->nonlinear->newton->equations, lagged) > (allowed > 0 ? allowed : little * forces);
   return FLESH_OK;
 }
 
@@ -197,14 +197,14 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     const int before_solve = stats->newton;
     int status = k < iterations ? FLESH_OK : check_friction(self, allowed, &off);
     if (status || !off) return status;
-    memcpy(self->lag.u, flesh_nonlinear_unknowns(self->nonlinear), (size_t)self->evaluation->n * sizeof *self->lag.u);
+    memcpy(self->lag.u, self->nonlinear->u, (size_t)self->evaluation->n * sizeof *self->lag.u);
     find_stage(self, stage, self->lag.x, self->lag.v);
     stage->x_lag = stage->x_from = self->lag.x, stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
-    if (!flesh_system_limits_step(self->evaluation->system)) flesh_nonlinear_go_on(self->nonlinear);
-    flesh_nonlinear_set_target(self->nonlinear, target);
+    if (!flesh_system_limits_step(self->evaluation->system)) self->nonlinear->newton->policy.stage_continues = 1;
+    self->nonlinear->newton->given_target = target;
     status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
-    flesh_nonlinear_set_target(self->nonlinear, 0);
+    self->nonlinear->newton->given_target = 0;
     if (!status) status = tell_solved(self, stage);
     if (status || stats->newton == before_solve) return status;
   }
@@ -267,7 +267,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   int led = 0;
   int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, &led, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
-  flesh_nonlinear_set_target(self->nonlinear, 0);
+  self->nonlinear->newton->given_target = 0;
   if (led || status > 0) self->recovery.in_vain = 0;
   if (!status) status = tell_solved(self, stage);
   if (!status)
@@ -307,7 +307,7 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
     status = solve_stage(self, trial, state, k == count - 1, stage, stats);
     if (!status) status = add_contact(self, trial);
     if (status || !row->stages) continue;
-    row->keep(memory, stage, flesh_nonlinear_unknowns(self->nonlinear));
+    row->keep(memory, stage, self->nonlinear->u);
     status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
     if (k == count - 1) continue; /* the next stage's forces lag behind this one */
     find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
@@ -320,7 +320,7 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
 /* The end of the step that has been solved, in room of the integrator's. */
 static flesh_state end_of(flesh_integrator *self, const trial *trial, const flesh_state *state)
 {
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   flesh_state end = *state;
   find_end(&(part_end){self, state}, u, self->part.x);
   trial->row->velocity(&self->memory, state, u, trial->part->h, self->first.rigid);
@@ -353,7 +353,7 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   flesh_error_control *control = &self->control;
   control->error = NAN;
   if (!is_controlled(self, trial)) return FLESH_OK;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   if (!trial->row->error(&self->memory, state, u, trial->part->h, control->e)) return FLESH_OK;
   control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, trial->part->h, &stage->shift, stats);
   const int status = control->refusal || !self->internals.count ? FLESH_OK : judge_change(self, trial, state, stage, stats);
@@ -422,7 +422,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   finish_part(self, row, &stage, part, state, stats);
   if (row->stages || self->memory.easy < 0) count_easy(self, energy.stages, &before_solve, stats, state->x);
   if (self->first.extrapolation.n)
-    flesh_extrapolation_remember(&self->first.extrapolation, flesh_nonlinear_unknowns(self->nonlinear),
+    flesh_extrapolation_remember(&self->first.extrapolation, self->nonlinear->u,
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
   self->watch.serial = self->evaluation->serial; /* it was met */
   status = flesh_step_energy_judge(&energy, state, stats);

@@ -14,7 +14,7 @@ static int tell(const flesh_integrator *self, const flesh_state *state, const fl
   const flesh_taken_part taken = {.row = self->row, .own = 1, .memory = &self->memory, .from = state, .lagged = state,
                                   .begin = state->t, .end = stage->t, .h = h};
   tape->try_part(tape->data);
-  const int status = tape->solved(tape->data, stage, 0, flesh_nonlinear_unknowns(self->nonlinear));
+  const int status = tape->solved(tape->data, stage, 0, self->nonlinear->u);
   return status ? status : tape->taken(tape->data, &taken);
 }
 
@@ -73,11 +73,11 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, double t
     if (status < 0) return status;
     if (status && !self->followers.contracts) return STILL_CHANGES;
     self->row->stage(&self->memory, state, state->t, h, &stage);
-    flesh_nonlinear_set_target(self->nonlinear, target);
+    self->nonlinear->newton->given_target = target;
     status = solve(self, state, &stage, h, 0, 0, stats);
-    flesh_nonlinear_set_target(self->nonlinear, 0);
+    self->nonlinear->newton->given_target = 0;
     if (status || stats->newton == before) return status;
-    const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+    const double *u = self->nonlinear->u;
     const double change = flesh_norm(self->evaluation->threads, self->evaluation->n, u);
     flesh_method_finish(self->row, &self->memory, u, h, state);
     if (change < least / 2) least = change, left = PATIENCE + 1;
@@ -98,7 +98,7 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   stage.prescribed_fraction = increment->fraction;
   int status = solve(self, state, &stage, h, increment->depth, 0, stats);
   if (status) return status;
-  flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  flesh_method_finish(self->row, &self->memory, self->nonlinear->u, h, state);
   if (increment->to >= 1) state->t = stage.t;
   return FLESH_OK;
 }
@@ -109,7 +109,7 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
 static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
 {
   const flesh_rigid_parts *parts = &self->first.parts;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   double *reached = self->first.extrapolated;
   const int *dofs;
   int count;
@@ -138,13 +138,13 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
 static int finest(const flesh_integrator *self)
 {
   const int most = self->recovery.max_cutbacks;
-  return flesh_nonlinear_ran_away(self->nonlinear) && most > 5 ? 5 : most;
+  return self->nonlinear->newton->ran_away && most > 5 ? 5 : most;
 }
 
 /* Ends increments of `loads` with that status. The last solve has tried `increment`. */
 static int end_increments(const flesh_integrator *self, const char *loads, const flesh_load_increment *increment, int status)
 {
-  if (status <= 0 || !flesh_nonlinear_ran_away(self->nonlinear)) return status;
+  if (status <= 0 || !self->nonlinear->newton->ran_away) return status;
   return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the %s would stretch the body without bound, as pressure "
                                      "beyond the largest that it bears does; with %.3g there is one", self->part.span.end,
                     increment->to, loads, increment->from);
@@ -172,7 +172,7 @@ static int solve_whole(flesh_integrator *self, flesh_state *state, double h, int
   stage.t_lag = state->t;
   const int status = solve(self, state, &stage, h, 0, extensions, stats);
   if (status) return status;
-  flesh_method_finish(self->row, &self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  flesh_method_finish(self->row, &self->memory, self->nonlinear->u, h, state);
   state->t = stage.t;
   memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   return FLESH_OK;

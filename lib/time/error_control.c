@@ -78,12 +78,25 @@ static double mass_square(const flesh_error_control *self, const double *e)
   return flesh_system_kinetic_energies(self->system, &point, NULL, &energy) ? NAN : 2 * energy;
 }
 
+/* The scale of the body's velocities, as system/velocity_scale.h has it, m/s. */
+static double velocity_scale(flesh_newton *newton)
+{
+  flesh_equations *equations = &newton->equations;
+  flesh_evaluation *e = &equations->evaluation;
+  double *const room[FLESH_VELOCITY_SCALE_ROOM] = {e->x, equations->scratch, e->v, e->a,
+                                                   equations->scratch + equations->n};
+  flesh_newton_overwritten(newton);
+  flesh_evaluation_forget(e);
+  double mass;
+  return flesh_system_velocity_scale(e->system, equations->K, room, &mass);
+}
+
 void flesh_error_control_measure(flesh_error_control *self)
 {
   const flesh_team *team = flesh_system_team(self->system);
   if (!self->on) return;
   self->length = flesh_system_length_scale(self->system);
-  self->period = self->length / (6.283185307179586 * flesh_nonlinear_velocity_scale(self->nonlinear));
+  self->period = self->length / (6.283185307179586 * velocity_scale(self->nonlinear->newton));
   for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
   self->mass = mass_square(self, self->e);
   self->nodes = team ? team->all : self->n / 3;
@@ -192,7 +205,7 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
   const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
   const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);
   if (self->weights.count > 1) flesh_nonlinear_weigh(self->nonlinear, self->force);
-  flesh_nonlinear_set_target(self->nonlinear, part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last));
+  self->nonlinear->newton->given_target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
 }
 
 double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1, self->impulses / self->local); }
@@ -209,7 +222,9 @@ double flesh_error_control_gap(const flesh_error_control *self, const flesh_shif
 static int filter(flesh_error_control *self, double *product, flesh_solve_stats *stats)
 {
   memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
-  const int status = flesh_nonlinear_filter_error(self->nonlinear, self->force, self->filtered, product, stats);
+  flesh_newton *newton = self->nonlinear->newton;
+  const int status = flesh_newton_filter_error(newton, self->nonlinear->u, self->force, self->filtered, stats);
+  *product = flesh_dot(newton->threads, self->n, self->force, self->filtered);
   return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
 }
 
@@ -275,6 +290,7 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
                                         flesh_solve_stats *stats)
 {
   const double allowed = self->local * self->length;
+  flesh_newton *newton = self->nonlinear->newton;
   double product;
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->e[d] *= of_prescribed;
@@ -287,7 +303,7 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
     const double filtered = counted(self, self->filtered, 0) / allowed;
     if (filtered < self->error) self->error = self->times * filtered;
   }
-  if (self->touches && self->error > 0) flesh_nonlinear_keep_volumes(self->nonlinear, self->e, stats);
+  if (self->touches && self->error > 0) flesh_newton_keep_volumes(newton, self->nonlinear->u, self->e, stats);
   if (self->touches)
     self->error = hypot(self->error, drift_by_impulses(self, fixed, h) / (self->impulses * self->length));
   return refusal_of(self);

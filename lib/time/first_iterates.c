@@ -8,7 +8,7 @@ static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, d
 {
   double *const room[2] = {self->first.extrapolated, self->first.rigid};
   int count = 0;
-  if (self->memory.at > 0 || self->memory.before < 0) flesh_nonlinear_go_on(self->nonlinear);
+  if (self->memory.at > 0 || self->memory.before < 0) self->nonlinear->newton->policy.stage_continues = 1;
   for (int which = 1; which >= 0; which--)
     if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
   guesses[count] = NULL;
@@ -28,7 +28,7 @@ void flesh_integrator_guess(flesh_integrator *self, const flesh_method_row *row,
   int count = 0;
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
       flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
-    flesh_nonlinear_go_on(self->nonlinear);
+    self->nonlinear->newton->policy.stage_continues = 1;
     guesses[count++] = first->extrapolated;
   }
   uint8_t *constrained = first->parts.constrained; /* of several parts */

@@ -95,7 +95,7 @@ static int create_memory(flesh_integrator *self)
     status = flesh_extrapolation_create(self->evaluation->n, self->evaluation->own, self->evaluation->threads,
                                         &first->extrapolation);
   const int follows = memory->method == FLESH_METHOD_STATIC && flesh_system_has_follower_loads(system);
-  if (!status) status = flesh_followers_create(flesh_nonlinear_newton(self->nonlinear), follows, &self->followers);
+  if (!status) status = flesh_followers_create(self->nonlinear->newton, follows, &self->followers);
   if (!status) status = flesh_energy_watch_create(self->evaluation, &self->watch);
   if (!status) status = flesh_internals_create(system, &self->internals);
   if (!status) status = flesh_recovery_create(self->evaluation, &self->first.parts, &self->options, &self->recovery);
@@ -136,7 +136,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     self->row = row;
     self->options = *options;
     self->nonlinear = nonlinear;
-    self->evaluation = flesh_nonlinear_evaluation(nonlinear);
+    self->evaluation = &nonlinear->newton->equations.evaluation;
     status = create_memory(self);
   } else {
     flesh_nonlinear_destroy(&nonlinear);
@@ -195,9 +195,13 @@ flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
-  flesh_progress progress = {.t = self->part.span.begin, .h = self->part.span.h};
+  const flesh_newton *newton = self->nonlinear->newton;
+  flesh_progress progress = {0};
   if (self->ida) flesh_ida_steps_progress(self->ida, &progress);
-  else flesh_nonlinear_progress(self->nonlinear, &progress);
+  else
+    progress = (flesh_progress){.t = self->part.span.begin, .h = self->part.span.h, .newton = newton->stats.newton,
+                                .linear = newton->stats.linear, .residual = newton->policy.previous_norm,
+                                .target = newton->policy.target};
   return progress;
 }
 
@@ -224,7 +228,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
 
 void *flesh_integrator_kinsol(const flesh_integrator *integrator)
 {
-  return flesh_nonlinear_kinsol(integrator->nonlinear);
+  return integrator->nonlinear->kinsol;
 }
 
 void *flesh_integrator_ida(const flesh_integrator *integrator)
@@ -260,8 +264,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
 
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
 {
-  integrator->stop = (flesh_stop){stop, data};
-  flesh_nonlinear_set_stop(integrator->nonlinear, stop, data);
+  integrator->nonlinear->newton->stop = (flesh_stop){stop, data};
   if (integrator->ida) flesh_ida_steps_set_stop(integrator->ida, stop, data);
 }
 
@@ -333,7 +336,8 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
                        .load = self->memory.method == FLESH_METHOD_STATIC ? stage->load : 0};
   f->worst_tet = flesh_body_worst_tet(self->recovery.mesh, self->evaluation->team, self->evaluation->x, &f->worst_J,
                                       f->worst_position);
-  f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
+  const flesh_known_residual *residual = &self->evaluation->residual;
+  f->worst_node = residual->known ? flesh_evaluation_worst_node(self->evaluation, 1, residual->r, NULL) : -1;
 }
 
 const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)

@@ -57,7 +57,6 @@ typedef struct flesh_part_tried {
 
 struct flesh_integrator {
   atomic_int steps; /* a step is being made: its memory serves one at a time */
-  flesh_stop stop;
   flesh_evaluation *evaluation; /* the run's: that of `nonlinear` */
   const flesh_method_row *row;
   int second; /* steps end at events, and constrained dofs follow the prescribed motion itself */

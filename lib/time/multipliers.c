@@ -118,7 +118,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
 {
   flesh_nonlinear *nonlinear = self->nonlinear;
   if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
-  const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
+  const double *next[] = {self->u, NULL}, *u = nonlinear->u;
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
   const double tolerance = self->allowed > 0 ? self->allowed : self->tolerance;
   double largest = 0, deeper = 1;
@@ -129,7 +129,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
-    flesh_nonlinear_set_target(nonlinear, status ? 0 : deeper * stats->residual_target);
+    nonlinear->newton->given_target = status ? 0 : deeper * stats->residual_target;
     const double gap_before = largest;
     if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
@@ -141,9 +141,9 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
     for (int e = 0; e < self->count; e++) self->trial[e] += change * self->stiffness[e] * self->gaps[e];
     memcpy(self->u, u, (size_t)self->n * sizeof *u);
     stats->multiplier_updates++;
-    flesh_nonlinear_go_on(nonlinear);
+    nonlinear->newton->policy.stage_continues = 1;
   }
-  flesh_nonlinear_set_target(nonlinear, 0);
+  nonlinear->newton->given_target = 0;
   self->left = status || settled ? 0 : largest;
   return status || settled ? status : FLESH_NOT_CONVERGED;
 }

@@ -245,7 +245,7 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
              .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
-  const flesh_stop before = integrator->stop;
+  const flesh_stop before = integrator->nonlinear->newton->stop;
   if (options->stop) flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);

@@ -63,7 +63,7 @@ static int find_power(const flesh_step_energy *step, double *power)
 {
   const flesh_energy_watch *watch = step->watch;
   const flesh_stage *stage = step->stage;
-  const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
+  const double *u = step->nonlinear->u, h = step->to - step->from;
   const int *constrained;
   int count, status = FLESH_OK;
   double part = 0;
@@ -97,7 +97,7 @@ int flesh_step_energy_add(flesh_step_energy *step, double weight, double start)
 static int find_work_of_first_order(const flesh_step_energy *step, const flesh_state *state, double *work)
 {
   flesh_energy_watch *watch = step->watch;
-  const double *u = flesh_nonlinear_unknowns(step->nonlinear);
+  const double *u = step->nonlinear->u;
   double sums[5], part = 0;
   int status = FLESH_OK;
   sum_works(step, state, u, sums);
@@ -184,6 +184,6 @@ int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *en
 {
   flesh_energy_watch *watch = step->watch;
   const double left = fmin(stats->residual_last, stats->residual_target) * (step->stages ? step->stages : 1);
-  const double unbalanced = left * flesh_norm(watch->evaluation->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
+  const double unbalanced = left * flesh_norm(watch->evaluation->threads, watch->n, step->nonlinear->u);
   return watch->turned ? FLESH_OK : flesh_energy_watch_judge(watch, end, unbalanced);
 }

@@ -30,11 +30,11 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   if (self->control.on && self->row->stages && flesh_recovery_is_inverted(&self->recovery, state->x) > 1)
     memory->easy = -FLESH_TANGLED_STEPS;
   add_jump(self, state, -1);
-  int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
+  int status = flesh_newton_apply_constraint_jump(self->nonlinear->newton, piece->begin, self->prescribed.x[0], memory->v0,
                                        state->x, state->v, stats);
   add_jump(self, state, 1);
   if (status || !self->row->acceleration) return status;
-  return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
+  return flesh_newton_acceleration(self->nonlinear->newton, state, piece->begin, a, stats);
 }
 
 /* The part of no time with which methods begin that remember the acceleration, where multipliers hold constraints. Its first
@@ -96,7 +96,7 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
   const double *const guesses[] = {memory->at ? flight : NULL, NULL};
   for (int d = 0; d < memory->n; d++) flight[d] = h * state->v[d];
   int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, guesses, 0, stats);
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   if (!status && self->tape) status = self->tape->solved(self->tape->data, &stage, memory->at, u);
   if (!status) status = flesh_multipliers_accept(&self->multipliers, &stage, state);
   if (!status) start_keep(memory, &stage, u);
@@ -108,7 +108,7 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
                                   flesh_solve_stats *stats)
 {
   const double g = start_part * flesh_error_control_brief(&self->control, h), rate = 1 / g;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   flesh_method_memory *memory = &self->memory;
   flesh_tape *tape = self->tape;
   const flesh_taken_part taken = {.row = &start_row, .second = 1, .acceleration = 1, .starts = 1, .memory = memory, .from = state,

@@ -110,7 +110,7 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
   (void)data, (void)stop;
   if (status) return status;
   status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
-  memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
+  memcpy(u, nonlinear->u, (size_t)flesh_system_unknowns(system) * sizeof *u);
   flesh_nonlinear_destroy(&nonlinear);
   flesh_reserve_enter(reserve);
   return status;
@@ -304,7 +304,7 @@ static flesh_solve_stats step(const flesh_solver_options *options, double amplit
   CHECK_OK(flesh_nonlinear_create(b.system, options, &nonlinear));
   CHECK_OK(flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, &stats));
   CHECK(stats.potential_rises == 0);
-  for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + flesh_nonlinear_unknowns(nonlinear)[d];
+  for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + nonlinear->u[d];
   flesh_nonlinear_destroy(&nonlinear);
   test_body_destroy(&b);
   return stats;

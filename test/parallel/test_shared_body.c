@@ -273,7 +273,7 @@ static void equilibria_are_those_of_one_rank(void)
       CHECK_OK(flesh_nonlinear_create(both[k]->system, &options, &solvers[k]));
       CHECK_OK(flesh_nonlinear_solve(solvers[k], &stage, NULL, 0, &stats[k]));
     }
-    CHECK_BELOW(difference(&b, flesh_nonlinear_unknowns(solvers[1]), flesh_nonlinear_unknowns(solvers[0])), 1e-7);
+    CHECK_BELOW(difference(&b, solvers[1]->u, solvers[0]->u), 1e-7);
     CHECK_NEAR(stats[1].newton, stats[0].newton, 3);
     printf("# rank %d of %d, order %d: %d Newton and %d linear iterations; on one rank %d and %d\n",
            flesh_communicator_rank(ranks), flesh_communicator_size(ranks), order, stats[1].newton, stats[1].linear,

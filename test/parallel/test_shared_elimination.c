@@ -73,7 +73,7 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
   CHECK(!flesh_newton_eliminates(system, options));
   ++*(int *)data;
   if (!status) status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
-  if (status >= 0) memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
+  if (status >= 0) memcpy(u, nonlinear->u, (size_t)flesh_system_unknowns(system) * sizeof *u);
   flesh_nonlinear_destroy(&nonlinear);
   flesh_reserve_enter(reserve);
   return status;
@@ -138,7 +138,7 @@ static flesh_solve_stats step(const bodies *b, const flesh_solver_options *optio
   const flesh_stage stage = stage_of(&b->own);
   CHECK_OK(flesh_nonlinear_create(b->own.system, options, &nonlinear));
   CHECK_OK(flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, &stats));
-  for (int d = 0; d < b->own.n; d++) x[d] = b->own.state.x[d] + flesh_nonlinear_unknowns(nonlinear)[d];
+  for (int d = 0; d < b->own.n; d++) x[d] = b->own.state.x[d] + nonlinear->u[d];
   flesh_nonlinear_destroy(&nonlinear);
   return stats;
 }

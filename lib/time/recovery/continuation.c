@@ -17,7 +17,7 @@ static double stiffness_ratio(double poisson) { return 2 * poisson / (1 - 2 * po
 int flesh_continuation_create(flesh_nonlinear *nonlinear, flesh_multipliers *multipliers, double *start,
                               flesh_continuation *self)
 {
-  const flesh_system *system = flesh_nonlinear_evaluation(nonlinear)->system;
+  const flesh_system *system = nonlinear->newton->equations.evaluation.system;
   const double stiffest = flesh_system_stiffness_ratio(system);
   int status = FLESH_OK;
   *self = (flesh_continuation){.nonlinear = nonlinear, .multipliers = multipliers, .system = system, .start = start,
@@ -48,9 +48,10 @@ static int solve_softened(const flesh_continuation *self, int level, const flesh
   flesh_stage soft = *stage;
   soft.multipliers = NULL;
   soft.penalty = 0;
-  flesh_nonlinear_soften(self->nonlinear, self->softened[level]);
+  flesh_equations *equations = &self->nonlinear->newton->equations;
+  equations->system = self->softened[level];
   const int status = flesh_nonlinear_solve(self->nonlinear, &soft, guesses, 0, stats);
-  flesh_nonlinear_soften(self->nonlinear, NULL);
+  equations->system = self->system;
   return status;
 }
 
@@ -62,16 +63,16 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
     const int status = solve_softened(self, level, stage, level ? last : NULL, stats);
     if (status < 0) return status;
     /* A first iterate of the next, wherever it has ended. */
-    memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
+    memcpy(self->start, self->nonlinear->u, sizeof *self->start * (size_t)self->n);
   }
   int count = 0;
   while (guesses[count]) candidates[count] = guesses[count], count++;
   candidates[count] = self->start;
-  const int status =
-      flesh_multipliers_solve(self->multipliers, stage, state, end, candidates, 0, stats);
+  const int status = flesh_multipliers_solve(self->multipliers, stage, state, end, candidates, 0, stats);
+  const double *began = self->nonlinear->newton->began;
   /* A solve that began at one of the guesses would only fail again. */
-  int known = flesh_nonlinear_began_at(self->nonlinear, NULL);
-  for (int k = 0; guesses[k]; k++) known |= flesh_nonlinear_began_at(self->nonlinear, guesses[k]);
+  int known = began == NULL;
+  for (int k = 0; guesses[k]; k++) known |= began == guesses[k];
   *led = !known;
   if (status != FLESH_NOT_CONVERGED || known) return status;
   return flesh_multipliers_solve(self->multipliers, stage, state, end, guesses, 0, stats);
@@ -86,7 +87,7 @@ static int settle(const flesh_continuation *self, const flesh_untangler *untangl
 {
   enum { STEPS = 10 };
   const int softened = level < self->count;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const double *u = self->nonlinear->u;
   double h = is_static ? 0 : flesh_untangler_long_step(untangler);
   for (int k = 0; k < STEPS; k++, h *= 4) {
     const double rate = h > 0 ? 1 / h : 0;
@@ -112,7 +113,7 @@ int flesh_continuation_rest(const flesh_continuation *self, flesh_untangler *unt
   for (int level = 0; level <= self->count && !status; level++)
     status = settle(self, untangler, is_static, level, state, stats);
   const int kept = flesh_untangler_judge(untangler, state, status == FLESH_OK, stats);
-  if (kept) flesh_evaluation_changed(flesh_nonlinear_evaluation(self->nonlinear));
+  if (kept) flesh_evaluation_changed(&self->nonlinear->newton->equations.evaluation);
   else flesh_multipliers_forget(self->multipliers);
   return kept ? 1 : status < 0 ? status : FLESH_OK;
 }
