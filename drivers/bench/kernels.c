@@ -183,7 +183,7 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
     if (!b->vectors[k]) return flesh_no_memory();
   }
   int status = flesh_threads_create(threads, &b->point.threads);
-  for (int k = 0; k < 2 && !status; k++) status = flesh_vector_quicken(b->vectors[k], b->point.threads);
+  for (int k = 0; k < 2 && !status; k++) status = flesh_vector_vectorise(b->vectors[k], b->point.threads);
   if (!status) status = open_system(bar, b);
   if (!status) status = make_matrix(bar, b);
   return status;

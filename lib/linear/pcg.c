@@ -54,11 +54,11 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room,
                       (void **)&self->u, (void **)&self->s};
   const size_t count = vectors_of(self), sums = self->team ? FLESH_PCG_SUMS : 2;
-  size_t apart;
-  double *memory = flesh_huge_pages_vectors(count, 4 * ((size_t)self->product.nodes + FLESH_PCG_PARTS), &apart);
+  size_t stride;
+  double *memory = flesh_huge_pages_vectors(count, 4 * ((size_t)self->product.nodes + FLESH_PCG_PARTS), &stride);
   int failed = !(self->sums = flesh_malloc(sums * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
-  for (size_t k = 0; memory && k < count; k++) *vectors[k] = memory + k * apart;
+  for (size_t k = 0; memory && k < count; k++) *vectors[k] = memory + k * stride;
   failed |= !memory;
   if (failed && !status)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows);

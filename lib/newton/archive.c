@@ -29,7 +29,7 @@ void flesh_newton_forget(flesh_newton *self)
   flesh_clearance_forget(&evaluation->clearance);
   flesh_evaluation_forces_changed(evaluation);
   memset(&self->stats, 0, sizeof self->stats);
-  self->negative_curvature = self->tangent.wary = 0;
+  self->negative_curvature = self->tangent.refreshes = 0;
   self->edge_force = NAN;
 }
 

@@ -41,14 +41,14 @@ int flesh_equations_init(const flesh_system *system, const flesh_solver_options 
   *self = (flesh_equations){.system = system, .options = options, .threads = threads, .stats = stats,
                             .team = flesh_system_team(system), .n = flesh_system_unknowns(system)};
   const size_t n = (size_t)self->n;
-  size_t apart;
+  size_t stride;
   constrained->is = flesh_calloc(n + 1, 1);
   constrained->dofs = flesh_calloc(n + 1, sizeof *constrained->dofs);
   constrained->rows = flesh_calloc(n / 3 + 1, sizeof *constrained->rows);
-  self->scratch = flesh_huge_pages_vectors(VECTORS, n, &apart);
+  self->scratch = flesh_huge_pages_vectors(VECTORS, n, &stride);
   double **vectors[] = {&constrained->u, &self->trial, &self->work[0], &self->work[1], &self->proposal,
                        &self->relative};
-  for (size_t k = SCRATCH; self->scratch && k < VECTORS; k++) *vectors[k - SCRATCH] = self->scratch + k * apart;
+  for (size_t k = SCRATCH; self->scratch && k < VECTORS; k++) *vectors[k - SCRATCH] = self->scratch + k * stride;
   const int failed = !constrained->is || !constrained->dofs || !constrained->rows || !self->scratch;
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
@@ -108,10 +108,10 @@ int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *ar
   int grown, status = flesh_proximity_archive(&e->proximity, self->K, &grown, archive);
   self->patterns += grown;
   flesh_archive_bytes(archive, self->constrained.is, (size_t)self->n);
-  FLESH_ARCHIVE(archive, e->reached.there.known);
-  if (e->reached.there.known) flesh_archive_bytes(archive, e->reached.x, vector);
-  FLESH_ARCHIVE(archive, e->reached.there.phi);
-  FLESH_ARCHIVE(archive, e->reached.there.magnitude);
+  FLESH_ARCHIVE(archive, e->known_end.potential.known);
+  if (e->known_end.potential.known) flesh_archive_bytes(archive, e->known_end.x, vector);
+  FLESH_ARCHIVE(archive, e->known_end.potential.phi);
+  FLESH_ARCHIVE(archive, e->known_end.potential.magnitude);
   if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
   flesh_clearance_archive(&e->clearance, archive);
   if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
@@ -130,7 +130,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   flesh_proximity_begin(&e->proximity);
   self->refused = self->fatal = e->is_frozen = 0;
   /* They may have changed where x has not. */
-  if (stage->multipliers || flesh_equations_is_softened(self)) e->reached.there.known = 0;
+  if (stage->multipliers || flesh_equations_is_softened(self)) e->known_end.potential.known = 0;
   double numbers[2] = {flesh_equations_find_constrained(self, stage->t, stage->held), 0};
   const int *dofs = constrained->dofs, count = constrained->count;
   for (int k = 0; k < count; k++) constrained->u[dofs[k]] = stage->x0[dofs[k]];
@@ -264,7 +264,7 @@ static int is_free_to(const flesh_equations *self, const double *x)
                                         x) == 1;
 }
 
-int flesh_equations_can_reach(flesh_equations *self, const double *u, double beyond)
+int flesh_equations_is_feasible(flesh_equations *self, const double *u, double beyond)
 {
   if (flesh_equations_is_clear(self, u)) return 1;
   move_all((displacement){.equations = self, .u = u, .x = self->scratch});
@@ -355,8 +355,8 @@ int flesh_equations_potential(flesh_equations *self, const double *u, double *ph
     e->potential.known = 0;
     self->stats->potentials++;
     flesh_position_potential *by_position = &e->potential.by_position;
-    *by_position = e->reached.there;
-    if (self->stage.shift.x != 1 || !flesh_evaluation_has_reached(e)) by_position->known = 0;
+    *by_position = e->known_end.potential;
+    if (self->stage.shift.x != 1 || !flesh_evaluation_is_at_known_end(e)) by_position->known = 0;
     int status = flesh_system_potential_by_position(self->system, &point, &self->stage.shift, by_position,
                                                     &e->potential.value, &e->potential.magnitude);
     if (status) return flesh_equations_keep_fatal(self, status);
@@ -388,16 +388,16 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
   return flesh_equations_potential(self, u, phi, magnitude);
 }
 
-void flesh_equations_reach(flesh_equations *self, const double *u)
+void flesh_equations_save_end(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
-  e->reached.there.known = 0;
+  e->known_end.potential.known = 0;
   if (self->stage.shift.x != 1 || flesh_equations_is_softened(self) || self->far_away || !flesh_evaluation_knows_potential(e, u))
     return; /* no step ends where the stage does, or x is rounded there */
   flesh_equations_point(self, u);
-  flesh_copy(self->threads, self->n, e->x, e->reached.x);
-  e->reached.there = e->potential.by_position;
-  e->reached.there.far = e->at_stage.clearance && e->clearance.is_far;
+  flesh_copy(self->threads, self->n, e->x, e->known_end.x);
+  e->known_end.potential = e->potential.by_position;
+  e->known_end.potential.far = e->at_stage.clearance && e->clearance.is_far;
 }
 
 void flesh_equations_constrain_matrix(flesh_equations *self)

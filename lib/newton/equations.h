@@ -106,14 +106,14 @@ int flesh_equations_assemble_mass(flesh_equations *equations, double t, const do
 void flesh_equations_constrain_matrix(flesh_equations *equations);
 
 /* Remembers what is known of the potential at u, where the stage ends. */
-void flesh_equations_reach(flesh_equations *equations, const double *u);
+void flesh_equations_save_end(flesh_equations *equations, const double *u);
 /* Whether all that could limit steps is so far from the lagged state and from u that it limits none and is not felt. */
 int flesh_equations_is_clear(flesh_equations *equations, const double *u);
 /* The free dofs of u become those of x [n]. */
 void flesh_equations_take_free(const flesh_equations *equations, const double *x, double *u);
 /* Whether no effect limits the straight step from the lagged state to u, and the share `beyond` of it farther. Overwrites
  * `scratch`. */
-int flesh_equations_can_reach(flesh_equations *equations, const double *u, double beyond);
+int flesh_equations_is_feasible(flesh_equations *equations, const double *u, double beyond);
 /* Corrects the free dofs of u, a guess, so that bodies that touch keep their gaps. Overwrites `scratch`. */
 void flesh_equations_keep_gaps(flesh_equations *equations, double *u);
 /* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites

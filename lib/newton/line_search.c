@@ -28,7 +28,7 @@ typedef struct line {
   double made;                /* the length that the trial has; NAN: none */
 } line;
 
-int flesh_search_gains(flesh_search *self, const double *u)
+int flesh_search_makes_progress(flesh_search *self, const double *u)
 {
   return self->gain > 0 && self->gain > 4 * flesh_equations_potential_round_off(self->equations, u);
 }

@@ -39,7 +39,7 @@ typedef struct flesh_search {
 int flesh_search_run(flesh_search *search, flesh_step *step);
 
 /* Whether the last step of the stage, which led to u [n], has lowered the potential by more than round-off moves it. */
-int flesh_search_gains(flesh_search *search, const double *u);
+int flesh_search_makes_progress(flesh_search *search, const double *u);
 
 /* at = u + scale p [n], rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
  * iterate that is accepted then holds for KINSOL's next one. */

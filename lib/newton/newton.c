@@ -15,7 +15,7 @@
 
 /* So many matrices after a step that the line search has cut take friction by its secant to rest: with one, jelly on
  * stairs takes 5 % more iterations, with three as many. */
-enum { CAUTIOUS = 2 };
+enum { SECANT_MATRICES = 2 };
 
 /* One iteration: from where, and the step as it comes about. */
 typedef struct iteration {
@@ -65,7 +65,7 @@ static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
 {
-  self->equations.evaluation.environment.slips_to_rest = self->cautious > 0;
+  self->equations.evaluation.environment.slips_to_rest = self->secant_matrices > 0;
   self->tangent.known = 0;
   int status = flesh_direction_assemble(&self->direction, u, filter);
   if (!status) flesh_matrix_policy_assembled(&self->policy);
@@ -135,7 +135,7 @@ static int search(flesh_newton *self, iteration *it)
   const int status = flesh_search_run(&self->search, step);
   if (status) return status == FLESH_NOT_CONVERGED && follows ? FLESH_NOT_POSITIVE : status;
   self->follow_curvature = choose_follow(self, step);
-  self->cautious = step->cut < 1 ? CAUTIOUS : self->cautious > 0 ? self->cautious - 1 : 0;
+  self->secant_matrices = step->cut < 1 ? SECANT_MATRICES : self->secant_matrices > 0 ? self->secant_matrices - 1 : 0;
   self->model_ratio = step->model_ratio;
   return FLESH_OK;
 }
@@ -169,7 +169,7 @@ int flesh_newton_step_from(flesh_newton *self, const double *u, const double *b,
   return run(self, assemble_and_factor(self, &it, first_filter(self)), &it);
 }
 
-int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options)
+int flesh_newton_uses_elimination(const flesh_system *system, const flesh_solver_options *options)
 {
   int sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
@@ -200,12 +200,12 @@ static int measure(flesh_newton *self)
   return status;
 }
 
-int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
-                      flesh_newton *self)
+int flesh_newton_init_local(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
+                            flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solver = solver, .given_depth = 1, .given_share = INFINITY};
+  *self = (flesh_newton){.options = *options, .solver = solver, .target_of_first = 1, .target_of_load = INFINITY};
   flesh_equations *equations = &self->equations;
-  const int eliminates = solver.solve && flesh_newton_eliminates(system, options);
+  const int eliminates = solver.solve && flesh_newton_uses_elimination(system, options);
   self->search.equations = equations;
   self->edge_force = NAN;
   int status = flesh_solver_options_check(options);
@@ -221,7 +221,7 @@ int flesh_newton_open(const flesh_system *system, const flesh_solver_options *op
   return status;
 }
 
-int flesh_newton_meet(const flesh_system *system, int status, flesh_newton *self)
+int flesh_newton_init_collective(const flesh_system *system, int status, flesh_newton *self)
 {
   status = flesh_team_agree(flesh_system_team(system), status);
   if (!status) status = measure(self);
@@ -232,7 +232,7 @@ int flesh_newton_meet(const flesh_system *system, int status, flesh_newton *self
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  return flesh_newton_meet(system, flesh_newton_open(system, options, solver, self), self);
+  return flesh_newton_init_collective(system, flesh_newton_init_local(system, options, solver, self), self);
 }
 
 void flesh_newton_clear(flesh_newton *self)
@@ -264,8 +264,8 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
   self->watchdog = (flesh_watchdog){.next_pause = 1};
-  self->follow_curvature = self->cautious = self->still = self->at_round_off = self->arrived = self->ran_away = 0;
-  self->stopped = self->tangent.known = 0;
+  self->follow_curvature = self->secant_matrices = self->moved_nothing = self->at_round_off = 0;
+  self->converged_by_step = self->ran_away = self->stopped = self->tangent.known = 0;
   self->model_ratio = self->first_load = NAN;
 }
 
@@ -279,18 +279,18 @@ void flesh_newton_overwritten(flesh_newton *self)
 void flesh_newton_freeze(flesh_newton *self, const double *u)
 {
   if (flesh_equations_freeze(&self->equations, u)) self->search.first_potential = NAN;
-  self->arrived = 0;
+  self->converged_by_step = 0;
 }
 
 void flesh_newton_end_stage(flesh_newton *self, const double *u)
 {
   flesh_matrix_policy_end_stage(&self->policy, u);
-  flesh_equations_reach(&self->equations, u);
+  flesh_equations_save_end(&self->equations, u);
 }
 
 int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 {
-  if (self->arrived) return FLESH_OK;
+  if (self->converged_by_step) return FLESH_OK;
   const int usable = self->direction.filter == FLESH_FILTER_NONE && !self->negative_curvature;
   int status = FLESH_OK;
   if (!(r && flesh_matrix_policy_keep(&self->policy, usable, r))) status = assemble(self, u, first_filter(self));
@@ -300,7 +300,7 @@ int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 
 int flesh_newton_prepare(flesh_newton *self, int usable)
 {
-  if (self->arrived) return FLESH_OK;
+  if (self->converged_by_step) return FLESH_OK;
   int status = !usable ? FLESH_NOT_POSITIVE : goes_by_factors(self) ? FLESH_OK : flesh_matrix_policy_prepare(&self->policy);
   self->must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
   return self->must_filter ? FLESH_OK : status;
@@ -308,10 +308,10 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
 
 /* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
  * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
-static int arrives(flesh_newton *self, const flesh_step *step)
+static int converges_by_step(flesh_newton *self, const flesh_step *step)
 {
-  if (!(self->given_target > 0 && self->given_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
-  const double inertia = self->given_mass * self->equations.stage.shift.a;
+  if (!(self->given_target > 0 && self->node_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
+  const double inertia = self->node_mass * self->equations.stage.shift.a;
   return fmax(inertia * flesh_equations_norm(&self->equations, step->p), self->direction.residual) <= self->policy.target;
 }
 
@@ -326,7 +326,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
 }
 
 /* Edges and loads that are so many times as large as at first are on the way to no equilibrium. */
-static const double absurd = 10;
+static const double runaway = 10;
 
 static double squared_length(const double *x, size_t a, size_t b)
 {
@@ -347,7 +347,7 @@ static int is_overstretched(const flesh_equations *equations, const double *x)
       before += fmax(squared_length(X, a, b), squared_length(from, a, b));
       now += squared_length(x, a, b);
     }
-  return flesh_team_total(equations->team, now) > absurd * absurd * flesh_team_total(equations->team, before);
+  return flesh_team_total(equations->team, now) > runaway * runaway * flesh_team_total(equations->team, before);
 }
 
 /* Whether loads that grow with the shape, as a balloon's pressure, stretch the iterate of an equilibrium without bound: a node
@@ -360,9 +360,9 @@ static int runs_away(flesh_newton *self)
   if (equations->stage.shift.a != 0) return 0;
   for (int k = 0; k < constrained->count; k++) prescribed = fmax(prescribed, fabs(self->u[constrained->dofs[k]]));
   flesh_team_largest(equations->team, 1, &prescribed);
-  return flesh_largest(self->threads, equations->n, self->u) > absurd / 2 * prescribed &&
+  return flesh_largest(self->threads, equations->n, self->u) > runaway / 2 * prescribed &&
          is_overstretched(equations, flesh_equations_point(equations, self->u).x) &&
-         !flesh_equations_load_norm(equations, self->u, &load) && load > absurd * self->first_load;
+         !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->first_load;
 }
 
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
@@ -376,11 +376,12 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   self->ran_away = runs_away(self);
   if (self->search.stalls || self->ran_away) return FLESH_NOT_CONVERGED;
   const double norm = flesh_equations_norm(&self->equations, b);
-  const int arrived = self->arrived;
-  const int at_round_off = !arrived && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->still);
+  const int converged = self->converged_by_step;
+  const int at_round_off =
+      !converged && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->moved_nothing);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (arrived || (at_round_off && !flesh_search_gains(&self->search, self->u))) {
-    self->at_round_off |= !arrived;
+  if (converged || (at_round_off && !flesh_search_makes_progress(&self->search, self->u))) {
+    self->at_round_off |= !converged;
     memset(p, 0, (size_t)self->equations.n * sizeof *p);
     return FLESH_OK;
   }
@@ -390,7 +391,7 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
                   .guarded = flesh_equations_are_guarded(&self->equations),
                   .may_filter = filters_where_indefinite(self) && !self->must_filter};
   const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
-  self->arrived = !status && arrives(self, &it.step);
-  self->still = !status && it.guarded && moves_nothing(self, &it.step);
+  self->converged_by_step = !status && converges_by_step(self, &it.step);
+  self->moved_nothing = !status && it.guarded && moves_nothing(self, &it.step);
   return status;
 }

@@ -36,7 +36,7 @@ typedef struct flesh_watchdog {
 /* The exact derivative at a solution (tangent.c). */
 typedef struct flesh_tangent {
   int known;            /* K is that of the last flesh_newton_factor_tangent */
-  int kept, wary;       /* the preconditioner is that of an earlier one; so many to come are not to be kept */
+  int kept, refreshes;  /* the preconditioner is that of an earlier one; so many to come are not to be kept */
   int has_pivots;       /* and is factored in `pivots` */
   int patterns;         /* of the equations, when `pivots` was made */
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
@@ -44,7 +44,7 @@ typedef struct flesh_tangent {
 
 typedef struct flesh_newton {
   flesh_solver_options options;
-  flesh_solve_stats stats; /* where all parts count */
+  flesh_solve_stats stats;         /* where all parts count */
   flesh_threads *threads;
   flesh_equations equations;
   flesh_direction direction;
@@ -52,47 +52,47 @@ typedef struct flesh_newton {
   flesh_search search;
   flesh_watchdog watchdog;
   flesh_matrix_policy policy;
-  double edge_force;              /* N, of the softest edge (system/edge_force.h); NaN: not known yet */
+  double edge_force;               /* N, of the softest edge (system/edge_force.h); NaN: not known yet */
   flesh_tangent tangent;
-  flesh_stage_solver solver;      /* of the systems of few nodes; none: no nonlinear elimination */
-  flesh_reserve *reserve;         /* memory of these systems; NULL: there are none */
-  double *u;                      /* [n] the iterate of K */
-  const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
-  int follow_curvature;           /* the next direction follows negative curvature, where there is one */
-  int negative_curvature;         /* the last direction went along it */
-  int cautious;                   /* so many matrices to come have friction's secants, as a step had to be cut */
-  int must_filter;                /* K turned out indefinite in its factorisation */
-  double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
-  int still;                      /* the last step was cut, and would have moved nothing by a digit if it had not */
-  int at_round_off;               /* the last step was 0, because the residual is at round-off */
-  int arrived;                    /* the last step was so short that no other one is needed */
-  double first_load;              /* N, norm of the loads where the stage began; NaN: not known */
-  int ran_away;                   /* loads that grow with the shape stretched an equilibrium without bound */
+  flesh_stage_solver solver;       /* of the systems of few nodes; none: no nonlinear elimination */
+  flesh_reserve *reserve;          /* memory of these systems; NULL: there are none */
+  double *u;                       /* [n] the iterate of K */
+  const double *weights;           /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
+  int follow_curvature;            /* the next direction follows negative curvature, where there is one */
+  int negative_curvature;          /* the last direction went along it */
+  int secant_matrices;             /* so many matrices to come have friction's secants, as a step had to be cut */
+  int must_filter;                 /* K turned out indefinite in its factorisation */
+  double model_ratio;              /* actual over predicted decrease of the last filtered step; NaN: not known */
+  int moved_nothing;               /* the last step was cut, and would have moved nothing by a digit if it had not */
+  int at_round_off;                /* the last step was 0, because the residual is at round-off */
+  int converged_by_step;           /* the last step was so short that no other one is needed */
+  double first_load;               /* N, norm of the loads where the stage began; NaN: not known */
+  int ran_away;                    /* loads that grow with the shape stretched an equilibrium without bound */
   flesh_stop stop;
-  double given_target;            /* N; of the residual, 0: what the options make of it */
-  double given_depth;             /* the residual falls at least to this share of the first one, where a target is given, */
-  double given_share;             /* and, where there is a load, of the larger one of it and of the first residual */
-  double given_mass;              /* kg of a node: a step whose inertia is a residual at the target ends a solve; 0: none does */
-  const double *began;            /* the guess that the stage began at, to be told from others; NULL: u = 0 */
-  int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
+  double given_target;             /* N; of the residual, 0: what the options make of it */
+  double target_of_first;          /* the residual falls at least to this share of the first one, where a target is given, */
+  double target_of_load;           /* and, where there is a load, of the larger one of it and of the first residual */
+  double node_mass;                /* kg of a node: a step whose inertia is at most the target ends a solve; 0: none does */
+  const double *began;             /* the guess that the stage began at, to be told from others; NULL: u = 0 */
+  int stopped;                     /* what `stop` returned in this stage; FLESH_OK: go on */
 } flesh_newton;
 
 /* FLESH_ERR_ARGUMENT where the system is shared out among ranks, and they cannot solve it so yet. */
 int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options);
-/* Makes what this rank needs, without the others; flesh_newton_meet comes next. Borrows `system` (finished), copies
- * `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in, FLESH_ERR_MEMORY. The struct must not
- * move afterwards: its parts point to each other. */
-int flesh_newton_open(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
-                      flesh_newton *newton);
+/* Makes what this rank needs, without the others; flesh_newton_init_collective comes next. Borrows `system` (finished),
+ * copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in, FLESH_ERR_MEMORY. The struct
+ * must not move afterwards: its parts point to each other. */
+int flesh_newton_init_local(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
+                            flesh_newton *newton);
 /* Finishes it together with the other ranks, unless one of them comes with a `status` other than FLESH_OK: of
- * flesh_newton_open, or of more that its caller has made. Fails on all ranks or none, and clears `newton` then, which may
- * be NULL on a rank whose status is not FLESH_OK. */
-int flesh_newton_meet(const flesh_system *system, int status, flesh_newton *newton);
+ * flesh_newton_init_local, or of more that its caller has made. Fails on all ranks or none, and clears `newton` then, which
+ * may be NULL on a rank whose status is not FLESH_OK. */
+int flesh_newton_init_collective(const flesh_system *system, int status, flesh_newton *newton);
 /* Both. */
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *newton);
 /* Whether such options and such a system need a solver of systems of few nodes. */
-int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options);
+int flesh_newton_uses_elimination(const flesh_system *system, const flesh_solver_options *options);
 /* Also after an initialisation that failed. */
 void flesh_newton_clear(flesh_newton *newton);
 size_t flesh_newton_memory(const flesh_newton *newton);

@@ -19,17 +19,17 @@ static int push_out(flesh_equations *equations, double *u)
   const int touches = equations->evaluation.proximity.near != NULL;
   double *pushed = equations->scratch + equations->n;
   if (flesh_equations_is_clear(equations, u)) return FLESH_OK;
-  const int reaches = flesh_equations_can_reach(equations, u, 0);
+  const int reaches = flesh_equations_is_feasible(equations, u, 0);
   memcpy(pushed, equations->scratch, size);
   flesh_system_push_out(equations->system, s->t_from, s->x_from, s->t, pushed);
   if (reaches && flesh_same(equations->threads, equations->n, pushed, equations->scratch)) return FLESH_OK;
   flesh_equations_take_free(equations, pushed, u);
-  if (flesh_equations_can_reach(equations, u, 0)) return FLESH_OK;
+  if (flesh_equations_is_feasible(equations, u, 0)) return FLESH_OK;
   if (reaches) flesh_equations_start(equations, u);
   if (reaches || !touches) return reaches ? FLESH_OK : FLESH_UNDEFINED;
   /* Nothing is pushed out of other bodies: it stays where it was. */
   flesh_equations_take_free(equations, s->x_from, u);
-  return flesh_equations_can_reach(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
+  return flesh_equations_is_feasible(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
 /* A guess is taken only where its way would be free for this share beyond it. One that ends nearer to an obstacle has a residual
@@ -49,9 +49,9 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   if (!(newton->given_target > 0)) flesh_equations_keep_gaps(equations, trial);
   /* Between bodies the way costs more than the potential, once the first guess has had pairs searched for. */
   const int last = equations->evaluation.proximity.near && newton->began;
-  if (!last && !flesh_equations_can_reach(equations, trial, clear_way)) return;
+  if (!last && !flesh_equations_is_feasible(equations, trial, clear_way)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
-  if (last && !flesh_equations_can_reach(equations, trial, clear_way)) return;
+  if (last && !flesh_equations_is_feasible(equations, trial, clear_way)) return;
   *value = guessed;
   flesh_copy(newton->threads, equations->n, trial, u);
   newton->began = guess;
@@ -76,10 +76,10 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   if (status) return status;
   const double norm = flesh_equations_norm(equations, equations->evaluation.residual.r);
   stats->residual_last = norm;
-  if (norm <= target || newton->arrived) return FLESH_OK;
+  if (norm <= target || newton->converged_by_step) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
   if (newton->at_round_off ||
-      (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_gains(&newton->search, u))) {
+      (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_makes_progress(&newton->search, u))) {
     stats->at_rounding++;
     return FLESH_OK;
   }
@@ -129,7 +129,7 @@ static int freeze(flesh_stage_solve *self)
   enum { REPETITIONS = 60 };
   flesh_newton *newton = self->newton;
   const int unsolved = self->stats->at_rounding + self->stats->unconverged;
-  const int arrived = newton->arrived;
+  const int arrived = newton->converged_by_step;
   double norm, *r = newton->equations.evaluation.residual.r, *change = newton->equations.work[0];
   if (self->frozen && (newton->stats.newton <= self->newtons + arrived || unsolved > self->unsolved)) return 0;
   if (self->frozen++ == REPETITIONS) self->status = FLESH_NOT_CONVERGED;
@@ -142,8 +142,8 @@ static int freeze(flesh_stage_solve *self)
   if (self->status) return 0;
   self->stats->residual_last = norm;
   for (int d = 0; d < newton->equations.n && arrived; d++) change[d] -= r[d];
-  newton->arrived = arrived && flesh_equations_norm(&newton->equations, change) <= self->last_target;
-  return norm > self->last_target && !newton->arrived && aim(self, norm);
+  newton->converged_by_step = arrived && flesh_equations_norm(&newton->equations, change) <= self->last_target;
+  return norm > self->last_target && !newton->converged_by_step && aim(self, norm);
 }
 
 /* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
@@ -227,7 +227,7 @@ static int sharpen(flesh_stage_solve *self)
 {
   flesh_newton *newton = self->newton;
   const double norm = self->stats->residual_last;
-  if (self->status || norm > self->last_target || newton->arrived) return 0; /* failed, or counts as solved all the same */
+  if (self->status || norm > self->last_target || newton->converged_by_step) return 0; /* failed, or solved */
   if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
   /* An equilibrium of softened materials is on the way to another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
@@ -238,7 +238,7 @@ static int sharpen(flesh_stage_solve *self)
   return aim(self, norm);
 }
 
-int flesh_stage_goes_on(flesh_stage_solve *self, int status, flesh_iteration_end end)
+int flesh_stage_continue(flesh_stage_solve *self, int status, flesh_iteration_end end)
 {
   flesh_newton *newton = self->newton;
   self->status = status && !newton->stopped ? status : judge(newton, end, self->u, self->target, self->stats);
@@ -251,7 +251,7 @@ static double first_target(const flesh_newton *newton, double first, double load
 {
   const double given = newton->given_target;
   if (!(given > 0)) return tolerance_of(newton) * fmax(first, load);
-  return fmin(fmin(given, newton->given_depth * first), load > 0 ? newton->given_share * fmax(first, load) : INFINITY);
+  return fmin(fmin(given, newton->target_of_first * first), load > 0 ? newton->target_of_load * fmax(first, load) : INFINITY);
 }
 
 /* So many targets are a residual from which no iterations start that u = 0 would spare. */
@@ -270,7 +270,7 @@ static int is_near(flesh_newton *newton, const double *u)
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
-  const int guessed = guesses && *guesses, trusts = guessed && newton->given_target > 0 && newton->given_mass > 0;
+  const int guessed = guesses && *guesses, trusts = guessed && newton->given_target > 0 && newton->node_mass > 0;
   double value = INFINITY, size;
   newton->began = NULL;
   flesh_equations_start(equations, u);
@@ -325,7 +325,7 @@ int flesh_stage_end(flesh_stage_solve *self)
   return self->status;
 }
 
-int flesh_stage_gains(flesh_newton *newton, const double *u, double *reached)
+int flesh_stage_makes_progress(flesh_newton *newton, const double *u, double *reached)
 {
   const double first = newton->search.first_potential, before = isnan(*reached) ? first : *reached;
   double value, magnitude;

@@ -33,13 +33,13 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
                       flesh_solve_stats *stats, flesh_stage_solve *solve);
 /* The owner has iterated: with that status, which ends the solve unless it is FLESH_OK, and to that end. Whether more
  * iterations are wanted. */
-int flesh_stage_goes_on(flesh_stage_solve *solve, int status, flesh_iteration_end end);
+int flesh_stage_continue(flesh_stage_solve *solve, int status, flesh_iteration_end end);
 /* Adds to the statistics what the solve took. FLESH_OK; FLESH_NOT_CONVERGED; FLESH_UNDEFINED or FLESH_NONFINITE where
  * the start has no residual. */
 int flesh_stage_end(flesh_stage_solve *solve);
 /* Whether a solve still makes progress at u [n]: its last iterations, since the potential was *reached (NAN: the first),
  * have at least a tenth of the decrease so far. A restart with half the step would lose that decrease. */
-int flesh_stage_gains(flesh_newton *newton, const double *u, double *reached);
+int flesh_stage_makes_progress(flesh_newton *newton, const double *u, double *reached);
 /* Adds what the newton's parts have counted to *stats. */
 void flesh_stage_count(const flesh_newton *newton, flesh_solve_stats *stats);
 

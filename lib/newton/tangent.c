@@ -9,7 +9,7 @@
 
 /* So many matrices are factored anew after one that the preconditioner of an earlier one did not serve: what touches is
  * another from step to step then. */
-enum { WARY = 8 };
+enum { REFRESHES = 8 };
 
 /* Factors K by KLU with pivots, which an indefinite K needs. */
 static int factor_with_pivots(flesh_newton *self)
@@ -40,9 +40,9 @@ int flesh_newton_factor_tangent(flesh_newton *self, const double *u)
   environment->tangents = before;
   flesh_matrix_policy_assembled(&self->policy);
   const double *usual = self->direction.iterations_per_decade; /* 0 of a new preconditioner */
-  const int wary = self->tangent.wary > 0;
-  if (!status) status = wary ? flesh_matrix_policy_refresh(&self->policy) : flesh_matrix_policy_prepare(&self->policy);
-  self->tangent.wary -= wary;
+  const int anew = self->tangent.refreshes > 0;
+  if (!status) status = anew ? flesh_matrix_policy_refresh(&self->policy) : flesh_matrix_policy_prepare(&self->policy);
+  self->tangent.refreshes -= anew;
   self->tangent.kept = usual[0] + usual[1] > 0;
   flesh_matrix_policy_overwritten(&self->policy);
   if (status == FLESH_NOT_POSITIVE) status = factor_with_pivots(self);
@@ -107,7 +107,7 @@ int flesh_newton_solve_tangent(flesh_newton *self, double *b, double tolerance, 
     status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
   if (status == FLESH_NOT_CONVERGED && self->tangent.kept && !(status = flesh_matrix_policy_refresh(&self->policy))) {
     self->tangent.kept = 0;
-    self->tangent.wary = WARY;
+    self->tangent.refreshes = REFRESHES;
     request.max_iterations = self->options.max_linear;
     status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
   }

@@ -153,7 +153,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
   flesh_copy(equations->threads, equations->n, u, q);
   memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
   if (!correct(self, equations->evaluation.zeros, 0, NOTHING * magnitude, q)) return;
-  if (!flesh_equations_can_reach(equations, q, 0)) return;
+  if (!flesh_equations_is_feasible(equations, q, 0)) return;
   if (!flesh_equations_evaluate(equations, q, &after, &magnitude) && after < before)
     flesh_copy(equations->threads, equations->n, q, u);
 }

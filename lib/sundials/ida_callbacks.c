@@ -198,7 +198,7 @@ int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context
   FLESH_NEED({problem, "problem"}, {context, "context"}, {y, "y"});
   const flesh_evaluation *e = &problem->evaluation;
   *y = N_VNew_Serial(2 * (sunindextype)e->n, context);
-  int status = *y ? flesh_vector_quicken(*y, e->team ? problem->threads : NULL)
+  int status = *y ? flesh_vector_vectorise(*y, e->team ? problem->threads : NULL)
                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * e->n);
   if (*y) (*y)->ops->nvwrmsnorm = e->team ? weighted_norm_of_team : weighted_norm;
   if (*y && e->team) (*y)->ops->nvmaxnorm = flesh_vector_largest;

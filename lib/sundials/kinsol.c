@@ -52,7 +52,7 @@ static int make_kinsol(flesh_nonlinear *self, int n, const flesh_solver_options 
   self->newton = &self->problem->newton;
   if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   self->unknowns = N_VNew_Serial(n, self->context);
-  if (self->unknowns && !flesh_vector_quicken(self->unknowns, self->newton->threads)) {
+  if (self->unknowns && !flesh_vector_vectorise(self->unknowns, self->newton->threads)) {
     self->unknowns->ops->nvmaxnorm = two_norm;
     self->scale = flesh_vector_clone(self->unknowns);
   }
@@ -87,14 +87,15 @@ static int solve_subdomain(void *data, const flesh_system *system, const flesh_s
                            const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u);
 
 /* Makes what this rank needs, without the others. */
-static int create_here(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear *self)
+static int create_local(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear *self)
 {
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
   int status = flesh_solver_options_check(options);
-  if (!status && flesh_newton_eliminates(system, options)) status = create_subdomain_solver(options, &self->subdomain_solver);
+  if (!status && flesh_newton_uses_elimination(system, options))
+    status = create_subdomain_solver(options, &self->subdomain_solver);
   if (status) return status;
   const flesh_stage_solver solver = {self->subdomain_solver, self->subdomain_solver ? solve_subdomain : NULL};
-  status = flesh_problem_create_here(system, options, solver, &self->problem);
+  status = flesh_problem_create_local(system, options, solver, &self->problem);
   return status ? status : make_kinsol(self, self->problem->newton.equations.n, options);
 }
 
@@ -102,8 +103,8 @@ int flesh_nonlinear_create_after(int status, const flesh_system *system, const f
                                  flesh_nonlinear **nonlinear)
 {
   flesh_nonlinear *self = *nonlinear = status ? NULL : calloc(1, sizeof *self);
-  if (!status) status = create_here(system, options, self);
-  status = flesh_problem_meet(system, status, self ? self->problem : NULL);
+  if (!status) status = create_local(system, options, self);
+  status = flesh_problem_create_collective(system, status, self ? self->problem : NULL);
   if (status) flesh_nonlinear_destroy(nonlinear);
   return status;
 }
@@ -149,7 +150,7 @@ int flesh_nonlinear_archive(flesh_nonlinear *self, flesh_archive *archive)
   return flesh_newton_archive(self->newton, archive);
 }
 
-void flesh_nonlinear_weigh(flesh_nonlinear *self, const double *weights)
+void flesh_nonlinear_set_weights(flesh_nonlinear *self, const double *weights)
 {
   flesh_equations *equations = &self->newton->equations;
   double *own = N_VGetArrayPointer(self->scale);
@@ -160,9 +161,9 @@ void flesh_nonlinear_weigh(flesh_nonlinear *self, const double *weights)
 
 void flesh_nonlinear_set_depth(flesh_nonlinear *self, double of_first, double of_load, double of_node)
 {
-  self->newton->given_depth = of_first;
-  self->newton->given_share = of_load;
-  self->newton->given_mass = of_node;
+  self->newton->target_of_first = of_first;
+  self->newton->target_of_load = of_load;
+  self->newton->node_mass = of_node;
 }
 
 /* Translates KINSOL's return. */
@@ -207,7 +208,8 @@ static int iterate(flesh_nonlinear *self, allowance *allowed, double target, fle
     KINGetNumNonlinSolvIters(self->kinsol, &last);
     allowed->used += last;
     if (flag != KIN_MAXITER_REACHED) return end_of(flag, end);
-    if (last == BATCH && allowed->used + BATCH <= newton->options.max_newton && flesh_stage_gains(newton, self->u, &reached))
+    if (last == BATCH && allowed->used + BATCH <= newton->options.max_newton &&
+        flesh_stage_makes_progress(newton, self->u, &reached))
       continue;
     if (allowed->extensions-- <= 0) return end_of(flag, end);
     allowed->used = 0;
@@ -224,7 +226,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   int more = flesh_stage_begin(self->newton, stage, guesses, self->u, stats, &solve);
   while (more) {
     const int status = iterate(self, &allowed, solve.target, &end);
-    more = flesh_stage_goes_on(&solve, status, end);
+    more = flesh_stage_continue(&solve, status, end);
   }
   return flesh_stage_end(&solve);
 }

@@ -40,7 +40,7 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
 int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *const *guesses,
                           int extensions, flesh_solve_stats *stats);
 /* From now on norms of residuals are by these weights [3*n], which are copied; NULL: by ones. */
-void flesh_nonlinear_weigh(flesh_nonlinear *nonlinear, const double *weights);
+void flesh_nonlinear_set_weights(flesh_nonlinear *nonlinear, const double *weights);
 /* Solves to a given target (newton->given_target) go at least as deep as to these shares of their first residual and, where there is a load, of the
  * larger one of both: 1 and INFINITY unless they are set. They end with a step of which the inertia is such a residual, if a
  * node has the mass `of_node`, kg; 0: none does. */

@@ -28,17 +28,17 @@ static int make_rooms(flesh_problem *self)
   return self->room[0] ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for vectors of ranks");
 }
 
-int flesh_problem_create_here(const flesh_system *system, const flesh_solver_options *options,
-                              flesh_stage_solver solver, flesh_problem **problem)
+int flesh_problem_create_local(const flesh_system *system, const flesh_solver_options *options,
+                               flesh_stage_solver solver, flesh_problem **problem)
 {
   int status = flesh_problem_create_empty(problem);
-  if (!status) status = flesh_newton_open(system, options, solver, &(*problem)->newton);
+  if (!status) status = flesh_newton_init_local(system, options, solver, &(*problem)->newton);
   return status ? status : make_rooms(*problem);
 }
 
-int flesh_problem_meet(const flesh_system *system, int status, flesh_problem *problem)
+int flesh_problem_create_collective(const flesh_system *system, int status, flesh_problem *problem)
 {
-  return flesh_newton_meet(system, status, problem ? &problem->newton : NULL);
+  return flesh_newton_init_collective(system, status, problem ? &problem->newton : NULL);
 }
 
 int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options, flesh_problem **problem)
@@ -46,8 +46,8 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   FLESH_NEED({problem, "problem"});
   *problem = NULL;
   FLESH_NEED({system, "system"}, {options, "options"});
-  int status = flesh_problem_create_here(system, options, (flesh_stage_solver){0}, problem);
-  status = flesh_problem_meet(system, status, *problem);
+  int status = flesh_problem_create_local(system, options, (flesh_stage_solver){0}, problem);
+  status = flesh_problem_create_collective(system, status, *problem);
   if (status) flesh_problem_destroy(problem);
   return status;
 }

@@ -17,11 +17,11 @@ struct flesh_problem {
   int zeroed; /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
 };
 
-/* The two halves of flesh_problem_create, as flesh_newton_open and flesh_newton_meet, with what solves the systems of few
- * nodes (none: nonlinear elimination is not there). To be destroyed also if one fails. */
-int flesh_problem_create_here(const flesh_system *system, const flesh_solver_options *options,
-                              flesh_stage_solver solver, flesh_problem **problem);
-int flesh_problem_meet(const flesh_system *system, int status, flesh_problem *problem);
+/* The two halves of flesh_problem_create, as flesh_newton_init_local and _collective, with what solves subdomains (none:
+ * nonlinear elimination is not there). To be destroyed also if one fails. */
+int flesh_problem_create_local(const flesh_system *system, const flesh_solver_options *options,
+                               flesh_stage_solver solver, flesh_problem **problem);
+int flesh_problem_create_collective(const flesh_system *system, int status, flesh_problem *problem);
 /* A problem whose `newton` is initialised later, and maybe cleared and initialised again. */
 int flesh_problem_create_empty(flesh_problem **problem);
 /* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */

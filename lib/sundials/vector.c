@@ -75,12 +75,12 @@ static int check_parallel(N_Vector v, const flesh_team *team, int parts)
   return flesh_team_agree(team, status);
 }
 
-static int is_quickened(N_Vector v);
+static int is_vectorised(N_Vector v);
 
 /* The numbers of a vector that is not parallel. */
 static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
 {
-  if (!team || !v || team->all == team->nodes || is_quickened(v)) return data_of(v, n);
+  if (!team || !v || team->all == team->nodes || is_vectorised(v)) return data_of(v, n);
   flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and this N_Vector serves one alone; it must be one of "
                                  "N_VNew_Parallel");
   return NULL;
@@ -125,7 +125,7 @@ void *flesh_user_data_problem(const void *user_data, const char *type)
   return NULL;
 }
 
-/* The content of a quickened vector; SUNDIALS sees the serial vector's. */
+/* The content of a vectorised vector; SUNDIALS sees the serial vector's. */
 typedef struct content {
   struct _N_VectorContent_Serial serial;
   flesh_threads *threads;
@@ -301,7 +301,7 @@ static N_Vector clone(N_Vector v)
   if (ready_count && ready[0]->sunctx == v->sunctx && N_VGetLength(ready[0]) == N_VGetLength(v))
     return ready[--ready_count];
   N_Vector copy = N_VClone_Serial(v);
-  if (copy && !flesh_vector_quicken(copy, flesh_vector_threads(v))) {
+  if (copy && !flesh_vector_vectorise(copy, flesh_vector_threads(v))) {
     const content *from = v->content;
     if (from->norm) flesh_vector_set_norm(copy, from->norm, from->data);
     return copy;
@@ -311,7 +311,7 @@ static N_Vector clone(N_Vector v)
   return NULL;
 }
 
-static int is_quickened(N_Vector v) { return v->ops->nvclone == clone; }
+static int is_vectorised(N_Vector v) { return v->ops->nvclone == clone; }
 
 N_Vector flesh_vector_clone(N_Vector v)
 {
@@ -365,7 +365,7 @@ static sunrealtype norm_of_its_own(N_Vector x, N_Vector w)
 
 int flesh_vector_set_norm(N_Vector v, double (*norm)(void *data, N_Vector x, N_Vector w), void *data)
 {
-  if (!is_quickened(v))
+  if (!is_vectorised(v))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the N_Vector is not one of flesh_ida_vector_create or flesh_ode_vector_create");
   content *of = v->content;
   of->norm = norm;
@@ -374,7 +374,7 @@ int flesh_vector_set_norm(N_Vector v, double (*norm)(void *data, N_Vector x, N_V
   return FLESH_OK;
 }
 
-int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
+int flesh_vector_vectorise(N_Vector v, flesh_threads *threads)
 {
   const size_t bytes = (size_t)N_VGetLength(v) * sizeof(double);
   content *grown = realloc(v->content, sizeof *grown);

@@ -14,15 +14,15 @@
 
 int flesh_evaluation_create(const flesh_system *system, flesh_threads *threads, flesh_evaluation *self)
 {
-  size_t apart;
+  size_t stride;
   *self = (flesh_evaluation){.system = system, .threads = threads, .team = flesh_system_team(system),
                              .n = flesh_system_unknowns(system), .serial = 1};
   self->own = 3 * flesh_team_own(self->team, self->n / 3);
   self->all = 3 * flesh_team_all(self->team, self->n / 3);
-  self->x = flesh_huge_pages_vectors(3, (size_t)self->n, &apart);
+  self->x = flesh_huge_pages_vectors(3, (size_t)self->n, &stride);
   if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  self->v = self->x + apart;
-  self->a = self->v + apart;
+  self->v = self->x + stride;
+  self->a = self->v + stride;
   return FLESH_OK;
 }
 
@@ -73,13 +73,13 @@ int flesh_evaluation_keep_state(flesh_evaluation *self)
 int flesh_evaluation_keep_places(flesh_evaluation *self)
 {
   double **vectors[] = {&self->residual.u, &self->residual.r, &self->residual.reactions, &self->potential.u,
-                        &self->reached.x, &self->zeros, &self->frozen};
+                        &self->known_end.x, &self->zeros, &self->frozen};
   const size_t count = sizeof vectors / sizeof vectors[0] - 1, n = (size_t)self->n;
   const int freezes = flesh_system_freezes(self->system);
-  size_t apart;
-  double *memory = flesh_huge_pages_vectors(count + (freezes ? 2 : 0), n, &apart);
+  size_t stride;
+  double *memory = flesh_huge_pages_vectors(count + (freezes ? 2 : 0), n, &stride);
   if (!memory) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  for (size_t k = 0; k < count + (freezes ? 1 : 0); k++) *vectors[k] = memory + k * apart;
+  for (size_t k = 0; k < count + (freezes ? 1 : 0); k++) *vectors[k] = memory + k * stride;
   self->environment.proximity = &self->proximity;
   int status = flesh_clearance_create(self->system, self->threads, &self->proximity, &self->clearance);
   return status ? status : flesh_proximity_create(self->system, self->threads, &self->proximity);
@@ -139,7 +139,7 @@ int flesh_evaluation_knows_potential(const flesh_evaluation *self, const double 
   return potential->known && same(self, u, potential->with_residual ? self->residual.u : potential->u);
 }
 
-int flesh_evaluation_has_reached(const flesh_evaluation *self) { return same(self, self->x, self->reached.x); }
+int flesh_evaluation_is_at_known_end(const flesh_evaluation *self) { return same(self, self->x, self->known_end.x); }
 
 void flesh_evaluation_take_residual(flesh_evaluation *self, const double *u)
 {
@@ -163,7 +163,7 @@ void flesh_evaluation_forget(flesh_evaluation *self) { self->residual.known = se
 
 void flesh_evaluation_changed(flesh_evaluation *self) { self->serial++; }
 
-void flesh_evaluation_forces_changed(flesh_evaluation *self) { self->reached.there.known = 0; }
+void flesh_evaluation_forces_changed(flesh_evaluation *self) { self->known_end.potential.known = 0; }
 
 static int differ(const double *a, const double *b, int count)
 {

@@ -32,10 +32,10 @@ typedef struct flesh_known_potential {
 
 /* The part of the potential that depends on positions alone, at the end of a stage with shift.x = 1, where mostly the
  * next one starts. */
-typedef struct flesh_reached {
-  flesh_position_potential there;
+typedef struct flesh_known_end {
+  flesh_position_potential potential;
   double *x; /* [n] */
-} flesh_reached;
+} flesh_known_end;
 
 typedef struct flesh_evaluation {
   const flesh_system *system;    /* borrowed */
@@ -50,7 +50,7 @@ typedef struct flesh_evaluation {
   /* The rest is that of stages; see flesh_evaluation_keep_places. */
   flesh_known_residual residual;
   flesh_known_potential potential;
-  flesh_reached reached;
+  flesh_known_end known_end;
   double *frozen; /* [2*n] x and v of the frozen state; NULL: no effect freezes */
   int is_frozen;  /* they are this stage's */
   double *zeros;  /* [n] the lagged velocities where the stage has none */
@@ -84,7 +84,7 @@ flesh_point flesh_evaluation_point(const flesh_evaluation *evaluation, double t,
 int flesh_evaluation_knows_residual(const flesh_evaluation *evaluation, const double *u);
 int flesh_evaluation_knows_potential(const flesh_evaluation *evaluation, const double *u);
 /* Whether the point's positions are those where the last stage has ended. */
-int flesh_evaluation_has_reached(const flesh_evaluation *evaluation);
+int flesh_evaluation_is_at_known_end(const flesh_evaluation *evaluation);
 /* The residual is now known of u [n], or the potential, unless it is with the residual. */
 void flesh_evaluation_take_residual(flesh_evaluation *evaluation, const double *u);
 void flesh_evaluation_take_potential(flesh_evaluation *evaluation, const double *u);

@@ -277,7 +277,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
     status = follow_lag(self, stage, &from, end, allowed, stats);
     if (!status && last) status = check_end(self, stage, state, trial->to, stats, &self->part.blocked);
   }
-  flesh_nonlinear_weigh(self->nonlinear, NULL);
+  flesh_nonlinear_set_weights(self->nonlinear, NULL);
   return status;
 }
 
@@ -371,7 +371,7 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   int status = flesh_step_energy_count(energy, state);
   if (status) return status;
   const flesh_state end = end_of(self, trial, state);
-  status = flesh_step_energy_meet(energy, state, &end);
+  status = flesh_step_energy_record(energy, state, &end);
   if (!status && self->second && !energy->second) {
     flesh_prescribed_finish(&self->prescribed, end.x, end.v);
     status = flesh_energy_watch_kick(&self->watch, &end);

@@ -149,12 +149,12 @@ void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate)
   watch->rate_t = t;
 }
 
-void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
-                               int residual_kernel)
+void flesh_energy_watch_add_work(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
+                                 int first_order)
 {
   const double h = t_to - t_from, rate = work / h, gap = t_stage - watch->rate_t;
   double share = 0; /* of the stage before */
-  if (!residual_kernel && !isnan(watch->rate) && gap > 0) share = fmin((t_stage - (t_from + h / 2)) / gap, 1);
+  if (!first_order && !isnan(watch->rate) && gap > 0) share = fmin((t_stage - (t_from + h / 2)) / gap, 1);
   watch->balance.supplied += share > 0 ? h * ((1 - share) * rate + share * watch->rate) : work;
   watch->rate = rate;
   watch->rate_t = t_stage;
@@ -284,8 +284,8 @@ void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state
   if (watch->known) report(watch, state, watch->balance.excess);
 }
 
-int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
-                            const flesh_position_potential *by_position, const double *energies)
+int flesh_energy_watch_record_state(flesh_energy_watch *watch, double t, const flesh_state *state,
+                                    const flesh_position_potential *by_position, const double *energies)
 {
   const flesh_point point = flesh_energy_watch_point(watch, t, state, NULL);
   int status = FLESH_OK;
@@ -331,7 +331,7 @@ int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, 
   return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state)
+int flesh_energy_watch_add_work_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state)
 {
   double work = 0;
   if (!(watch->kinds & FLESH_WORK_IN_TIME) || !watch->known) return FLESH_OK;

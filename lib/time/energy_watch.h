@@ -66,14 +66,14 @@ void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate);
 /* Adds to the work that has been put in that of a step from t_from to t_to: `work` is the power of its stage, at
  * t_stage, times the step. A method of first order counts just that, others interpolate the power at the step's middle
  * between this stage and the one before. */
-void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
-                               int residual_kernel);
+void flesh_energy_watch_add_work(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
+                                 int first_order);
 
 /* Takes in the state at the end of a step, at time t (or the moment before an event there). `energies` [effects] NULL:
  * they are evaluated, but for the strain energy where `by_position` (may be NULL) knows it; else all but the kinetic
  * energy are those given. Status as of energies; nothing is known then. */
-int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
-                            const flesh_position_potential *by_position, const double *energies);
+int flesh_energy_watch_record_state(flesh_energy_watch *watch, double t, const flesh_state *state,
+                                    const flesh_position_potential *by_position, const double *energies);
 /* The state is the one at hand, but for velocities that constrained dofs are given: what kinetic energy that makes is
  * external work. Status as of energies. */
 int flesh_energy_watch_kick(flesh_energy_watch *watch, const flesh_state *state);
@@ -82,7 +82,7 @@ int flesh_energy_watch_kick(flesh_energy_watch *watch, const flesh_state *state)
 int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state);
 /* Adds the second half of what changes with time at a place: at the step's end, which is the state known, since t_from.
  * */
-int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);
+int flesh_energy_watch_add_work_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);
 /* Whether the step that has led from `before`, a copy of the watch as it was, to the state known has gained so much energy
  * that it is to be taken in shorter steps; `tolerance`: that of the error that chooses its length, else 0. */
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance);

@@ -16,10 +16,10 @@ enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 int flesh_extrapolation_create(int n, int own, flesh_threads *threads, flesh_extrapolation *self)
 {
   *self = (flesh_extrapolation){.n = n, .own = own, .threads = threads};
-  size_t apart;
-  self->memory = flesh_huge_pages_vectors(POINTS, (size_t)n, &apart);
+  size_t stride;
+  self->memory = flesh_huge_pages_vectors(POINTS, (size_t)n, &stride);
   if (!self->memory) return flesh_fail(FLESH_ERR_MEMORY, "no memory for displacements of %d unknowns", n);
-  for (size_t k = 0; k < POINTS; k++) self->u[k] = self->memory + k * apart;
+  for (size_t k = 0; k < POINTS; k++) self->u[k] = self->memory + k * stride;
   return FLESH_OK;
 }
 

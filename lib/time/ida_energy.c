@@ -140,7 +140,7 @@ int flesh_ida_energy_count(flesh_ida_energy *self, double t)
 int flesh_ida_energy_judge(flesh_ida_energy *self, const flesh_state *state)
 {
   int status = flesh_ida_energy_count(self, state->t);
-  if (!status) status = flesh_energy_watch_meet(self->watch, before_event(self, state->t), state, NULL, NULL);
+  if (!status) status = flesh_energy_watch_record_state(self->watch, before_event(self, state->t), state, NULL, NULL);
   if (status) return status < 0 ? status : FLESH_OK;
   return flesh_energy_watch_judge(self->watch, state, 0);
 }

@@ -18,9 +18,9 @@ static const double max_energy_gain = 0.5;
 /* `count` vectors in one block, or NULL. */
 static double *make_vectors(const flesh_integrator *self, size_t count, double ***vectors)
 {
-  size_t apart;
-  double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &apart);
-  for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * apart;
+  size_t stride;
+  double *all = flesh_huge_pages_vectors(count, (size_t)self->evaluation->n, &stride);
+  for (size_t k = 0; all && k < count; k++) *vectors[k] = all + k * stride;
   return all;
 }
 
@@ -105,9 +105,9 @@ static int create_memory(flesh_integrator *self)
 /* Makes what ranks make together, once all have what each makes by itself. */
 static int create_together(flesh_integrator *self)
 {
-  int status = flesh_multipliers_meet(&self->multipliers);
+  int status = flesh_multipliers_create_collective(&self->multipliers);
   if (status) return status;
-  status = flesh_recovery_meet(&self->recovery);
+  status = flesh_recovery_create_collective(&self->recovery);
   const int softens =
       flesh_continuation_create(self->nonlinear, &self->multipliers, self->part.x, &self->continuation);
   if (!status) status = softens;

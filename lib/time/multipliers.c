@@ -45,7 +45,7 @@ int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlin
   return FLESH_OK;
 }
 
-int flesh_multipliers_meet(flesh_multipliers *self)
+int flesh_multipliers_create_collective(flesh_multipliers *self)
 {
   const flesh_system *system = self->system;
   if (!self->count) return FLESH_OK;

@@ -32,7 +32,7 @@ typedef struct flesh_multipliers {
 int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlinear, const flesh_solver_options *options,
                              flesh_multipliers *multipliers);
 /* Measures the body, once all ranks have made theirs. Collective, and fails on all ranks or none. */
-int flesh_multipliers_meet(flesh_multipliers *multipliers);
+int flesh_multipliers_create_collective(flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
 size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
 /* The state's are others than the last solve gave it. */

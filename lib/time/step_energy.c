@@ -127,7 +127,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
     work *= h;
   }
   if (step->stages && isnan(work)) status = FLESH_NONFINITE;
-  flesh_energy_watch_supply(watch, step->from, step->to, step->stage->t, work, !step->second || step->stages);
+  flesh_energy_watch_add_work(watch, step->from, step->to, step->stage->t, work, !step->second || step->stages);
   if (step->stages) flesh_energy_watch_begin(watch, step->to, step->power);
   if (!status && !step->stages && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
     status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0,
@@ -165,7 +165,7 @@ static int add_work_in_time(const flesh_step_energy *step, const flesh_state *st
   return status;
 }
 
-int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end)
+int flesh_step_energy_record(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end)
 {
   flesh_energy_watch *watch = step->watch;
   const int at_stage = step->stage->shift.x == 1;
@@ -173,10 +173,10 @@ int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *sta
     flesh_energy_watch_jump(watch, step->to, end);
     return FLESH_OK;
   }
-  int status = flesh_energy_watch_meet(watch, step->to, end, at_stage ? &watch->evaluation->reached.there : NULL,
-                                       at_stage ? NULL : step->energies);
+  int status = flesh_energy_watch_record_state(watch, step->to, end, at_stage ? &watch->evaluation->known_end.potential : NULL,
+                                               at_stage ? NULL : step->energies);
   if (!status && watch->known && step->stages) status = add_work_in_time(step, start, end);
-  else if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, end);
+  else if (!status && step->second) status = flesh_energy_watch_add_work_in_time(watch, step->from, end);
   return status < 0 ? status : FLESH_OK;
 }
 

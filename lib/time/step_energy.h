@@ -30,7 +30,7 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
 /* Counts what is known before the state goes to the step's end; then takes in the end, and judges it. A negative status
  * ends the run, FLESH_ERR_ENERGY as flesh_energy_watch_judge. */
 int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state);
-int flesh_step_energy_meet(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end);
+int flesh_step_energy_record(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end);
 int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *end, const flesh_solve_stats *stats);
 
 #endif

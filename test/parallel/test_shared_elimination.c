@@ -70,7 +70,7 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
   flesh_reserve *reserve = flesh_reserve_enter(NULL);
   int status = flesh_nonlinear_create(system, options, &nonlinear);
   (void)stop;
-  CHECK(!flesh_newton_eliminates(system, options));
+  CHECK(!flesh_newton_uses_elimination(system, options));
   ++*(int *)data;
   if (!status) status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
   if (status >= 0) memcpy(u, nonlinear->u, (size_t)flesh_system_unknowns(system) * sizeof *u);

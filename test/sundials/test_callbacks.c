@@ -97,7 +97,7 @@ static void quick_operations_are_the_same(void)
   N_Vector v[2][4];
   for (int quick = 0; quick < 2; quick++) {
     v[quick][0] = N_VNew_Serial(LENGTH, o.context);
-    if (quick) flesh_vector_quicken(v[quick][0], NULL);
+    if (quick) flesh_vector_vectorise(v[quick][0], NULL);
     for (int k = 1; k < 4; k++) v[quick][k] = N_VClone(v[quick][0]);
     for (int k = 0; k < 4; k++)
       for (int d = 0; d < LENGTH; d++) N_VGetArrayPointer(v[quick][k])[d] = sin(1 + d * (k + 1));

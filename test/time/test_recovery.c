@@ -188,7 +188,7 @@ static void failures_say_where(void)
   flesh_evaluation evaluation;
   flesh_recovery recovery;
   open_recovery(&b, &options, &evaluation, &recovery);
-  CHECK_OK(flesh_recovery_meet(&recovery));
+  CHECK_OK(flesh_recovery_create_collective(&recovery));
   CHECK(recovery.untangler && recovery.tangled && flesh_recovery_memory(&recovery) > 0);
   const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
   double centre[3] = {0};

@@ -26,9 +26,9 @@ int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_
   return untangles ? flesh_untangler_create(evaluation, parts, &self->untangler) : FLESH_OK;
 }
 
-int flesh_recovery_meet(flesh_recovery *self)
+int flesh_recovery_create_collective(flesh_recovery *self)
 {
-  return self->untangler ? flesh_untangler_meet(self->untangler) : FLESH_OK;
+  return self->untangler ? flesh_untangler_create_collective(self->untangler) : FLESH_OK;
 }
 
 void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self->untangler); }

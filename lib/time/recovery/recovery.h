@@ -22,7 +22,7 @@ typedef struct flesh_recovery {
 int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
                           const flesh_solver_options *options, flesh_recovery *recovery);
 /* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
-int flesh_recovery_meet(flesh_recovery *recovery);
+int flesh_recovery_create_collective(flesh_recovery *recovery);
 void flesh_recovery_clear(flesh_recovery *recovery);
 size_t flesh_recovery_memory(const flesh_recovery *recovery);
 

@@ -100,7 +100,7 @@ int flesh_untangler_create(const flesh_evaluation *evaluation, const flesh_rigid
   return allocate(self);
 }
 
-int flesh_untangler_meet(flesh_untangler *self)
+int flesh_untangler_create_collective(flesh_untangler *self)
 {
   const flesh_point rest = flesh_point_at(0, flesh_mesh_positions(self->mesh), self->zero, self->zero);
   const int status = flesh_system_edge_force(self->evaluation, elastic, &rest, self->v, &self->scale);

@@ -25,7 +25,7 @@ typedef struct flesh_untangler flesh_untangler;
 int flesh_untangler_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
                            flesh_untangler **untangler);
 /* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
-int flesh_untangler_meet(flesh_untangler *untangler);
+int flesh_untangler_create_collective(flesh_untangler *untangler);
 void flesh_untangler_destroy(flesh_untangler **untangler);
 
 /* To be called with the state before every step; a new one is looked at. */
