@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "time/ida_parts.h"
 #include "system/feasible_step.h"
 #include "time/method.h"
 #include "sundials/compatibility.h"
@@ -136,23 +135,10 @@ int flesh_ida_steps_set_options(flesh_ida_steps *self, const flesh_adaptive_opti
   return apply_options(self);
 }
 
-void flesh_ida_steps_set_stop(flesh_ida_steps *self, int (*stop)(void *data), void *data)
-{
-  self->stop = stop;
-  self->stop_data = data;
-}
-
 void flesh_ida_steps_progress(const flesh_ida_steps *self, flesh_progress *progress)
 {
   progress->t = self->t_internal;
   IDAGetCurrentStep(self->ida, &progress->h);
-}
-
-const flesh_failure *flesh_ida_steps_failure(const flesh_ida_steps *self) { return &self->failure; }
-
-void flesh_ida_steps_set_costs(flesh_ida_steps *self, flesh_costs *costs)
-{
-  self->problem->evaluation.environment.costs = costs;
 }
 
 size_t flesh_ida_steps_memory(const flesh_ida_steps *self)
@@ -270,7 +256,7 @@ static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stat
   stats->h_last = step.h;
   status = self->options.observe ? show(self, &step) : FLESH_OK;
   if (status < 0) return status;
-  return reached < toward ? flesh_ask_together(self->team, self->stop, self->stop_data) : FLESH_OK;
+  return reached < toward ? flesh_ask_together(self->team, self->stop.stop, self->stop.data) : FLESH_OK;
 }
 
 /* Whether there is spurious energy at the state, which is the one returned. */
@@ -336,8 +322,6 @@ int flesh_ida_steps_step(flesh_ida_steps *self, flesh_state *state, double h, fl
   return status;
 }
 
-int flesh_ida_steps_runs(const flesh_ida_steps *self) { return self->running; }
-
 void flesh_ida_steps_archive(flesh_ida_steps *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->t);
@@ -345,5 +329,3 @@ void flesh_ida_steps_archive(flesh_ida_steps *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->serial);
   if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
-
-void *flesh_ida_steps_ida(const flesh_ida_steps *self) { return self->ida; }

@@ -5,18 +5,18 @@
 #include "base/error.h"
 #include "parallel/body_figures.h"
 #include "sundials/compatibility.h"
-#include "time/ida_parts.h"
+#include "time/ida.h"
 
 /* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
  * whole, of several the last. */
-static int worst_node(struct flesh_ida_steps *self)
+static int worst_node(flesh_ida_steps *self)
 {
   if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
   return flesh_evaluation_worst_node(self->evaluation, 2, N_VGetArrayPointer(self->errors),
                                      N_VGetArrayPointer(self->atol));
 }
 
-void flesh_ida_steps_record_failure(struct flesh_ida_steps *self, double t, const double *x, int status)
+void flesh_ida_steps_record_failure(flesh_ida_steps *self, double t, const double *x, int status)
 {
   flesh_failure *f = &self->failure;
   *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
@@ -28,7 +28,7 @@ void flesh_ida_steps_record_failure(struct flesh_ida_steps *self, double t, cons
   f->worst_tet = flesh_body_worst_tet(flesh_system_mesh(self->system), self->team, x, &f->worst_J, f->worst_position);
 }
 
-int flesh_ida_steps_fail(struct flesh_ida_steps *self, double t, const double *x, int status, const char *cause)
+int flesh_ida_steps_fail(flesh_ida_steps *self, double t, const double *x, int status, const char *cause)
 {
   const flesh_failure *f = &self->failure;
   char attempt[64] = "", node[48] = "";
@@ -43,7 +43,7 @@ int flesh_ida_steps_fail(struct flesh_ida_steps *self, double t, const double *x
                     f->worst_position[1], f->worst_position[2]);
 }
 
-int flesh_ida_steps_fail_start(struct flesh_ida_steps *self, const flesh_state *state, int status)
+int flesh_ida_steps_fail_start(flesh_ida_steps *self, const flesh_state *state, int status)
 {
   char cause[160];
   self->running = 0;
@@ -51,7 +51,7 @@ int flesh_ida_steps_fail_start(struct flesh_ida_steps *self, const flesh_state *
   return flesh_ida_steps_fail(self, state->t, state->x, status, cause);
 }
 
-int flesh_ida_steps_fail_by_flag(struct flesh_ida_steps *self, int flag)
+int flesh_ida_steps_fail_by_flag(flesh_ida_steps *self, int flag)
 {
   const double t = self->t_internal, *x = self->problem->evaluation.x; /* of the last attempt */
   if (self->problem->refused < 0) { /* fatal, with its own sentence */

@@ -115,7 +115,7 @@ static int create_together(flesh_integrator *self)
     status = flesh_ida_steps_create_after(status, self->evaluation, &self->options, &self->watch, &self->ida);
   self->watch.limit = max_energy_gain;
   self->evaluation->environment.costs = &self->costs;
-  if (self->ida) flesh_ida_steps_set_costs(self->ida, &self->costs);
+  if (self->ida) self->ida->problem->evaluation.environment.costs = &self->costs;
   return flesh_team_agree(self->evaluation->team, status);
 }
 
@@ -233,7 +233,7 @@ void *flesh_integrator_kinsol(const flesh_integrator *integrator)
 
 void *flesh_integrator_ida(const flesh_integrator *integrator)
 {
-  return integrator->ida ? flesh_ida_steps_ida(integrator->ida) : NULL;
+  return integrator->ida ? integrator->ida->ida : NULL;
 }
 
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
@@ -265,7 +265,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
 {
   integrator->nonlinear->newton->stop = (flesh_stop){stop, data};
-  if (integrator->ida) flesh_ida_steps_set_stop(integrator->ida, stop, data);
+  if (integrator->ida) integrator->ida->stop = (flesh_stop){stop, data};
 }
 
 const char *flesh_integrator_warning(const flesh_integrator *integrator)
@@ -349,7 +349,7 @@ static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, fle
 {
   int status = flesh_ida_steps_step(self->ida, state, h, stats);
   if (status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_ENERGY)
-    self->recovery.failure = *flesh_ida_steps_failure(self->ida);
+    self->recovery.failure = self->ida->failure;
   return status;
 }
 

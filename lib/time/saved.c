@@ -218,5 +218,5 @@ int flesh_integrator_take(flesh_integrator *self, const void *data, size_t size,
 
 int flesh_integrator_saves_all(const flesh_integrator *self)
 {
-  return self && !(self->ida && flesh_ida_steps_runs(self->ida));
+  return self && !(self->ida && self->ida->running);
 }
