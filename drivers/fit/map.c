@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/sort.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "scene/scene.h"
@@ -55,14 +56,6 @@ double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *
 typedef struct side {
   int corners[3], tet; /* index into tets */
 } side;
-
-static int compare_sides(const void *a, const void *b)
-{
-  const side *left = a, *right = b;
-  for (int k = 0; k < 3; k++)
-    if (left->corners[k] != right->corners[k]) return left->corners[k] < right->corners[k] ? -1 : 1;
-  return 0;
-}
 
 void flesh_fit_map_centre(const flesh_mesh *mesh, int tet, double centre[3])
 {
@@ -114,9 +107,9 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
           }
     }
   }
-  qsort(sides, count, sizeof *sides, compare_sides);
+  qsort(sides, count, sizeof *sides, flesh_compare_three_ints);
   for (size_t k = 1; k < count; k++) {
-    if (compare_sides(&sides[k - 1], &sides[k])) continue;
+    if (flesh_compare_three_ints(&sides[k - 1], &sides[k])) continue;
     int *pair = map->faces + 2 * (size_t)map->face_count;
     pair[0] = fit->key_count + sides[k - 1].tet;
     pair[1] = fit->key_count + sides[k].tet;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/sort.h"
 #include "math/mat3.h"
 #include "picture/picture_body.h"
 
@@ -12,13 +13,6 @@ typedef struct edge {
   int low, high; /* the same two nodes, in order */
   int triangle, from;
 } edge;
-
-static int compare_edges(const void *a, const void *b)
-{
-  const edge *p = a, *q = b;
-  if (p->low != q->low) return p->low < q->low ? -1 : 1;
-  return (p->high > q->high) - (p->high < q->high);
-}
 
 typedef struct sheet {
   int triangles, *corners;
@@ -39,9 +33,9 @@ static int link_sides(sheet *s)
     edges[c] = (edge){from < to ? from : to, from < to ? to : from, (int)c, from};
     s->neighbours[c] = -1;
   }
-  qsort(edges, count, sizeof *edges, compare_edges);
+  qsort(edges, count, sizeof *edges, flesh_compare_two_ints);
   for (size_t begin = 0, end; begin < count; begin = end) {
-    for (end = begin + 1; end < count && !compare_edges(&edges[begin], &edges[end]);) end++;
+    for (end = begin + 1; end < count && !flesh_compare_two_ints(&edges[begin], &edges[end]);) end++;
     if (end - begin != 2) continue;
     const edge *a = &edges[begin], *b = a + 1;
     s->neighbours[a->triangle] = b->triangle / 3;

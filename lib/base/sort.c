@@ -87,3 +87,14 @@ int flesh_compare_double(const void *a, const void *b)
   const double x = *(const double *)a, y = *(const double *)b;
   return (x > y) - (x < y);
 }
+
+static int compare_ints(int count, const int *x, const int *y)
+{
+  for (int k = 0; k < count; k++)
+    if (x[k] != y[k]) return x[k] < y[k] ? -1 : 1;
+  return 0;
+}
+
+int flesh_compare_two_ints(const void *a, const void *b) { return compare_ints(2, a, b); }
+
+int flesh_compare_three_ints(const void *a, const void *b) { return compare_ints(3, a, b); }

@@ -12,5 +12,8 @@ void flesh_sort(void *things, size_t count, size_t size, int (*compare)(const vo
 int flesh_compare_int(const void *a, const void *b);
 int flesh_compare_long(const void *a, const void *b);
 int flesh_compare_double(const void *a, const void *b);
+/* Ascending things that begin with so many ints: by the first, then the second, and so on. */
+int flesh_compare_two_ints(const void *a, const void *b);
+int flesh_compare_three_ints(const void *a, const void *b);
 
 #endif

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/sort.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 
@@ -95,14 +96,6 @@ static entry entry_of(const int n[3], int number)
   return (entry){{n[first], n[(first + 1) % 3], n[(first + 2) % 3]}, number};
 }
 
-static int by_nodes(const void *a, const void *b)
-{
-  const entry *p = a, *q = b;
-  for (int i = 0; i < 3; i++)
-    if (p->node[i] != q->node[i]) return p->node[i] < q->node[i] ? -1 : 1;
-  return 0;
-}
-
 int flesh_face_numbers(const flesh_mesh *mesh, int count, const int *triangles, int *numbers)
 {
   int all;
@@ -110,11 +103,12 @@ int flesh_face_numbers(const flesh_mesh *mesh, int count, const int *triangles, 
   entry *entries = flesh_malloc(((size_t)all + 1) * sizeof *entries);
   if (!entries) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", all);
   for (int k = 0; k < all; k++) entries[k] = entry_of(surface + 3 * (size_t)k, k);
-  qsort(entries, (size_t)all, sizeof *entries, by_nodes);
+  qsort(entries, (size_t)all, sizeof *entries, flesh_compare_three_ints);
   int status = FLESH_OK;
   for (int k = 0; !status && k < count; k++) {
     const int *n = triangles + 3 * (size_t)k;
-    const entry wanted = entry_of(n, 0), *found = bsearch(&wanted, entries, (size_t)all, sizeof *entries, by_nodes);
+    const entry wanted = entry_of(n, 0);
+    const entry *found = bsearch(&wanted, entries, (size_t)all, sizeof *entries, flesh_compare_three_ints);
     if (found) numbers[k] = found->number;
     else status = flesh_fail(FLESH_ERR_ARGUMENT, "the triangle (%d, %d, %d) is not one of the mesh's surface, on which "
                              "a weld, and a load on a mesh of order 2, must be", n[0], n[1], n[2]);

@@ -17,30 +17,15 @@ typedef flesh_pressure_wing wing;
 typedef flesh_pressure_rim rim_term;
 typedef flesh_pressure_pairs pairs;
 
-static int by_pair(const void *a, const void *b)
-{
-  const wing *p = a, *q = b;
-  if (p->pair[0] != q->pair[0]) return p->pair[0] < q->pair[0] ? -1 : 1;
-  if (p->pair[1] != q->pair[1]) return p->pair[1] < q->pair[1] ? -1 : 1;
-  return (p->node > q->node) - (p->node < q->node);
-}
-
-static int by_end(const void *a, const void *b)
-{
-  const rim_term *p = a, *q = b;
-  if (p->k != q->k) return p->k < q->k ? -1 : 1;
-  if (p->a != q->a) return p->a < q->a ? -1 : 1;
-  return (p->b > q->b) - (p->b < q->b);
-}
-
 /* Adds up terms of the same nodes and drops those that come to nothing. */
 static void merge_rim(pairs *self)
 {
   int kept = 0;
-  flesh_sort(self->rim, (size_t)self->rim_count, sizeof *self->rim, by_end);
+  flesh_sort(self->rim, (size_t)self->rim_count, sizeof *self->rim, flesh_compare_three_ints);
   for (int i = 0, end; i < self->rim_count; i = end) {
     rim_term sum = self->rim[i];
-    for (end = i + 1; end < self->rim_count && !by_end(&self->rim[end], &sum); end++) sum.e += self->rim[end].e;
+    for (end = i + 1; end < self->rim_count && !flesh_compare_three_ints(&self->rim[end], &sum); end++)
+      sum.e += self->rim[end].e;
     if (fabs(sum.e) > rounding) self->rim[kept++] = sum;
   }
   self->rim_count = kept;
@@ -49,10 +34,10 @@ static void merge_rim(pairs *self)
 static void merge_wings(pairs *self)
 {
   int kept = 0;
-  flesh_sort(self->wings, (size_t)self->wing_count, sizeof *self->wings, by_pair);
+  flesh_sort(self->wings, (size_t)self->wing_count, sizeof *self->wings, flesh_compare_three_ints);
   for (int i = 0, end; i < self->wing_count; i = end) {
     wing sum = self->wings[i];
-    for (end = i + 1; end < self->wing_count && !by_pair(&self->wings[end], &sum); end++) {
+    for (end = i + 1; end < self->wing_count && !flesh_compare_three_ints(&self->wings[end], &sum); end++) {
       sum.now += self->wings[end].now;
       sum.lagged += self->wings[end].lagged;
     }
@@ -130,9 +115,9 @@ static int keep_rim(pairs *self, const pairs *whole, const flesh_rank_part *part
               b = flesh_rank_part_find(part, t->b);
     if (k >= 0 && a >= 0 && b >= 0) known[found++] = (rim_term){k, a < b ? a : b, a < b ? b : a, 0};
   }
-  flesh_sort(known, (size_t)found, sizeof *known, by_end);
+  flesh_sort(known, (size_t)found, sizeof *known, flesh_compare_three_ints);
   for (int i = 0; i < self->rim_count; i++)
-    if (bsearch(&self->rim[i], known, (size_t)found, sizeof *known, by_end)) self->rim[kept++] = self->rim[i];
+    if (bsearch(&self->rim[i], known, (size_t)found, sizeof *known, flesh_compare_three_ints)) self->rim[kept++] = self->rim[i];
   self->rim_count = kept;
   flesh_free(known);
   return FLESH_OK;

@@ -43,19 +43,11 @@ static face face_of(const int n[3])
   return (face){{low, n[0] + n[1] + n[2] - low - high, high}};
 }
 
-static int by_nodes(const void *a, const void *b)
-{
-  const face *p = a, *q = b;
-  for (int i = 0; i < 3; i++)
-    if (p->node[i] != q->node[i]) return p->node[i] < q->node[i] ? -1 : 1;
-  return 0;
-}
-
 static int is_there(int count, const face *faces, const face *wanted)
 {
   int low = 0, high = count;
   while (low < high) {
-    const int middle = low + (high - low) / 2, order = by_nodes(&faces[middle], wanted);
+    const int middle = low + (high - low) / 2, order = flesh_compare_three_ints(&faces[middle], wanted);
     if (order == 0) return 1;
     if (order < 0) low = middle + 1;
     else high = middle;
@@ -81,7 +73,7 @@ int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *tr
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a rank's share of %d triangles", count);
   }
   for (int k = 0; k < all; k++) own[k] = face_of(surface + 3 * (size_t)k);
-  flesh_sort(own, (size_t)all, sizeof *own, by_nodes);
+  flesh_sort(own, (size_t)all, sizeof *own, flesh_compare_three_ints);
   for (int k = 0; k < count; k++) {
     int n[3];
     for (int a = 0; a < 3; a++) n[a] = flesh_rank_part_find(part, triangles[3 * (size_t)k + (size_t)a]);

@@ -95,18 +95,10 @@ static int colour_pieces(const flesh_mesh *mesh, const place *places, const fles
   return FLESH_OK;
 }
 
-static int by_turn(const void *a, const void *b)
-{
-  const turn *p = a, *q = b;
-  if (p->region != q->region) return p->region < q->region ? -1 : 1;
-  if (p->colour != q->colour) return p->colour < q->colour ? -1 : 1;
-  return p->piece - q->piece;
-}
-
 /* Writes the order from the pieces as cut and their turns: each region has colours of its own. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
-  flesh_sort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
+  flesh_sort(turns, (size_t)cut->pieces, sizeof *turns, flesh_compare_three_ints);
   order->colours = 0;
   for (int p = 0, tet = 0; p < cut->pieces; p++) {
     const turn *now = &turns[p];

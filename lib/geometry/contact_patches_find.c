@@ -256,13 +256,6 @@ static int link_insides(work *w)
   return status;
 }
 
-static int compare_keys(const void *a, const void *b)
-{
-  const int *p = a, *q = b;
-  if (p[0] != q[0]) return p[0] < q[0] ? -1 : 1;
-  return (p[1] > q[1]) - (p[1] < q[1]);
-}
-
 /* The sets of nodes whose patches are linked now. */
 static void list_keys(work *w)
 {
@@ -273,9 +266,9 @@ static void list_keys(work *w)
     w->keys[2 * k] = a < b ? a : b;
     w->keys[2 * k + 1] = a < b ? b : a;
   }
-  flesh_sort(w->keys, (size_t)w->link_count, 2 * sizeof *w->keys, compare_keys);
+  flesh_sort(w->keys, (size_t)w->link_count, 2 * sizeof *w->keys, flesh_compare_two_ints);
   for (int k = 0; k < w->link_count; k++) {
-    if (k && !compare_keys(w->keys + 2 * k, w->keys + 2 * k - 2)) continue;
+    if (k && !flesh_compare_two_ints(w->keys + 2 * k, w->keys + 2 * k - 2)) continue;
     memmove(w->keys + 2 * w->key_count++, w->keys + 2 * k, 2 * sizeof *w->keys);
   }
 }
@@ -285,7 +278,7 @@ static int are_linked(const work *w, int node, int other)
 {
   if (w->set[node] < 0 || w->set[other] < 0) return 0;
   const int a = flesh_set_of(w->set, node), b = flesh_set_of(w->set, other), key[2] = {a < b ? a : b, a < b ? b : a};
-  return bsearch(key, w->keys, (size_t)w->key_count, sizeof key, compare_keys) != NULL;
+  return bsearch(key, w->keys, (size_t)w->key_count, sizeof key, flesh_compare_two_ints) != NULL;
 }
 
 /* Whether the hulls of the first nodes and of the others are nearer than so. */

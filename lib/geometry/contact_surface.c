@@ -22,14 +22,6 @@ typedef struct side {
   int low, high, place;
 } side;
 
-static int compare_sides(const void *a, const void *b)
-{
-  const side *p = a, *q = b;
-  if (p->low != q->low) return p->low < q->low ? -1 : 1;
-  if (p->high != q->high) return p->high < q->high ? -1 : 1;
-  return (p->place > q->place) - (p->place < q->place);
-}
-
 static int list_nodes(flesh_contact_surface *s)
 {
   s->node_place = flesh_malloc(((size_t)s->mesh_nodes + 1) * sizeof *s->node_place);
@@ -69,7 +61,7 @@ static int list_edges(flesh_contact_surface *s)
     const int a = s->faces[k], b = s->faces[k % 3 == 2 ? k - 2 : k + 1];
     sorted[k] = (side){a < b ? a : b, a < b ? b : a, k};
   }
-  flesh_sort(sorted, (size_t)sides, sizeof *sorted, compare_sides);
+  flesh_sort(sorted, (size_t)sides, sizeof *sorted, flesh_compare_three_ints);
   for (int k = 0; k < sides; k++) {
     int e = s->edge_count - 1;
     if (k == 0 || sorted[k].low != sorted[k - 1].low || sorted[k].high != sorted[k - 1].high) {

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/sort.h"
 #include "geometry/box_tree.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
@@ -127,14 +128,6 @@ typedef struct side {
   int low, high, place; /* nodes ascending; 3*triangle + corner */
 } side;
 
-static int compare_sides(const void *a, const void *b)
-{
-  const side *p = a, *q = b;
-  if (p->low != q->low) return p->low < q->low ? -1 : 1;
-  if (p->high != q->high) return p->high < q->high ? -1 : 1;
-  return (p->place > q->place) - (p->place < q->place);
-}
-
 int flesh_surface_weights(int nodes, int triangles, const int *corners, double **edge_weight,
                           double **vertex_weight)
 {
@@ -149,7 +142,7 @@ int flesh_surface_weights(int nodes, int triangles, const int *corners, double *
     sorted[k] = (side){a < b ? a : b, a < b ? b : a, k};
     of_node[a] -= 1;
   }
-  if (!failed) qsort(sorted, (size_t)sides, sizeof *sorted, compare_sides);
+  if (!failed) qsort(sorted, (size_t)sides, sizeof *sorted, flesh_compare_three_ints);
   for (int k = 0, next; k < sides && !failed; k = next) {
     for (next = k + 1; next < sides && sorted[next].low == sorted[k].low &&
                        sorted[next].high == sorted[k].high;)

@@ -68,14 +68,6 @@ struct flesh_coarse {
   flesh_coarse_sums summed; /* over the ranks */
 };
 
-static int compare_terms(const void *a, const void *b)
-{
-  const term *p = a, *q = b;
-  if (p->pair != q->pair) return (p->pair > q->pair) - (p->pair < q->pair);
-  if (p->node != q->node) return (p->node > q->node) - (p->node < q->node);
-  return (p->other > q->other) - (p->other < q->other);
-}
-
 static int compare_names(const void *a, const void *b)
 {
   const int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
@@ -95,7 +87,7 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
       const int low = swap ? cell[q] : cell[p], high = swap ? cell[p] : cell[q];
       self->terms[count++] = (term){low * cells + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
     }
-  flesh_sort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
+  flesh_sort(self->terms, (size_t)blocks, sizeof *self->terms, flesh_compare_three_ints);
   for (int k = 0; k < blocks; k++) self->pair_count += k == 0 || self->terms[k].pair != self->terms[k - 1].pair;
   self->pairs = flesh_huge_pages_alloc(((size_t)self->pair_count + 1) * sizeof *self->pairs);
   if (!self->pairs) return FLESH_ERR_MEMORY;

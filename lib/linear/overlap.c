@@ -63,13 +63,6 @@ typedef struct entry {
   int row, column;
 } entry;
 
-static int compare(const void *a, const void *b)
-{
-  const entry *p = a, *q = b;
-  if (p->row != q->row) return p->row < q->row ? -1 : 1;
-  return (p->column > q->column) - (p->column < q->column);
-}
-
 /* The place of a received block; `flipped` if it is to be transposed. */
 static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
 {
@@ -128,9 +121,9 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
       const entry e = entry_of(self, r, k, &flipped);
       if (e.column >= A->rows || flesh_block_find(A, e.row, e.column) < 0) entries[extra++] = e;
     }
-  flesh_sort(entries, (size_t)extra, sizeof *entries, compare);
+  flesh_sort(entries, (size_t)extra, sizeof *entries, flesh_compare_two_ints);
   for (int k = 0; k < extra; k++)
-    if (k == 0 || compare(&entries[k], &entries[kept - 1])) entries[kept++] = entries[k];
+    if (k == 0 || flesh_compare_two_ints(&entries[k], &entries[kept - 1])) entries[kept++] = entries[k];
   const int status = make_pattern(self, A, kept, entries);
   flesh_free(entries);
   for (int r = 0, k = 0; !status && r < self->team->reach.count; r++)

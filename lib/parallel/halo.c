@@ -19,23 +19,13 @@ void flesh_shared_nodes_clear(flesh_shared_nodes *self)
   *self = (flesh_shared_nodes){0};
 }
 
-static int compare_ints(int a, int b) { return (a > b) - (a < b); }
-
-static int compare(const void *a, const void *b)
-{
-  const flesh_shared_node *p = a, *q = b;
-  if (p->rank != q->rank) return compare_ints(p->rank, q->rank);
-  if (p->ghost != q->ghost) return compare_ints(p->ghost, q->ghost);
-  return compare_ints(p->node, q->node);
-}
-
 /* Sorted, each once. */
 static void thin(flesh_shared_nodes *self)
 {
   int kept = 0;
-  flesh_sort(self->nodes, (size_t)self->count, sizeof *self->nodes, compare);
+  flesh_sort(self->nodes, (size_t)self->count, sizeof *self->nodes, flesh_compare_three_ints);
   for (int k = 0; k < self->count; k++)
-    if (k == 0 || compare(&self->nodes[k], &self->nodes[kept - 1])) self->nodes[kept++] = self->nodes[k];
+    if (k == 0 || flesh_compare_three_ints(&self->nodes[k], &self->nodes[kept - 1])) self->nodes[kept++] = self->nodes[k];
   self->count = kept;
 }
 

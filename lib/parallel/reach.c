@@ -28,13 +28,6 @@ static void add(pairs *self, int node, int rank)
   if (!self->failed) self->list[self->count++] = (pair){node, rank};
 }
 
-static int compare(const void *a, const void *b)
-{
-  const pair *p = a, *q = b;
-  if (p->node != q->node) return p->node < q->node ? -1 : 1;
-  return (p->rank > q->rank) - (p->rank < q->rank);
-}
-
 /* Calls each(data, tet, count, nodes) for all tets, with their corners and mid-edge nodes. */
 static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes), void *data)
 {
@@ -58,10 +51,10 @@ static int make(pairs *all, int nodes, flesh_reach *self)
     flesh_reach_clear(&made);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
   }
-  flesh_sort(all->list, all->count, sizeof *all->list, compare);
+  flesh_sort(all->list, all->count, sizeof *all->list, flesh_compare_two_ints);
   int count = 0;
   for (size_t k = 0; k < all->count; k++) {
-    if (k > 0 && !compare(&all->list[k], &all->list[k - 1])) continue;
+    if (k > 0 && !flesh_compare_two_ints(&all->list[k], &all->list[k - 1])) continue;
     made.ranks[count++] = all->list[k].rank;
     made.first[all->list[k].node + 1]++;
   }

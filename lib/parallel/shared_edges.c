@@ -9,12 +9,6 @@
 #include "base/sort.h"
 #include "mesh/pieces.h"
 
-static int compare_edges(const void *a, const void *b)
-{
-  const int *p = a, *q = b;
-  return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
-}
-
 /* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; `pair` NULL: counts them. */
 static int list_shared(flesh_shared_edges *self, const flesh_mesh_edges *edges, const double *ranks_of, double *pair)
 {
@@ -36,13 +30,13 @@ static int list_shared(flesh_shared_edges *self, const flesh_mesh_edges *edges, 
 static void find_places(flesh_shared_edges *self, int first, int total, const double *pairs, int (*edges)[2])
 {
   for (int d = 0; d < 2 * total; d++) edges[d / 2][d % 2] = (int)pairs[d];
-  flesh_sort(edges, (size_t)total, sizeof *edges, compare_edges);
+  flesh_sort(edges, (size_t)total, sizeof *edges, flesh_compare_two_ints);
   for (int k = 0; k < total; k++)
-    if (!k || compare_edges(edges[k], edges[self->of_all - 1])) memmove(edges[self->of_all++], edges[k], sizeof *edges);
+    if (!k || flesh_compare_two_ints(edges[k], edges[self->of_all - 1])) memmove(edges[self->of_all++], edges[k], sizeof *edges);
   for (int k = 0; k < self->count; k++) {
     const double *own = pairs + 2 * (size_t)(first + k);
     const int mine[2] = {(int)own[0], (int)own[1]};
-    const int(*found)[2] = bsearch(mine, edges, (size_t)self->of_all, sizeof *edges, compare_edges);
+    const int(*found)[2] = bsearch(mine, edges, (size_t)self->of_all, sizeof *edges, flesh_compare_two_ints);
     self->place[k] = (int)(found - (const int(*)[2])edges);
   }
 }
