@@ -203,7 +203,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
   self->by_factor = 0;
   flesh_pcg_result result;
-  /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
+  /* Three directions of negative curvature suffice: more make an iteration more expensive, and save none. */
   flesh_pcg_request solve = {
       .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
       .tolerance = request->tolerance, .max_iterations = request->max_iterations,
@@ -239,7 +239,7 @@ int flesh_direction_solve_directly(flesh_direction *self, const double *b, doubl
   self->factor_matrix = self->matrix;
   self->by_factor = 1;
   self->residual = 0;
-  /* How well the preconditioner would do by now is not known: the next solve by PCG has a new one. */
+  /* The age of the preconditioner is no longer measured: the next solve by PCG gets a new one. */
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = 0;
   self->equations->stats->direct++;
   self->linear->exact->solve(self->fallback, b, p);

@@ -79,7 +79,7 @@ static int filter(flesh_newton *self, const double *u, const double *b, double *
   return status ? status : keep_volumes(self, u, p);
 }
 
-/* Adds what has been counted since `before`, which is the stage's: the next one is judged by that. */
+/* Adds what has been counted since `before`, and restores the stage's counts, by which the next stage is judged. */
 static void add_since(flesh_newton *self, const flesh_solve_stats *before, flesh_solve_stats *stats)
 {
   stats->linear += self->stats.linear - before->linear;

@@ -8,7 +8,7 @@
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 
-/* So many filtered steps in a row are too short before one is lengthened wherever the residual is. */
+/* After so many filtered steps in a row that were too short, a step is lengthened wherever the residual is. */
 enum { MANY_SHORT = 16 };
 
 /* After every so many steps a solve of bodies that touch each other is given up where these have lowered the potential by

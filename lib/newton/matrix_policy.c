@@ -213,7 +213,8 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }
 
-/* A residual that is so many times what round-off was when last measured, at this shift in motion, is not measured again. */
+/* Round-off is not measured again where the residual is so many times what was measured last (in motion, at this shift).
+ * */
 static const double AGAIN = 1e4;
 
 /* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling: below the

@@ -13,8 +13,8 @@
 #include "system/ranks.h"
 #include "system/velocity_scale.h"
 
-/* So many matrices after a step that the line search has cut take friction by its secant to rest: with one, jelly on
- * stairs takes 5 % more iterations, with three as many. */
+/* After a step that the line search has cut, so many matrices have friction's secant to rest. With one such matrix, jelly
+ * on stairs takes 5 % more iterations; with three, as many as with two. */
 enum { SECANT_MATRICES = 2 };
 
 /* One iteration: from where, and the step as it comes about. */
@@ -72,7 +72,7 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
   return status;
 }
 
-/* Whether the next solve is one by a factor, which needs no preconditioner: the one at hand serves for volume arcs. */
+/* Whether the next solve uses a factorisation. It needs no new preconditioner, and volume arcs use the old one. */
 static int goes_by_factors(const flesh_newton *self)
 {
   return self->direction.fallback_state == FLESH_FALLBACK_IN_USE && !self->follow_curvature;
@@ -187,7 +187,7 @@ int flesh_newton_check_team(const flesh_system *system, const flesh_solver_optio
   return flesh_system_check_team(system);
 }
 
-/* Finds what goes by the body as a whole, which all ranks have room for. */
+/* Measures the body as a whole, once all ranks have memory. */
 static int measure(flesh_newton *self)
 {
   flesh_threads_set_team(self->threads, self->equations.team);

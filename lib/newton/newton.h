@@ -11,7 +11,7 @@
 #include "newton/matrix_policy.h"
 #include "newton/volume_arc.h"
 
-/* May end a solve from outside: stop(data); NULL where nobody is asked. */
+/* A callback that may end a solve: stop(data) then returns a negative status. NULL: there is none. */
 typedef struct flesh_stop {
   int (*stop)(void *data);
   void *data;
@@ -21,7 +21,7 @@ typedef struct flesh_stop {
 typedef struct flesh_stage_solver {
   void *data;
   /* Solves the stage from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to *stats. The
-   * calling thread is in the reserve that the system is in; nothing of it may stay in use. NULL: there is none. */
+   * calling thread allocates from the reserve that the system is in, and keeps nothing of it. NULL: there is none. */
   int (*solve)(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                flesh_stop stop, flesh_solve_stats *stats, double *u);
 } flesh_stage_solver;

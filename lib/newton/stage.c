@@ -32,8 +32,8 @@ static int push_out(flesh_equations *equations, double *u)
   return flesh_equations_is_feasible(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* A guess is taken only where its way would be free for this share beyond it. One that ends nearer to an obstacle has a residual
- * that round-off hides, and would count as solved. */
+/* A guess is taken only where the straight way to it could go on by this share without touching. Nearer to an obstacle
+ * round-off hides the residual, and the guess would count as solved. */
 static const double clear_way = 1e-3;
 
 /* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
@@ -163,8 +163,8 @@ static int effect_norm(flesh_equations *self, int k, const flesh_point *point, d
   return status;
 }
 
-/* The largest of the applied load, whose norm is given, and the norms of all other effects at u; those that are not
- * needed to find `enough` are not asked, the cheap ones first. */
+/* The largest of the applied load, whose norm is given, and the norms of all other effects at u. Effects are evaluated,
+ * the cheap ones first, until a norm reaches `enough`. */
 static int largest_force(flesh_equations *self, const double *u, double load, double enough, double *size)
 {
   double norm;
@@ -265,8 +265,8 @@ static int is_near(flesh_newton *newton, const double *u)
          flesh_equations_norm(&newton->equations, r) <= near_enough * newton->given_target;
 }
 
-/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps, a guess is seldom worse than 0:
- * that is not looked at where the last solve was easy or the first guess is near the solution. */
+/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps, a guess is seldom worse than
+ * u = 0, which is not evaluated where the last solve was easy or the first guess is near the solution. */
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;

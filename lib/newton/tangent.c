@@ -7,8 +7,7 @@
 #include "linear/block_matrix.h"
 #include "newton/newton.h"
 
-/* So many matrices are factored anew after one that the preconditioner of an earlier one did not serve: what touches is
- * another from step to step then. */
+/* After an old preconditioner has failed, so many matrices get new ones: contact then changes from step to step. */
 enum { REFRESHES = 8 };
 
 /* Factors K by KLU with pivots, which an indefinite K needs. */

@@ -8,7 +8,7 @@
 typedef struct flesh_volume_arc {
   flesh_equations *equations; /* borrowed */
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
-  flesh_stiff_rows trial;     /* the rows where the step leads; all zero: there are none, on no rank */
+  flesh_stiff_rows trial;     /* the rows at the end of the step; all zero: no rank has any */
   float *wanted, *error;      /* [rows] */
   int bent;                   /* the step at hand is; then volumes are to change as `wanted` says */
 } flesh_volume_arc;

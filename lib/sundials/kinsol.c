@@ -181,7 +181,8 @@ typedef struct allowance {
   long used;
 } allowance;
 
-/* KINSol, but no more iterations than are left. A smaller limit that a program has set holds unless few are left. */
+/* Calls KINSol with no more iterations than are left. A smaller limit that a program has set holds until fewer are left.
+ * */
 static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
 {
   const flesh_solver_options *options = &self->newton->options;

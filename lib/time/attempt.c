@@ -26,7 +26,7 @@ static void find_end(void *data, const double *u, double *x)
     x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d] : end->state->x[d] + u[d];
 }
 
-/* FLESH_UNDEFINED where what leads from the state to self->part.x at t_to must have gone through something. */
+/* FLESH_UNDEFINED where the body must have passed through something on its way from the state to self->part.x at t_to. */
 static int tunnelled(const flesh_integrator *self, const flesh_stage *stage, const flesh_state *state, double t_to)
 {
   const flesh_evaluation *e = self->evaluation;
@@ -51,8 +51,8 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->part.x, state->v, self->part.energies, stats);
 }
 
-/* Whether solves of at most so many iterations met nothing but a potential that is all but quadratic: then the next one
- * will, and a first iterate that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
+/* Whether solves took at most so many iterations in an almost quadratic potential. The next solve then will, too, and an
+ * extrapolated first iterate helps; where bodies are tangled or collide, extrapolation may lead astray. */
 static int were_easy(int most, const flesh_solve_stats *before, const flesh_solve_stats *after)
 {
   return after->newton - before->newton <= most && after->projections == before->projections &&
@@ -118,7 +118,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   memory->h = part->h;
 }
 
-/* Whether a solve goes through softer materials first. What has no energy at the start fails as it is. */
+/* Whether a solve goes through softer materials first. A state without an energy is left to fail. */
 static int begins_softer(flesh_integrator *self, const flesh_state *state)
 {
   return flesh_uses(&self->options, FLESH_TECHNIQUE_SOFTENED_STEPS) &&
@@ -126,7 +126,7 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
          self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 
-/* A stage before the last one must be one that can be reached, too: else what follows from it is solved in vain. */
+/* Earlier stages must be reachable, too: otherwise the stages that follow are solved in vain. */
 static int check_stage(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state)
 {
   if (flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
@@ -183,9 +183,9 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 }
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
- * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors choose
- * steps, which is 0 elsewhere. Followers hardly change the matrix, which may stay where nothing can touch; a checkpoint
- * does not know what is near. */
+ * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors
+ * choose steps, which is 0 elsewhere. Follower loads hardly change the matrix, which is kept where contact is impossible:
+ * a checkpoint holds no near pairs. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
 {
@@ -281,7 +281,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   return status;
 }
 
-/* Tells what contact pushes at the stage that has been solved, which errors do that no filtered estimate sees. */
+/* Tells the error control the forces of contact at the solved stage, whose errors no filtered estimate sees. */
 static int add_contact(flesh_integrator *self, const trial *trial)
 {
   double *forces = self->first.rigid;

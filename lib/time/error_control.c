@@ -199,8 +199,9 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
 
 void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift *shift)
 {
-  /* Steps that are shorter than their error asks for, by outputs or energies, are so many more: the cube root. Residuals of
-   * many steps add up like errors, but less in step: two thirds of the power. In what flies they add up like impulses. */
+  /* Outputs or energies may ask for shorter steps than the error does, and so for more of them: by the cube root of the
+   * ratio. Residuals of many steps add up like errors, but less coherently: two thirds of the power. In free flight they
+   * add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
   const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
   const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);

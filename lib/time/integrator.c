@@ -353,7 +353,8 @@ static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, fle
   return status;
 }
 
-/* Looks for a tangle at the end of a step, and for a way out. The energy of that is no motion's. */
+/* Looks for a tangle at the end of a step, and untangles it. The energy that this sets free does not count as the
+ * motion's. */
 static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);

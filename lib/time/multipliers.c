@@ -104,7 +104,8 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const fl
   return flesh_multipliers_gap(self, self->x, largest);
 }
 
-/* From the state's pressures, less what the penalty bears of them if the gaps at the stage stay as they were. */
+/* The multipliers begin at the state's pressures minus the part that the penalty carries if the stage's gaps stay the
+ * same. */
 static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
 {
   const size_t bytes = (size_t)self->count * sizeof *self->trial;

@@ -151,13 +151,14 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
                                  self->first.extrapolated);
 }
 
-/* Whether backward Euler takes the part of which the method's own try has failed. A stage within the step balances what is
- * met on the way, but the line through it ends as far behind an obstacle as the nodes were before it. Halves help only
+/* Whether backward Euler takes the part of which the method's own try has failed. A stage within the step balances what
+ * is met on the way, but the line through it ends as far behind an obstacle as the nodes were before it. Halves help only
  * once one step resolves how the barrier turns a node around; meanwhile nodes bounce between ends that lie ever deeper in
  * the barrier, and gain energy. Backward Euler's end is its stage, and it damps. Its local error is of the second order,
  * and impacts are few: the order of the whole is kept, as by one such step at a start. Where errors choose steps, that
- * before an impact may be so long that it would take the rebound away, so that shorter ones are tried first. So it does
- * where the energy grows and some halves have not helped, for motion that a method feeds which damps nothing. */
+ * before an impact may be so long that it would take the rebound away, so that shorter ones are tried first. Backward
+ * Euler also takes over where the energy grows and some halvings have not helped, as a method without damping then feeds
+ * the motion. */
 static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutbacks)
 {
   enum { HALVINGS = 3 };
@@ -169,9 +170,9 @@ static int needs_euler(const flesh_integrator *self, const flesh_cutbacks *cutba
 
 /* Whether the acceleration at the start would by itself take a node farther than an edge within the first step: bodies
  * begin within reach of a stiff barrier, or a load at a point is not balanced. What follows is not resolved, and methods
- * that go on from the acceleration are led far astray by it, while one step of backward Euler damps what it makes and keeps
- * the order of the whole (Rannacher 1984, "Finite element solution of diffusion problems with irregular data"). Not where
- * energy may grow at will: who lets it wants the method by itself. */
+ * that go on from the acceleration are led far astray by it, while one step of backward Euler damps what it makes and
+ * keeps the order of the whole (Rannacher 1984, "Finite element solution of diffusion problems with irregular data"). A
+ * large max_energy_gain allows such steps: its caller wants the plain method. */
 static int begins_violently(const flesh_integrator *self, double h)
 {
   const flesh_evaluation *evaluation = self->evaluation;
@@ -239,7 +240,7 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
     const int gains = status > 0 && self->control.refusal == FLESH_REFUSED_BY_ENERGY;
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
-    /* A solve that does not converge takes hundreds of iterations to show it. */
+    /* A solve takes hundreds of iterations before it is known not to converge, so that its part is quartered. */
     const int halvings = status == FLESH_NOT_CONVERGED && !gains ? 2 : 1;
     more = flesh_cutbacks_next(cutbacks, halvings, self->recovery.max_cutbacks, status);
     if (more && !status && (status = flesh_integrator_pass(self, state, place))) return status;

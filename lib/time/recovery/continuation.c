@@ -9,7 +9,7 @@
 
 /* Poisson's ratios on the way: each but the first resists changes of volume a tenth as much as the next. */
 static const double ratios[FLESH_SOFTENINGS] = {0, 0.49, 0.499};
-/* They are worth a solve where the body's stiffest material has so many times their lambda/mu. */
+/* A softened material is worth a solve where the body's stiffest material has so many times its lambda/mu. */
 static const double worth = 5;
 
 static double stiffness_ratio(double poisson) { return 2 * poisson / (1 - 2 * poisson); }
@@ -62,7 +62,7 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   for (int level = 0; level < self->count; level++) {
     const int status = solve_softened(self, level, stage, level ? last : NULL, stats);
     if (status < 0) return status;
-    /* A first iterate of the next, wherever it has ended. */
+    /* Wherever this solve has ended, the next one begins there. */
     memcpy(self->start, self->nonlinear->u, sizeof *self->start * (size_t)self->n);
   }
   int count = 0;
