@@ -241,7 +241,7 @@ static const flesh_key time_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      AT(time.controlled),
      .default_value = "",
-     .doc = "true: the local error chooses the steps within step, of all methods but midpoint, static, and ida, which "
+     .doc = "true: the local error chooses the steps, of all methods but midpoint, static, and ida, which "
             "always chooses its own. Default: true for runge-kutta with a tolerance"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,

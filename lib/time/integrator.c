@@ -2,7 +2,6 @@
 #include "system/state.h"
 #include "time/integrator.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +9,6 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "effect/effect.h"
-#include "parallel/body_figures.h"
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
@@ -173,8 +171,17 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_multipliers_clear(&(*integrator)->multipliers);
   flesh_internals_clear(&(*integrator)->internals);
   flesh_error_control_clear(&(*integrator)->control);
+  flesh_ahead_clear(&(*integrator)->ahead);
   free(*integrator);
   *integrator = NULL;
+}
+
+/* Other options: the method begins anew, at the caller's state. */
+static void start_over(flesh_integrator *self)
+{
+  if (self->ahead.shown) flesh_evaluation_changed(self->evaluation);
+  self->ahead.shown = 0;
+  self->memory.known = 0;
 }
 
 int flesh_integrator_set_method_options(flesh_integrator *integrator,
@@ -184,7 +191,7 @@ int flesh_integrator_set_method_options(flesh_integrator *integrator,
   int status = flesh_method_options_check(options);
   if (status) return status;
   integrator->memory.options = *options;
-  integrator->memory.known = 0;
+  start_over(integrator);
   return FLESH_OK;
 }
 
@@ -222,7 +229,7 @@ size_t flesh_integrator_memory(const flesh_integrator *self)
          flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
          flesh_continuation_memory(&self->continuation) + flesh_followers_memory(&self->followers) +
          flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
-         flesh_error_control_memory(&self->control) +
+         flesh_error_control_memory(&self->control) + flesh_ahead_memory(&self->ahead, self->evaluation->n) +
          (self->ida ? flesh_ida_steps_memory(self->ida) : 0);
 }
 
@@ -254,10 +261,14 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   if (!status)
     status = flesh_error_control_set(&taken, integrator->evaluation->system, &integrator->first.parts, integrator->nonlinear,
                                      &integrator->control);
+  start_over(integrator);
+  flesh_ahead_clear(&integrator->ahead);
+  const int limited = flesh_team_any(integrator->evaluation->team, flesh_ahead_is_limited(integrator->evaluation->system));
+  if (!status && taken.control && row->stages && !limited)
+    status = flesh_ahead_create(integrator->evaluation->n, &integrator->ahead);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
   integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);
-  integrator->memory.known = 0;
   integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);
   return status;
 }
@@ -326,20 +337,6 @@ const double *flesh_integrator_energies(const flesh_integrator *integrator, cons
   return known && flesh_evaluation_is_at(integrator->evaluation, state, 0) ? watch->energies : NULL;
 }
 
-void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
-                                     int status, const flesh_solve_stats *stats)
-{
-  flesh_failure *f = &self->recovery.failure;
-  *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
-                       .residual = stats->residual_last, .target = stats->residual_target,
-                       .volume_gap = self->multipliers.left,
-                       .load = self->memory.method == FLESH_METHOD_STATIC ? stage->load : 0};
-  f->worst_tet = flesh_body_worst_tet(self->recovery.mesh, self->evaluation->team, self->evaluation->x, &f->worst_J,
-                                      f->worst_position);
-  const flesh_known_residual *residual = &self->evaluation->residual;
-  f->worst_node = residual->known ? flesh_evaluation_worst_node(self->evaluation, 1, residual->r, NULL) : -1;
-}
-
 const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)
 {
   return self->last_stage.known ? &self->last_stage.at : state;
@@ -380,15 +377,11 @@ static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_plac
     status = flesh_integrator_pass(self, state, place);
     if (!status) status = flesh_integrator_find_equilibrium(self, state, h, stats);
   } else status = flesh_integrator_step_in_time(self, state, place, stats);
-  if (!status && untangler && self->memory.method != FLESH_METHOD_STATIC) return untangle(self, state, h, stats);
+  if (!status && untangler && self->memory.method != FLESH_METHOD_STATIC) status = untangle(self, state, h, stats);
+  if (!status) flesh_ahead_show(&self->ahead, self->evaluation->system, place->begin + h, self->part.x, state);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || self->ida) return status;
   return flesh_recovery_fail(&self->recovery);
-}
-
-double flesh_rounding_of_time(double t, double h)
-{
-  return fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(t), fabs(t + h)));
 }
 
 static int step_alone(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
@@ -403,7 +396,8 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
   if (!status) status = flesh_internals_view(&self->internals, &view);
   if (status) return status;
-  const int moved = !flesh_evaluation_is_at(self->evaluation, &view, flesh_rounding_of_time(view.t, h));
+  const double rounding = flesh_rounding_of_time(view.t, h);
+  const int moved = !flesh_evaluation_is_at(self->evaluation, &view, rounding) || (self->ahead.shown && self->tape);
   if (moved) status = flesh_evaluation_check_state(self->evaluation, &view);
   if (!status) status = flesh_integrator_begin(self, state);
   if (status) return status;
@@ -413,9 +407,13 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
     /* A failure is told by the place evaluated last, also where none has been yet. */
     memcpy(self->evaluation->x, view.x, (size_t)self->evaluation->n * sizeof *view.x);
     flesh_multipliers_forget(&self->multipliers);
+    self->ahead.shown = 0;
   }
-  flesh_step_place place = {.begin = view.t, .h = h, .at_begin = 1};
-  status = take_step(self, &view, &place, stats ? stats : &ignored);
+  const double begin = view.t;
+  if (!flesh_ahead_go_on(&self->ahead, self->evaluation->system, begin + h, rounding, self->part.x, &view)) {
+    flesh_step_place place = {.begin = view.t, .h = view.t > begin ? begin + h - view.t : h, .at_begin = 1};
+    status = take_step(self, &view, &place, stats ? stats : &ignored);
+  }
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
   return flesh_team_agree(self->evaluation->team, status); /* all have the same, and get one sentence */

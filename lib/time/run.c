@@ -246,11 +246,13 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
              .options = options, .environment = &integrator->evaluation->environment};
   if (options->observer_count) status = watch_open(&w);
   const flesh_stop before = integrator->nonlinear->newton->stop;
+  integrator->ahead.limit = options->end;
   if (options->stop) flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check_with(system, state->internal, state->t, state->x);
   if (!status) status = flesh_integrator_begin(integrator, state);
   if (!status) status = run_steps(&w, integrator, from.fresh, from.begin, state, steps);
   flesh_integrator_set_stop(integrator, before.stop, before.data);
+  integrator->ahead.limit = -INFINITY;
   watch_close(&w);
   return status;
 }

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 14, ORDER = 0x01020304 };
+enum { FORMAT = 15, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -95,6 +95,7 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->recovery.failure);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
   flesh_error_control_archive(&self->control, archive);
+  flesh_ahead_archive(&self->ahead, self->evaluation->n, archive);
   if (self->ida) flesh_ida_steps_archive(self->ida, archive);
 }
 

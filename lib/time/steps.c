@@ -1,4 +1,5 @@
 /* steps.c: a step in time: in pieces between events, each in parts of a length that is given, or that errors choose. */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -6,6 +7,25 @@
 #include "parallel/body_figures.h"
 #include "time/attempt.h"
 #include "time/step_energy.h"
+
+double flesh_rounding_of_time(double t, double h)
+{
+  return fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(t), fabs(t + h)));
+}
+
+void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
+                                     int status, const flesh_solve_stats *stats)
+{
+  flesh_failure *f = &self->recovery.failure;
+  *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
+                       .residual = stats->residual_last, .target = stats->residual_target,
+                       .volume_gap = self->multipliers.left,
+                       .load = self->memory.method == FLESH_METHOD_STATIC ? stage->load : 0};
+  f->worst_tet = flesh_body_worst_tet(self->recovery.mesh, self->evaluation->team, self->evaluation->x, &f->worst_J,
+                                      f->worst_position);
+  const flesh_known_residual *residual = &self->evaluation->residual;
+  f->worst_node = residual->known ? flesh_evaluation_worst_node(self->evaluation, 1, residual->r, NULL) : -1;
+}
 
 /* Adds the state times `sign` to the jumps that the tape keeps. */
 static void add_jump(const flesh_integrator *self, const flesh_state *state, double sign)
@@ -257,19 +277,28 @@ static int show(const flesh_integrator *self, const flesh_state *state, const fl
   return flesh_adaptive_options_show(&control->options, self->evaluation->team, &step);
 }
 
+/* How far steps may lead within a piece. First ones, and those that resolve the motion, go behind its end. */
+static double reach(const flesh_integrator *self, const flesh_piece *piece)
+{
+  const int resolves = self->memory.easy > 0 || (self->memory.easy == 0 && self->control.first);
+  if (!self->ahead.from.x || self->tape || !resolves) return piece->end;
+  return fmax(piece->end, fmin(piece->event, self->ahead.limit));
+}
+
 /* One part of a piece, as long as its error is to be; *refused: it was not accepted, for what the control says. */
 static int take_controlled(flesh_integrator *self, flesh_state *state, const flesh_piece *piece,
                            flesh_solve_stats *stats)
 {
   flesh_error_control *control = &self->control;
   const flesh_method_row *row = self->row;
-  const double left = piece->end - state->t, known = self->memory.known ? self->memory.h : INFINITY;
+  const double until = reach(self, piece), left = until - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   if (self->memory.easy < 0 && !control->failed) control->h = left;
   const double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
-  const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : piece->end, h}};
+  const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : until, h}};
   const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
   flesh_error_control_aim(control, order, state, h);
+  flesh_ahead_remember(&self->ahead, self->evaluation->n, state);
   int status = take_part(self, state, piece, &only, stats);
   if (status < 0) return status;
   if (status > 0 && !control->refusal) control->refusal = FLESH_REFUSED_BY_SOLVE;

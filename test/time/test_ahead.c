@@ -1,0 +1,188 @@
+// TEST quick seconds=10
+/* test_ahead.c: states between the ends of steps that errors choose: how few steps they take, what they are off by, and
+ * when there are none. */
+#include "busy_bar.h"
+#include "motion_reference.h"
+#include "time/integrator.h"
+
+enum { OUTPUTS = 60 };
+static const double end = 0.5, length = 3;
+
+static flesh_integrator *controlled(const test_body *b, double tolerance)
+{
+  flesh_integrator *integrator = motion_integrator(b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
+  flesh_adaptive_options options;
+  flesh_adaptive_options_default(&options);
+  options.control = 1;
+  options.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  integrator->ahead.limit = INFINITY;
+  return integrator;
+}
+
+/* Goes on to the output k of OUTPUTS. */
+static void go_to(flesh_integrator *integrator, int k, flesh_state *state, flesh_solve_stats *stats)
+{
+  const double t = k * end / OUTPUTS;
+  CHECK_OK(flesh_integrator_step(integrator, state, t - state->t, stats));
+  CHECK_NEAR(state->t, t, 1e-12);
+  state->t = t;
+}
+
+/* The root mean square of what velocities differ by, of nodes that nothing holds. */
+static double difference(const test_body *b, const flesh_state *state, const flesh_state *exact)
+{
+  uint8_t *fixed = malloc((size_t)b->n);
+  double sum = 0;
+  flesh_system_fixed(b->system, state->t, fixed);
+  for (int d = 0; d < b->n; d++)
+    if (!fixed[d]) sum += pow(state->v[d] - exact->v[d], 2);
+  free(fixed);
+  return sqrt(3 * sum / b->n);
+}
+
+/* A bar with events and moving constraints, against integration by GSL. Positions are off by no more than steps may be,
+ * velocities by that in a hundredth of a second; what is held is where it is to be. */
+static void states_between_steps_are_those_of_the_motion(void)
+{
+  for (double tolerance = 1e-3; tolerance > 1e-6; tolerance /= 10) {
+    test_body b;
+    make_busy_bar(FLESH_MASS_LUMPED, &b);
+    flesh_state exact = state_copy(b.n, &b.state), whole = state_copy(b.n, &b.state);
+    double *held = malloc((size_t)b.n * sizeof *held), off = 0, off_v = 0;
+    flesh_integrator *integrator = controlled(&b, tolerance);
+    flesh_solve_stats stats = {0}, once = {0};
+    int between = 0;
+    for (int k = 1; k <= OUTPUTS; k++) {
+      go_to(integrator, k, &b.state, &stats);
+      motion_reference_run(&b, b.state.t, 1e-12, &exact);
+      between += integrator->ahead.shown;
+      off = fmax(off, motion_distance(b.n, b.state.x, exact.x));
+      off_v = fmax(off_v, difference(&b, &b.state, &exact));
+      memcpy(held, b.state.x, (size_t)b.n * sizeof *held);
+      flesh_system_prescribe(b.system, b.state.t, held);
+      CHECK_BELOW(motion_distance(b.n, held, b.state.x), 1e-14);
+    }
+    flesh_integrator_destroy(&integrator);
+    integrator = controlled(&b, tolerance);
+    CHECK_OK(flesh_integrator_step(integrator, &whole, end, &once));
+    printf("# tolerance %g: %d outputs between the ends of %d steps (%d without outputs); off by %.3g m, %.3g m/s\n",
+           tolerance, between, stats.steps, once.steps, off, off_v);
+    CHECK(stats.steps <= once.steps + 4); /* the one beyond the end, and where it begins anew */
+    CHECK(between > OUTPUTS / 3);
+    CHECK_BELOW(off, 2 * tolerance * length);
+    CHECK_BELOW(off_v, 2 * tolerance * length / 0.01);
+    flesh_integrator_destroy(&integrator);
+    state_free(&exact);
+    state_free(&whole);
+    free(held);
+    test_body_destroy(&b);
+  }
+}
+
+/* Takes another integrator from the state to the next output. */
+static void check_begins(const test_body *b, const flesh_integrator *first, const flesh_state *from, double h, const flesh_state *state)
+{
+  flesh_state other = state_copy(b->n, from);
+  flesh_integrator *integrator = controlled(b, 1e-6);
+  CHECK(!first->ahead.shown || state->t == from->t + h);
+  CHECK_OK(flesh_integrator_step(integrator, &other, h, NULL));
+  CHECK_BELOW(motion_distance(b->n, other.x, state->x), 1e-5);
+  CHECK_BELOW(motion_distance(b->n, other.v, state->v), 1e-3);
+  flesh_integrator_destroy(&integrator);
+  state_free(&other);
+}
+
+/* The motion goes on from a state that the caller changes between steps, or at which the integrator gets other options. */
+static void changes_between_steps_count(void)
+{
+  test_body b;
+  make_busy_bar(FLESH_MASS_LUMPED, &b);
+  flesh_integrator *integrator = controlled(&b, 1e-4);
+  int k = 0, changes = 0;
+  for (; changes < 4 && k < OUTPUTS - 2; ) {
+    go_to(integrator, ++k, &b.state, NULL);
+    if (!integrator->ahead.shown) continue;
+    if (changes++ % 2)
+      for (int d = 0; d < b.n; d++) b.state.v[d] *= 0.5;
+    else {
+      flesh_adaptive_options options;
+      flesh_adaptive_options_default(&options);
+      options.control = 1;
+      options.tolerance = 1e-5;
+      CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+      integrator->ahead.limit = INFINITY;
+    }
+    flesh_state from = state_copy(b.n, &b.state);
+    go_to(integrator, ++k, &b.state, NULL);
+    check_begins(&b, integrator, &from, b.state.t - from.t, &b.state);
+    state_free(&from);
+  }
+  CHECK(changes == 4);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static double latest;
+static int between;
+
+static int see_state(void *data, const flesh_step_record *record)
+{
+  const flesh_integrator *integrator = data;
+  between += record->step > 0 && integrator->ahead.shown;
+  return FLESH_OK;
+}
+
+static int see_step(void *data, const flesh_internal_step *step)
+{
+  (void)data;
+  latest = fmax(latest, step->t);
+  return FLESH_OK;
+}
+
+/* Far below. */
+static void add_floor(test_body *b)
+{
+  flesh_obstacle *floor = NULL;
+  flesh_effect *contact = NULL;
+  flesh_contact_options options;
+  flesh_contact_options_default(&options);
+  CHECK_OK(flesh_obstacle_plane((double[]){0, 0, -9}, (double[]){0, 0, 1}, &floor));
+  CHECK_OK(flesh_effect_obstacle_contact(&b->body, &options, &floor, &contact));
+  CHECK_OK(flesh_system_add_effect(b->system, &contact));
+}
+
+/* A run takes no step behind its end, and steps by themselves none behind theirs. Where an obstacle is, every step ends where
+ * a state is shown. */
+static void runs_and_obstacles_end_steps(void)
+{
+  for (int obstacle = 0; obstacle < 2; obstacle++) {
+    test_body b;
+    int steps;
+    CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+    CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+    if (obstacle) add_floor(&b);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = controlled(&b, 1e-3);
+    flesh_adaptive_options options = integrator->control.options;
+    options.observe = see_step;
+    CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+    flesh_observer observer = {.observe = see_state, .data = integrator};
+    const flesh_run_options run = {.h = end / OUTPUTS, .end = end, .observers = &observer, .observer_count = 1};
+    latest = 0;
+    between = 0;
+    CHECK_OK(flesh_run(b.system, integrator, &run, &b.state, &steps));
+    CHECK(latest == end && b.state.t == end && steps == OUTPUTS);
+    CHECK(obstacle ? between == 0 : between > OUTPUTS / 2);
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, end / OUTPUTS, NULL));
+    CHECK(!integrator->ahead.shown);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(changes_between_steps_count),
+                   TEST(runs_and_obstacles_end_steps));
+}
