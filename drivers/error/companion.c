@@ -47,7 +47,7 @@ static void add(flesh_error_judge *judge, const char *folder, const char *key, d
            flesh_number_text(value, number));
 }
 
-/* A smaller tolerance; and shorter steps, as where outputs end them the tolerance changes nothing. */
+/* A smaller tolerance; and states twice as often, as where these end steps the tolerance changes nothing. */
 static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge)
 {
   char number[FLESH_NUMBER_SIZE];
@@ -56,7 +56,7 @@ static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge
   add(judge, "step", "time.tolerance", tolerance);
   snprintf(judge->companions[0].set[1], sizeof judge->companions->set[1], "time.step=%s",
            flesh_number_text(time->step / 2, number));
-  snprintf(judge->words, sizeof judge->words, "a tolerance of %g and steps of at most %g s", tolerance, time->step / 2);
+  snprintf(judge->words, sizeof judge->words, "a tolerance of %g and a time.step of %g s", tolerance, time->step / 2);
 }
 
 /* The next coarser mesh, with the same steps, with twice these where the judge of steps compares those, and with another

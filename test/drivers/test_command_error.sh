@@ -63,7 +63,7 @@ a_smaller_tolerance_covers() {
   covers adaptive step fine 4 || return 1
   # Where outputs end the steps, a smaller tolerance alone would change nothing.
   expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=0.5 --error --out capped || return 1
-  has stdout.txt '^error bars of the step: by a tolerance of 0.125 and steps of at most 0.00833333 s$' || return 1
+  has stdout.txt '^error bars of the step: by a tolerance of 0.125 and a time.step of 0.00833333 s$' || return 1
   covers capped step fine 10
 }
 
