@@ -68,7 +68,7 @@ int flesh_json_write(const char *path, json_t *value)
     putc('\n', file.stream);
     if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
       flesh_file_abandon(&file);
-      status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+      status = flesh_no_memory_for(path);
     } else {
       status = flesh_file_commit(&file);
     }

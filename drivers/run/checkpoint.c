@@ -134,7 +134,7 @@ int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head
   char identity[FLESH_IDENTITY_SIZE];
   int status = archive_all(head, scene_digest, notes, parts, &archive);
   archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .size = archive.at, .data = status ? NULL : malloc(archive.at)};
-  if (!status && !archive.data) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!status && !archive.data) status = flesh_no_memory_for(folder);
   if (!status) status = archive_all(head, scene_digest, notes, parts, &archive);
   if (!status) status = flesh_file_open(path_in(folder), file);
   if (!status) {
@@ -179,7 +179,7 @@ static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes,
     return flesh_checkpoint_refuse(folder);
   *size = (size_t)head[0];
   *bytes = malloc(*size + 1);
-  if (!*bytes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!*bytes) return flesh_no_memory_for(folder);
   if (fread(*bytes, 1, *size, file) == *size && flesh_archive_sum(0, *bytes, *size) == head[1]) return FLESH_OK;
   free(*bytes);
   *bytes = NULL;
@@ -193,7 +193,7 @@ static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoin
   long at = ftell(file);
   if (pieces < 1 || (long)sizeof(uint64_t) * 2 > (end - at) / pieces) return flesh_checkpoint_refuse(folder);
   checkpoint->places = malloc((size_t)pieces * sizeof *checkpoint->places);
-  if (!checkpoint->places) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!checkpoint->places) return flesh_no_memory_for(folder);
   for (int k = 0; k < pieces; k++) {
     uint64_t head[2];
     checkpoint->places[k] = at;

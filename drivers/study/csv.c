@@ -103,7 +103,7 @@ int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv)
   csv->names = calloc(fields, sizeof *csv->names);
   csv->cells = calloc(fields, sizeof *csv->cells);
   if (!status && (!csv->path || !csv->names || !csv->cells))
-    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    status = flesh_no_memory_for(path);
   if (!status) status = cut(csv, rows);
   if (status) flesh_csv_clear(csv);
   return status;

@@ -29,5 +29,5 @@ int flesh_study_fingerprint(const flesh_scene *scene, const char *path, char tex
     SHA256End(&hash, text);
   }
   free(values.data);
-  return lacks ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path) : FLESH_OK;
+  return lacks ? flesh_no_memory_for(path) : FLESH_OK;
 }

@@ -51,7 +51,7 @@ int flesh_confine(const char *folder)
   if (longer && root) roots[root_count++] = root;
   else free(root);
   pthread_mutex_unlock(&lock);
-  return longer && root ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  return longer && root ? FLESH_OK : flesh_no_memory_for(folder);
 }
 
 /* A path as the *at functions of the system take it. It takes no memory, so that files are removed where there is

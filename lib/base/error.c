@@ -102,6 +102,7 @@ int flesh_fail(int status, const char *format, ...)
 }
 
 int flesh_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory"); }
+int flesh_no_memory_for(const char *path) { return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path); }
 
 unsigned long flesh_fail_count(void) { return fail_count; }
 

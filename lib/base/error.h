@@ -11,6 +11,8 @@
 int flesh_fail(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* FLESH_ERR_MEMORY, "out of memory". */
 int flesh_no_memory(void);
+/* FLESH_ERR_MEMORY, "PATH: out of memory". */
+int flesh_no_memory_for(const char *path);
 
 /* How many sentences this thread has recorded: whoever calls what may fail without one compares it before and after. */
 unsigned long flesh_fail_count(void);

@@ -21,7 +21,7 @@ int flesh_folder_make(const char *path)
 {
   if (!*path) return flesh_fail(FLESH_ERR_FILE, "the name of a directory is empty");
   char *part = strdup(path);
-  if (!part) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!part) return flesh_no_memory_for(path);
   int reason = 0;
   for (char *c = part + 1;; c++) {
     if (*c && *c != '/') continue;
@@ -104,7 +104,7 @@ int flesh_folder_claim_take(const char *path, const char *who, double patience, 
   if (status) return status;
   size_t length = strlen(path) + sizeof lock_name + 1;
   claim->path = malloc(length);
-  if (!claim->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!claim->path) return flesh_no_memory_for(path);
   strcpy(stpcpy(stpcpy(claim->path, path), "/"), lock_name);
   status = take_lock(path, who, patience, claim);
   if (status) {

@@ -28,7 +28,7 @@ int flesh_regular_open(const char *path, FILE **stream)
     *stream = fdopen(descriptor, "rb");
     if (*stream) return FLESH_OK;
     close(descriptor);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    return flesh_no_memory_for(path);
   }
   close(descriptor);
   return flesh_fail_kind(path, what.st_mode);

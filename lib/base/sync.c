@@ -32,7 +32,7 @@ static int sync_folder_of(const char *path)
 {
   const char *slash = strrchr(path, '/');
   char *folder = slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
-  if (!folder) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!folder) return flesh_no_memory_for(path);
   const int status = flesh_sync(folder);
   free(folder);
   return status;

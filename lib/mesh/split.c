@@ -64,7 +64,7 @@ static int read_regions(flesh_scanner *s, flesh_split *split)
   int status = flesh_scan_count(s, "region tag", 1, 2, &split->region_count);
   if (!status) status = flesh_scan_row_end(s);
   if (!status && !(split->regions = flesh_malloc((size_t)split->region_count * sizeof *split->regions)))
-    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path);
+    status = flesh_no_memory_for(s->path);
   for (int k = 0; k < split->region_count && !status; k++) {
     int64_t tag = 0;
     s->item = "region tag", s->index = k, s->form = "tag";
@@ -140,7 +140,7 @@ static int read_rows(flesh_scanner *s, flesh_split *split)
   int status = flesh_scan_count(s, "part", 1, 8, &split->parts);
   if (!status) status = flesh_scan_row_end(s);
   if (!status && !(split->rows = flesh_calloc((size_t)split->parts, sizeof *split->rows)))
-    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path);
+    status = flesh_no_memory_for(s->path);
   for (int k = 0; k < split->parts && !status; k++) {
     status = read_row(s, split, k, &split->rows[k]);
     sum += split->rows[k].own;
@@ -163,7 +163,7 @@ int flesh_split_read(flesh_scanner *s, flesh_split *split)
 {
   int version;
   *split = (flesh_split){.path = flesh_malloc(strlen(s->path) + 1)};
-  if (!split->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", s->path);
+  if (!split->path) return flesh_no_memory_for(s->path);
   strcpy(split->path, s->path);
   int status = read_int(s, title, VERSION, VERSION, &version);
   if (!status) status = read_number(s, "mark", 0, INT64_MAX, &split->mark);
@@ -210,7 +210,7 @@ int flesh_split_begin(const char *folder)
   int status = flesh_folder_make(folder);
   if (status) return status;
   char *path = path_in(folder, "index.txt");
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!path) return flesh_no_memory_for(folder);
   if (!flesh_path_access(path, F_OK) && !flesh_split_is_index(path))
     status = flesh_fail(FLESH_ERR_FILE, "%s: exists and is no index of a split mesh; choose another folder", path);
   else flesh_path_unlink(path);
@@ -247,7 +247,7 @@ int flesh_split_write_index(const flesh_split *split, const char *folder)
 {
   flesh_file file;
   char *path = path_in(folder, "index.txt");
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!path) return flesh_no_memory_for(folder);
   drop_parts(folder, split->parts);
   int status = flesh_file_open(path, &file);
   flesh_free(path);
@@ -259,7 +259,7 @@ int flesh_split_write_index(const flesh_split *split, const char *folder)
   if (!stream || fclose(stream) || !text) {
     free(text);
     flesh_file_abandon(&file);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+    return flesh_no_memory_for(folder);
   }
   sum_line(text, size, line);
   fwrite(text, 1, size, file.stream);

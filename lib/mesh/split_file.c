@@ -82,7 +82,7 @@ int flesh_split_write_part(flesh_split *split, const char *folder, int part, con
   flesh_file file;
   int64_t head[HEAD_NUMBERS];
   char *path = path_of(split, folder, part);
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", folder);
+  if (!path) return flesh_no_memory_for(folder);
   int status = flesh_file_open(path, &file);
   flesh_free(path);
   if (status) return status;
@@ -165,7 +165,7 @@ int flesh_split_check_files(const flesh_split *split)
   for (int part = 0; part < split->parts && !status; part++) {
     size_t bytes;
     char *path = path_of(split, NULL, part);
-    status = path ? check_size(split, path, part, &bytes) : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", split->path);
+    status = path ? check_size(split, path, part, &bytes) : flesh_no_memory_for(split->path);
     flesh_free(path);
   }
   return status;
@@ -212,7 +212,7 @@ int flesh_split_load_part(const flesh_split *split, int part, flesh_split_arrays
 {
   char *path = path_of(split, NULL, part), *data = NULL;
   *arrays = (flesh_split_arrays){0};
-  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", split->path);
+  if (!path) return flesh_no_memory_for(split->path);
   int status = load(split, path, part, &data);
   if (!status) status = take(split, path, part, data, arrays);
   free(data);

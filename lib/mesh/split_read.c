@@ -13,7 +13,7 @@ static int attach(const flesh_split *split, int part, flesh_split_arrays *a, fle
   if (!self || !regions) {
     flesh_free(self);
     flesh_free(regions);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", split->path);
+    return flesh_no_memory_for(split->path);
   }
   memcpy(regions, split->regions, (size_t)split->region_count * sizeof *regions);
   *self = (flesh_split_part){.parts = split->parts, .part = part, .whole_nodes = split->nodes, .whole_tets = split->tets,

@@ -137,7 +137,7 @@ static int inflate_blocks(const flesh_vtk_file *file, const flesh_vtk_array *arr
                           (unsigned long long)each, (unsigned long long)last, bytes);
   sizes = malloc((size_t)blocks * sizeof *sizes);
   char *deflated = malloc((size_t)(b->end - b->at) + 1);
-  int status = sizes && deflated ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", file->s->path);
+  int status = sizes && deflated ? FLESH_OK : flesh_no_memory_for(file->s->path);
   for (uint64_t k = 0; k < blocks && !status; k++)
     if (!take_length(file, b, &sizes[k])) status = ends_early(file, array);
   for (uint64_t k = 0; k < blocks && !status; k++) {
@@ -186,7 +186,7 @@ static int read_bytes(const flesh_vtk_file *file, const flesh_vtk_array *array, 
   if (size / (file->compressed ? 1032 : 1) > (size_t)(b.end - b.at))
     return flesh_vtk_fail(file, array->line, "the array %s should have %lld numbers, but only %lld bytes of the file are left",
                           array->name, (long long)count, (long long)(b.end - b.at));
-  if (!(*bytes = malloc(size + 1))) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", file->s->path);
+  if (!(*bytes = malloc(size + 1))) return flesh_no_memory_for(file->s->path);
   if (file->compressed) return inflate_blocks(file, array, &b, *bytes, size);
   if (!take_length(file, &b, &length)) return ends_early(file, array);
   if (length != size)
@@ -262,7 +262,7 @@ static int read_numbers(const flesh_vtk_file *file, const flesh_vtk_array *array
                           array->name, (long long)count, (long long)left);
   if (array->format != FLESH_VTK_ASCII) status = read_bytes(file, array, count, &bytes);
   void *numbers = status ? NULL : malloc(8 * (size_t)count + 1);
-  if (!status && !numbers) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", file->s->path);
+  if (!status && !numbers) status = flesh_no_memory_for(file->s->path);
   if (reals) *reals = numbers;
   else *integers = numbers;
   if (!status && !bytes) status = read_text(file, array, count, reals ? *reals : NULL, reals ? NULL : *integers);

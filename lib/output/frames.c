@@ -65,7 +65,7 @@ static void remove_frames(flesh_frames *frames, int last)
 static int create(const char *directory, const flesh_mesh *mesh, int every, flesh_frames **result)
 {
   flesh_frames *frames = calloc(1, sizeof *frames);
-  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  if (!frames) return flesh_no_memory_for(directory);
   frames->mesh = mesh;
   frames->every = every;
   frames->directory = strdup(directory);
@@ -73,7 +73,7 @@ static int create(const char *directory, const flesh_mesh *mesh, int every, fles
   frames->displacement = malloc(3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh));
   if (!frames->directory || !frames->path || !frames->displacement) {
     flesh_frames_close(&frames);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+    return flesh_no_memory_for(directory);
   }
   *result = frames;
   return FLESH_OK;

@@ -43,7 +43,7 @@ static const char *const *report_names(const flesh_system *system, int index)
 static int create(const char *path, const flesh_system *system, flesh_history **result)
 {
   flesh_history *history = calloc(1, sizeof *history);
-  if (!history) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!history) return flesh_no_memory_for(path);
   for (int e = 0; e < flesh_system_effect_count(system); e++)
     for (const char *const *name = report_names(system, e); *name; name++) history->reports++;
   if (history->reports) {
@@ -51,7 +51,7 @@ static int create(const char *path, const flesh_system *system, flesh_history **
     history->zeros = calloc((size_t)flesh_system_unknowns(system), sizeof(double));
     if (!history->values || !history->zeros) {
       flesh_history_close(&history);
-      return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+      return flesh_no_memory_for(path);
     }
   }
   *result = history;

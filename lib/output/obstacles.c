@@ -32,7 +32,7 @@ int flesh_obstacles_write(const char *directory, const flesh_step_record *record
     flesh_surface *surface;
     const size_t size = strlen(directory) + 64;
     char *path = malloc(size);
-    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+    if (!path) return flesh_no_memory_for(directory);
     if (flesh_obstacle_moves(obstacle))
       snprintf(path, size, "%s/obstacle_%d_%06d.obj", directory, count, record->step);
     else

@@ -49,7 +49,7 @@ int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, cons
     if (frames->directory && frames->path && frames->displacement) return FLESH_OK;
   }
   flesh_part_frames_close(result);
-  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  return flesh_no_memory_for(directory);
 }
 
 int flesh_part_frames_resume(flesh_part_frames **frames, int last)

@@ -32,7 +32,7 @@ int flesh_rows_open(const char *path, flesh_rows *rows)
   if (!flesh_path_stat(path, &info) && !S_ISREG(info.st_mode) && !S_ISLNK(info.st_mode))
     return flesh_fail_kind(path, info.st_mode);
   rows->path = strdup(path);
-  if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!rows->path) return flesh_no_memory_for(path);
   /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
   flesh_path_unlink(path);
   const int descriptor = flesh_path_open(path, O_WRONLY | O_CREAT | O_EXCL, 0666);
@@ -61,7 +61,7 @@ static int go_on(flesh_rows *rows)
 int flesh_rows_resume(const char *path, long whole, flesh_rows *rows)
 {
   *rows = (flesh_rows){.path = strdup(path), .whole = whole};
-  if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  if (!rows->path) return flesh_no_memory_for(path);
   int status = flesh_path_check(path);
   const int descriptor = status ? -1 : flesh_path_open(path, O_RDWR | O_NONBLOCK, 0);
   rows->stream = descriptor < 0 ? NULL : fdopen(descriptor, "r+");

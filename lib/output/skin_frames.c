@@ -64,7 +64,7 @@ int flesh_skin_frames_open(const char *directory, const flesh_skin *skin, const 
 {
   *result = NULL;
   flesh_skin_frames *frames = calloc(1, sizeof *frames);
-  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  if (!frames) return flesh_no_memory_for(directory);
   size_t size = 3 * (size_t)skin->identity.vertices;
   frames->skin = skin;
   frames->surface = surface;
@@ -75,7 +75,7 @@ int flesh_skin_frames_open(const char *directory, const flesh_skin *skin, const 
   frames->x = malloc(3 * size * sizeof *frames->x);
   if (!frames->directory || !frames->path || !frames->x) {
     flesh_skin_frames_abandon(&frames);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+    return flesh_no_memory_for(directory);
   }
   frames->v = frames->x + size;
   frames->displacement = frames->v + size;
@@ -202,7 +202,7 @@ static int make_cache(flesh_skin_frames *frames, int last, const char *body_fram
   double *x = malloc(3 * sizeof *x * (size_t)nodes);
   char *path = malloc(strlen(body_frames) + NAME_SIZE + 1);
   int status = x && path ? flesh_pc2_open(path_of(frames, "skin.pc2"), frames->skin->identity.vertices, &frames->cache)
-                         : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", body_frames);
+                         : flesh_no_memory_for(body_frames);
   for (int step = 0; step <= last && !status; step += frames->every) {
     sprintf(path, "%s/frame_%06d.vtu", body_frames, step);
     status = flesh_vtu_read(path, nodes, 1, names, &x);

@@ -155,7 +155,7 @@ static int read_parts(const char *path, const char *text, size_t size, int point
   const char *at = text, *slash = strrchr(path, '/');
   char value[VALUE_SIZE], *part = malloc(strlen(path) + VALUE_SIZE + 1);
   uint8_t *known = calloc((size_t)points, 1);
-  int found = 0, status = part && known ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  int found = 0, status = part && known ? FLESH_OK : flesh_no_memory_for(path);
   for (size_t length; !status && (length = next_tag(&at, text + size, "Piece")); at += length) {
     char *data = NULL;
     size_t bytes;

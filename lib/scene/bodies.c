@@ -11,11 +11,6 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 
-static int no_memory(const flesh_scene *scene)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
-}
-
 /* The key `bodies`, its list and where entry k's key at `offset` stands. */
 static const flesh_key *list_key(void)
 {
@@ -113,7 +108,7 @@ static int append_other(flesh_scene *scene, int k, join *j)
     return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
   }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
-  status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
+  status = append(j, mesh, other) ? flesh_no_memory_for(scene->path) : FLESH_OK;
   scene->part_nodes[k + 2] = j->nodes;
   flesh_mesh_destroy(&mesh);
   return status;
@@ -126,11 +121,11 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   flesh_mesh *joined = NULL;
   scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
   scene->part_nodes = flesh_arena_take(&scene->arena, ((size_t)count + 2) * sizeof *scene->part_nodes);
-  if (!scene->parts || !scene->part_nodes) return no_memory(scene);
+  if (!scene->parts || !scene->part_nodes) return flesh_no_memory_for(scene->path);
   scene->part_count = count + 1;
   scene->parts[0] = (flesh_body_part){scene->keys.body.name, 0, flesh_mesh_tet_count(scene->mesh)};
   if (!count) return FLESH_OK;
-  int status = append(&j, scene->mesh, NULL) ? no_memory(scene) : FLESH_OK;
+  int status = append(&j, scene->mesh, NULL) ? flesh_no_memory_for(scene->path) : FLESH_OK;
   scene->part_nodes[0] = 0;
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
@@ -160,7 +155,7 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
     if (others[k].material.energy >= 0) {
       material = scene->material_count++;
       char *path = flesh_arena_print(&scene->arena, "%s[%d].material", list_key()->name, k);
-      if (!path) return no_memory(scene);
+      if (!path) return flesh_no_memory_for(scene->path);
       int status = flesh_scene_make_material(place_of(scene, k, offsetof(flesh_scene_other, material)), path,
                                              &others[k].material, flesh_scene_element(scene, k + 1),
                                              &scene->materials[material]);

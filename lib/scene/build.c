@@ -18,11 +18,6 @@
 #include "system/internal.h"
 #include "system/parts.h"
 
-static int no_memory(const flesh_scene *scene)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
-}
-
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset)
 {
   const flesh_key *key = flesh_key_at(keys, offset);
@@ -85,13 +80,13 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
   scene->material_elements =
       flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)scene->keys.bodies.count + 1) *
                                           sizeof *scene->material_elements);
-  if (!scene->materials || !scene->material_elements) return no_memory(scene);
+  if (!scene->materials || !scene->material_elements) return flesh_no_memory_for(scene->path);
   *base = -1;
   int status = FLESH_OK;
   if (scene->keys.body.material.energy >= 0) {
     *base = scene->material_count++;
     char *path = flesh_key_path(&scene->arena, body->name, key->name);
-    if (!path) return no_memory(scene);
+    if (!path) return flesh_no_memory_for(scene->path);
     status = flesh_scene_make_material(flesh_scene_place(body_node, body->children, key->offset), path,
                                        &scene->keys.body.material, flesh_scene_element(scene, 0), &scene->materials[0]);
   }
@@ -102,7 +97,7 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
     of_region[e] = scene->material_count++;
     char *path = flesh_arena_print(&scene->arena, "%s.%s[%d].%s", body->name, list->name, e,
                                    region_key->name);
-    if (!path) return no_memory(scene);
+    if (!path) return flesh_no_memory_for(scene->path);
     const flesh_node *node =
         flesh_scene_place(flesh_node_item(regions, e), list->children, region_key->offset);
     status = flesh_scene_make_material(node, path, &entries[e].material, flesh_scene_element(scene, 0),
@@ -126,7 +121,7 @@ static int map_materials(flesh_scene *scene, const flesh_node *body_node, int ba
   if (!scene->keys.body.material_map) return FLESH_OK;
   const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
   const flesh_scene_material **of = flesh_arena_take(&scene->arena, ((size_t)scene->material_count + 1) * sizeof *of);
-  if (!of) return no_memory(scene);
+  if (!of) return flesh_no_memory_for(scene->path);
   for (int m = 0; m < scene->material_count; m++) of[m] = NULL;
   for (int e = 0; e < scene->keys.body.regions.count; e++)
     if (of_region[e] >= 0) of[of_region[e]] = &entries[e].material;
@@ -192,7 +187,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
   const size_t tets = (size_t)flesh_mesh_tet_count(scene->mesh);
   double *density = flesh_arena_take(&scene->arena, tets * sizeof *density);
   int *tet_material = flesh_arena_take(&scene->arena, tets * sizeof *tet_material);
-  if (!density || !tet_material) return no_memory(scene);
+  if (!density || !tet_material) return flesh_no_memory_for(scene->path);
   int status = assign_own(scene, regions, base, of_region, density, tet_material);
   if (status || (status = flesh_scene_assign_bodies(scene, base, density, tet_material)) ||
       (status = map_materials(scene, body_node, base, of_region, tet_material)))
@@ -217,7 +212,7 @@ int flesh_scene_make_body(flesh_scene *scene)
       body_node, body->children, offsetof(flesh_scene_keys, body.regions) - body->offset);
   int base = -1, *of_region = flesh_arena_take(
                      &scene->arena, (size_t)scene->keys.body.regions.count * sizeof *of_region);
-  if (!of_region) return no_memory(scene);
+  if (!of_region) return flesh_no_memory_for(scene->path);
   int status = make_materials(scene, body_node, regions, &base, of_region);
   return status ? status : assign_tets(scene, body_node, regions, base, of_region);
 }
@@ -243,7 +238,7 @@ static int complete_effects(flesh_scene *scene)
   flesh_effect_entry *longer =
       flesh_arena_take(&scene->arena, ((size_t)list->count + 1) * sizeof *longer);
   void *parameters = flesh_arena_take(&scene->arena, elasticity->parameters_size);
-  if (!longer || !parameters) return no_memory(scene);
+  if (!longer || !parameters) return flesh_no_memory_for(scene->path);
   if (list->count) memcpy(longer, entries, (size_t)list->count * sizeof *longer);
   longer[list->count++] = (flesh_effect_entry){.row = elasticity, .parameters = parameters, .path = elasticity->name};
   list->values = longer;

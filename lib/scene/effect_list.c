@@ -6,11 +6,6 @@
 #include "base/error.h"
 #include "scene/words.h"
 
-static int no_memory(void)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
-}
-
 const flesh_effect_row *flesh_effect_row_named(const char *name)
 {
   int count;
@@ -29,7 +24,7 @@ int flesh_effect_list_normalise(flesh_arena *arena, flesh_node *list)
         item->kind == FLESH_NODE_MAPPING && item->count == 1 && flesh_node_is_null(item->first);
     if (bare) {
       flesh_node *name = flesh_arena_take(arena, sizeof *name);
-      if (!name) return no_memory();
+      if (!name) return flesh_no_memory();
       *name = *item;
       name->key = item->text;
       name->key_line = item->line;
@@ -73,7 +68,7 @@ static int read_entry(const flesh_key_reader *reader, const flesh_node *item, co
   if (node->removed) return FLESH_OK;
   entry->path = flesh_key_path(reader->arena, path, node->key);
   entry->parameters = flesh_arena_take(reader->arena, entry->row->parameters_size);
-  if (!entry->path || !entry->parameters) return no_memory();
+  if (!entry->path || !entry->parameters) return flesh_no_memory();
   if (node->kind != FLESH_NODE_MAPPING) {
     char expected[FLESH_EXPECTATION_SIZE];
     flesh_key as_key = {.type = FLESH_KEY_OBJECT, .children = entry->row->keys};
@@ -108,12 +103,12 @@ static int read_list(const flesh_key_reader *reader, const flesh_node *list, con
                            path, flesh_node_show(list, shown));
   flesh_effect_entry *values =
       flesh_arena_take(reader->arena, (size_t)list->count * sizeof *values);
-  if (!values) return no_memory();
+  if (!values) return flesh_no_memory();
   entries->values = values;
   int index = 0;
   for (const flesh_node *item = list->first; item; item = item->next, index++) {
     char *below = flesh_arena_print(reader->arena, "%s[%d]", path, index);
-    if (!below) return no_memory();
+    if (!below) return flesh_no_memory();
     int status = read_entry(reader, item, below, &values[entries->count]);
     if (status) return status;
     if (!values[entries->count].parameters) continue; /* what was removed is only checked */

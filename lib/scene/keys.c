@@ -14,11 +14,6 @@
 #include "flesh/system.h"
 #include "scene/words.h"
 
-static int no_memory(void)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
-}
-
 const flesh_key *flesh_key_named(const flesh_key *keys, const char *name)
 {
   for (; keys->name; keys++)
@@ -283,7 +278,7 @@ static int read_text(const flesh_key_reader *reader, const flesh_key *key, const
                  reader->directory && *reader->directory;
   *value = relative ? flesh_arena_print(reader->arena, "%s/%s", reader->directory, node->text)
                     : flesh_arena_text(reader->arena, node->text, strlen(node->text));
-  return *value ? FLESH_OK : no_memory();
+  return *value ? FLESH_OK : flesh_no_memory();
 }
 
 /* A list: the item that is wrong is named, since the list may be long. */
@@ -293,7 +288,7 @@ static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
   if (node->kind != FLESH_NODE_LIST || !node->count) return flesh_key_fail(key, node, path);
   integers->values =
       flesh_arena_take(reader->arena, (size_t)node->count * sizeof *integers->values);
-  if (!integers->values) return no_memory();
+  if (!integers->values) return flesh_no_memory();
   integers->count = node->count;
   int i = 0;
   for (const flesh_node *child = node->first; child; child = child->next, i++)
@@ -310,12 +305,12 @@ static int read_objects(const flesh_key_reader *reader, const flesh_key *key,
 {
   if (node->kind != FLESH_NODE_LIST) return flesh_key_fail(key, node, path);
   objects->values = flesh_arena_take(reader->arena, (size_t)node->count * key->child_size);
-  if (!objects->values) return no_memory();
+  if (!objects->values) return flesh_no_memory();
   objects->count = node->count;
   int i = 0;
   for (const flesh_node *child = node->first; child; child = child->next, i++) {
     char *item_path = flesh_arena_print(reader->arena, "%s[%d]", path, i);
-    if (!item_path) return no_memory();
+    if (!item_path) return flesh_no_memory();
     if (child->kind != FLESH_NODE_MAPPING) {
       char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
       flesh_key item = {.type = FLESH_KEY_OBJECT, .children = key->children};
@@ -382,7 +377,7 @@ int flesh_key_default(flesh_arena *arena, const flesh_key *key, flesh_node **nod
   if (strchr("[{", key->default_value[0]))
     return flesh_yaml_parse(arena, key->default_value, strlen(key->default_value), &source, node);
   *node = flesh_node_create(arena, FLESH_NODE_SCALAR, &source);
-  if (!*node) return no_memory();
+  if (!*node) return flesh_no_memory();
   (*node)->text = key->default_value;
   return FLESH_OK;
 }
@@ -421,7 +416,7 @@ static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
     }
     if (child->removed && child->kind == FLESH_NODE_MAPPING && key->type == FLESH_KEY_OBJECT) {
       char *below = flesh_key_path(reader->arena, path, child->key);
-      if (!below) return no_memory();
+      if (!below) return flesh_no_memory();
       int status = check_names(reader, key->children, child, below);
       if (status) return status;
     }
@@ -439,7 +434,7 @@ int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
     void *value = (char *)target + key->offset;
     const flesh_node *node = flesh_node_find(mapping, key->name);
     char *below = flesh_key_path(reader->arena, path, key->name);
-    if (!below) return no_memory();
+    if (!below) return flesh_no_memory();
     status = node && !node->removed ? read_value(reader, key, node, below, value)
                                     : read_absent(reader, key, place, below, value);
   }

@@ -24,8 +24,6 @@ typedef struct reading {
   double *values;  /* [tets * COLUMNS] by rows */
 } reading;
 
-static int no_memory(const flesh_scene *scene) { return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path); }
-
 /* A constant of materials by its name; NULL: there is none. */
 static const flesh_key *constant_named(const char *name, flesh_suggestion *suggestion)
 {
@@ -127,7 +125,7 @@ static int assign(reading *r, int shift, const flesh_scene_material *const *of, 
   flesh_material *materials = flesh_arena_take(&scene->arena, ((size_t)room + 1) * sizeof *materials);
   flesh_element *elements = flesh_arena_take(&scene->arena, ((size_t)room + 1) * sizeof *elements);
   int *made = flesh_arena_take(&scene->arena, ((size_t)r->row_count + 1) * 2 * sizeof *made); /* and what it replaces */
-  if (!materials || !elements || !made) return no_memory(scene);
+  if (!materials || !elements || !made) return flesh_no_memory_for(scene->path);
   memcpy(materials, scene->materials, (size_t)before * sizeof *materials);
   memcpy(elements, scene->material_elements, (size_t)before * sizeof *elements);
   memset(made, -1, ((size_t)r->row_count + 1) * 2 * sizeof *made);
@@ -159,7 +157,7 @@ int flesh_scene_map_materials(flesh_scene *scene, const flesh_scene_material *co
     return flesh_fail(FLESH_ERR_ARGUMENT, "a map needs body.material, of which it replaces constants");
   r.row_of = flesh_arena_take(&scene->arena, ((size_t)r.tets + 1) * sizeof *r.row_of);
   r.values = flesh_arena_take(&scene->arena, ((size_t)r.tets + 1) * COLUMNS * sizeof *r.values);
-  if (!r.row_of || !r.values) return no_memory(scene);
+  if (!r.row_of || !r.values) return flesh_no_memory_for(scene->path);
   for (int t = 0; t < r.tets; t++) r.row_of[t] = -1;
   int status = flesh_scan_open(&r.scanner, scene->keys.body.material_map);
   r.scanner.commas = 1;

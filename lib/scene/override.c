@@ -26,11 +26,6 @@ typedef struct change {
   flesh_node *value; /* removed: take away */
 } change;
 
-static int no_memory(void)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
-}
-
 static int bad_path(const change *c)
 {
   return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -67,7 +62,7 @@ static int split_path(change *c)
       size_t size = strcspn(at, ".[]");
       if (!size) return bad_path(c);
       *s = (segment){.name = flesh_arena_text(c->arena, at, size), .index = -1};
-      if (!s->name) return no_memory();
+      if (!s->name) return flesh_no_memory();
       int index = index_of(at, size);
       if (index >= 0) *s = (segment){.index = index}; /* regions.0 */
       at += size;
@@ -149,9 +144,9 @@ static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node
     if (flesh_node_find(*item, name) && found++ == wanted) return FLESH_OK;
   if (found != wanted) return no_such_item(c, *depth, found, name);
   *item = flesh_node_create(c->arena, FLESH_NODE_MAPPING, &c->source);
-  if (!*item) return no_memory();
+  if (!*item) return flesh_no_memory();
   flesh_node_append(list, *item);
-  return new_child(c, *item, name) ? FLESH_OK : no_memory();
+  return new_child(c, *item, name) ? FLESH_OK : flesh_no_memory();
 }
 
 /* The child of `node` by step *depth and the parent it hangs on; made when missing. *depth moves to
@@ -176,7 +171,7 @@ static int step(const change *c, flesh_node *node, int *depth, flesh_node **pare
       return no_such_item(c, *depth, node->count, NULL);
   }
   if (!*child) *child = new_child(c, node, s->name);
-  return *child ? FLESH_OK : no_memory();
+  return *child ? FLESH_OK : flesh_no_memory();
 }
 
 static int apply(const change *c, flesh_node *root)
@@ -207,11 +202,11 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   enum { SHOWN = 200 };
   const char *more = strlen(text) > SHOWN ? "..." : "";
   c.source = (flesh_source){flesh_arena_print(arena, "--set %.*s%s", SHOWN, text, more), number};
-  if (!c.source.name) return no_memory();
+  if (!c.source.name) return flesh_no_memory();
   const char *equals = strchr(text, '=');
   if (!equals) return bad_path(&c);
   c.path = flesh_arena_text(arena, text, (size_t)(equals - text));
-  if (!c.path) return no_memory();
+  if (!c.path) return flesh_no_memory();
   int status = split_path(&c);
   if (!status)
     status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
@@ -221,7 +216,7 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no value follows the =; put a text that begins with # or %% into quotes",
                       c.source.name);
   if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source)))
-    return no_memory();
+    return flesh_no_memory();
   c.value->removed = flesh_node_is_null(c.value);
   return apply(&c, root);
 }

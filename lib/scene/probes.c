@@ -80,7 +80,7 @@ int flesh_scene_make_probes(flesh_scene *scene)
   const int bearing = scene->keys.output.reactions == 1 ? flesh_scene_count_bearing(scene) : 0;
   if (!objects->count && !bearing) return FLESH_OK;
   scene->probes = flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)bearing) * sizeof *scene->probes);
-  if (!scene->probes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
+  if (!scene->probes) return flesh_no_memory_for(scene->path);
   int status = FLESH_OK;
   for (int k = 0; k < objects->count + bearing && !status; k++) {
     if (k < objects->count) status = choose(scene, &keys[k], &scene->probes[k]);

@@ -21,11 +21,6 @@
 
 enum { MAX_FILE = 64 << 20 };
 
-static int no_memory(const char *path)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-}
-
 static int load_text(const char *path, char **text, size_t *size)
 {
   struct stat info;
@@ -77,7 +72,7 @@ int flesh_scene_make_absolute(flesh_scene *scene, char **path)
     return flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s", *path, strerror(errno));
   *path = flesh_arena_text(&scene->arena, whole, strlen(whole));
   free(whole);
-  return *path ? FLESH_OK : no_memory(scene->path);
+  return *path ? FLESH_OK : flesh_no_memory_for(scene->path);
 }
 
 static int read_mesh(flesh_scene *scene)
@@ -111,7 +106,7 @@ static int read_start(flesh_scene *scene)
     scene->start.internal = flesh_arena_take(&scene->arena, (size_t)scene->start.internal_count * sizeof(double));
   if (!scene->start.x || !scene->start.v || (scene->start.multiplier_count && !scene->start.multipliers) ||
       (scene->start.internal_count && !scene->start.internal))
-    return no_memory(scene->path);
+    return flesh_no_memory_for(scene->path);
   for (int k = 0; k < scene->start.multiplier_count; k++) scene->start.multipliers[k] = 0;
   for (int k = 0; k < scene->start.internal_count; k++) scene->start.internal[k] = 0;
   double *velocity = scene->keys.start.velocity;
@@ -187,7 +182,7 @@ static int read_keys(flesh_scene *scene, int count, const char *const *overrides
   reader.directory =
       flesh_arena_text(&scene->arena, scene->path,
                        slash ? (size_t)(slash - scene->path) + (slash == scene->path) : 0);
-  if (!reader.directory) return no_memory(scene->path);
+  if (!reader.directory) return flesh_no_memory_for(scene->path);
   return flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
 }
 
@@ -257,13 +252,13 @@ static int make_scene(const char *text, const char *path, int count, const char 
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there are to be %d overrides, but %s is NULL", path, count,
                         overrides ? "one of them" : "overrides");
   flesh_scene *made = calloc(1, sizeof *made);
-  if (!made) return no_memory(path);
+  if (!made) return flesh_no_memory_for(path);
   made->path = flesh_arena_text(&made->arena, path, strlen(path));
   made->text = text;
   made->rank = rank;
   made->ranks = ranks;
   flesh_stop_begin();
-  int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
+  int status = made->path ? read_scene(made, count, overrides) : flesh_no_memory_for(path);
   const int stopped = flesh_stop_end();
   if (status && stopped)
     status = flesh_fail(stopped, "%s: %s while the scene was set up", path, flesh_status_text(stopped));
@@ -359,7 +354,7 @@ int flesh_scene_write(const flesh_scene *scene, const char *path)
   flesh_scene_print(scene, &text);
   if (text.failed) {
     free(text.data);
-    return no_memory(path);
+    return flesh_no_memory_for(path);
   }
   flesh_file file;
   int status = flesh_file_open(path, &file);

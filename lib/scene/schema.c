@@ -10,11 +10,6 @@
 #include "scene/scene_keys.h"
 #include "scene/words.h"
 
-static int no_memory(void)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while writing the schema");
-}
-
 static const flesh_key *effects_key(void)
 {
   return flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, effects));
@@ -36,7 +31,7 @@ static int effect_part(flesh_arena *arena, const flesh_effect_row *row, flesh_sc
 {
   *part = (flesh_schema_part){flesh_key_path(arena, effects_key()->name, row->name), row->doc,
                               row->keys, NULL, row->sample};
-  return part->path ? FLESH_OK : no_memory();
+  return part->path ? FLESH_OK : flesh_no_memory();
 }
 
 static int unknown(const char *section, const char *word, const flesh_schema_part *above)
@@ -62,7 +57,7 @@ static int find(flesh_arena *arena, const char *section, flesh_schema_part *part
   for (const char *at = section ? section : ""; *at;) {
     size_t size = strcspn(at, ".");
     char *word = flesh_arena_text(arena, at, size);
-    if (!word) return no_memory();
+    if (!word) return flesh_no_memory();
     at += size + (at[size] == '.');
     if (size > 2 && !strcmp(word + size - 2, "[]")) word[size - 2] = 0;
     const flesh_key *key = part->keys ? flesh_key_named(part->keys, word) : NULL;
@@ -77,7 +72,7 @@ static int find(flesh_arena *arena, const char *section, flesh_schema_part *part
     else if (names_effect) status = effect_part(arena, row, part);
     else return unknown(section, word, part);
     if (status) return status;
-    if (!part->path) return no_memory();
+    if (!part->path) return flesh_no_memory();
   }
   return FLESH_OK;
 }
@@ -193,7 +188,7 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
   if (!status) {
     if (format == FLESH_SCHEMA_JSON) flesh_schema_json(&arena, &part, &made);
     else write(&arena, style_of(format), &part, &made);
-    if (made.failed) status = no_memory();
+    if (made.failed) status = flesh_no_memory();
   }
   flesh_arena_free(&arena);
   if (status) {

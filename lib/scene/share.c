@@ -40,7 +40,7 @@ static int take_tets(flesh_scene_share *self)
   self->tet_material = malloc((tets + 1) * sizeof *self->tet_material);
   self->bodies = calloc((size_t)whole->part_count + 1, sizeof *self->bodies);
   if (!self->density || !self->tet_material || !self->bodies)
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", self->scene->path);
+    return flesh_no_memory_for(self->scene->path);
   for (size_t t = 0; t < tets; t++) {
     self->density[t] = whole->density[numbers[t]];
     self->tet_material[t] = whole->tet_material ? whole->tet_material[numbers[t]] : 0;
@@ -119,7 +119,7 @@ static int build(flesh_scene_share *self)
   const flesh_effect_entry *entries = self->scene->keys.effects.values;
   int status = take_tets(self);
   self->effects = calloc((size_t)self->scene->keys.effects.count + 1, sizeof *self->effects);
-  if (!status && !self->effects) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", self->scene->path);
+  if (!status && !self->effects) status = flesh_no_memory_for(self->scene->path);
   if (!status) status = flesh_system_create(self->body.mesh, &self->system);
   if (!status) status = flesh_system_set_part(self->system, self->part);
   for (int k = 0; k < self->scene->keys.effects.count && !status; k++) {
@@ -143,7 +143,7 @@ static int finish(flesh_scene_share *self)
 int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *communicator, flesh_scene_share **share)
 {
   flesh_scene_share *self = *share = calloc(1, sizeof *self);
-  int status = self ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
+  int status = self ? FLESH_OK : flesh_no_memory_for(scene->path);
   status = flesh_communicator_agree(communicator, status);
   if (!status) {
     self->scene = scene;

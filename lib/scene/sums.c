@@ -57,7 +57,7 @@ int flesh_scene_sum(const flesh_scene *scene, flesh_scene_sums *sums)
   reading r = {.scene = scene, .keys = text.data};
   if (text.failed) {
     free(text.data);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
+    return flesh_no_memory_for(scene->path);
   }
   flesh_scene_visit_files(scene, add_file, &r);
   *sums = (flesh_scene_sums){.keys = flesh_archive_sum(0, text.data, strlen(text.data)),

@@ -36,11 +36,6 @@ typedef struct builder {
   frame stack[MAX_DEPTH];
 } builder;
 
-static int no_memory(const builder *b)
-{
-  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", b->source->name);
-}
-
 static int fail_at(const builder *b, int line, int column, const char *sentence)
 {
   if (b->source->override)
@@ -93,7 +88,7 @@ static int token_text(const builder *b, struct fy_token *token, const char **cop
   size_t size = 0;
   const char *text = token ? fy_token_get_text(token, &size) : NULL;
   /* Without memory for a text that it has to copy, libfyaml gives an empty one. */
-  if (token && (!text || (!size && !is_blank(b, token)))) return no_memory(b);
+  if (token && (!text || (!size && !is_blank(b, token)))) return flesh_no_memory_for(b->source->name);
   for (size_t i = 0, bytes; i < size; i += bytes) {
     unsigned code = 0;
     bytes = flesh_letter_at((const unsigned char *)text + i, size - i, &code);
@@ -103,7 +98,7 @@ static int token_text(const builder *b, struct fy_token *token, const char **cop
     return fail_at(b, line, column, "an escape in these quotes is not a character of a text");
   }
   *copy = flesh_arena_text(b->arena, text ? text : "", size);
-  return *copy ? FLESH_OK : no_memory(b);
+  return *copy ? FLESH_OK : flesh_no_memory_for(b->source->name);
 }
 
 /* "effects[1].pin.box": what leads to the innermost mapping, then `key`. */
@@ -176,7 +171,7 @@ static int set_anchor(builder *b, const char *name, const flesh_node *node)
 {
   if (!name) return FLESH_OK;
   anchor *entry = flesh_arena_take(b->arena, sizeof *entry);
-  if (!entry) return no_memory(b);
+  if (!entry) return flesh_no_memory_for(b->source->name);
   *entry = (anchor){name, node, b->anchors};
   b->anchors = entry;
   return FLESH_OK;
@@ -187,7 +182,7 @@ static int copy_node(builder *b, const flesh_node *from, flesh_node **copy)
   int status = count_node(b, from->line, from->column);
   if (status) return status;
   *copy = flesh_arena_take(b->arena, sizeof **copy);
-  if (!*copy) return no_memory(b);
+  if (!*copy) return flesh_no_memory_for(b->source->name);
   **copy = *from;
   (*copy)->first = (*copy)->last = (*copy)->next = NULL;
   (*copy)->count = 0;
@@ -243,7 +238,7 @@ static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
                       struct fy_token *name, int quoted)
 {
   flesh_node *node = flesh_node_create(b->arena, kind, b->source);
-  if (!node) return no_memory(b);
+  if (!node) return flesh_no_memory_for(b->source->name);
   const frame *top = b->depth ? &b->stack[b->depth - 1] : NULL;
   node->line = top && top->key ? top->key_line : top ? top->node->line : 1;
   node->column = top && top->key ? top->key_column : top ? top->node->column : 1;
@@ -340,7 +335,7 @@ static int syntax_error(const builder *b, struct fy_diag *diag)
   char sentence[400], version[16];
   if (!error || !error->msg) {
     int line = unread_version(b, version);
-    if (!line) return no_memory(b);
+    if (!line) return flesh_no_memory_for(b->source->name);
     snprintf(sentence, sizeof sentence, "%%YAML %s: versions 1.1 to 1.3 of YAML are read", version);
     return fail_at(b, line, 1, sentence);
   }
@@ -352,9 +347,9 @@ static int parse(builder *b, struct fy_diag *diag, const char *text, size_t size
 {
   struct fy_parse_cfg cfg = {.flags = FYPCF_QUIET | FYPCF_DEFAULT_VERSION_1_2, .diag = diag};
   struct fy_parser *parser = fy_parser_create(&cfg);
-  if (!parser) return no_memory(b);
+  if (!parser) return flesh_no_memory_for(b->source->name);
   int status = FLESH_OK;
-  if (fy_parser_set_string(parser, text, size)) status = no_memory(b);
+  if (fy_parser_set_string(parser, text, size)) status = flesh_no_memory_for(b->source->name);
   struct fy_event *event = NULL;
   while (!status && (event = fy_parser_parse(parser))) {
     status = take_event(b, event);
@@ -382,7 +377,7 @@ int flesh_yaml_parse(flesh_arena *arena, const char *text, size_t size, const fl
   cfg.fp = NULL;
   cfg.output_fn = discard;
   struct fy_diag *diag = fy_diag_create(&cfg);
-  if (!diag) return no_memory(&b);
+  if (!diag) return flesh_no_memory_for(b.source->name);
   fy_diag_set_collect_errors(diag, true);
   status = parse(&b, diag, text, size);
   fy_diag_destroy(diag);
