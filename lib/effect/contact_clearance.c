@@ -3,7 +3,7 @@
 
 #include "effect/contact.h"
 #include "geometry/obstacle_bounds.h"
-#include "math/mat3.h"
+#include "math/nearest.h"
 
 /* So many nodes have a box. */
 enum { NODES_OF_BOX = 64 };
@@ -31,12 +31,6 @@ double flesh_contact_clearance(const flesh_effect *effect, double t, const doubl
   return least;
 }
 
-static double distance(const double a[3], const double b[3])
-{
-  const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  return sqrt(flesh_vec3_dot(d, d));
-}
-
 /* A place's ways in the obstacle's frame differ by an affine function of the place, whose size is largest at a corner.
  * The cores are compared in space, where the body's faces go straight. */
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],
@@ -54,13 +48,13 @@ double flesh_contact_approach(const flesh_effect *effect, double t_from, double 
     for (int c = 0; c < 3; c++) x[c] = corner >> c & 1 ? high[c] : low[c];
     flesh_frame_enter(&from, x, a);
     flesh_frame_enter(&to, x, b);
-    largest = fmax(largest, distance(a, b));
+    largest = fmax(largest, flesh_distance(a, b));
   }
   for (int end = 0; end < 2 && core->points; end++) {
     const double *centre = core->centres + (end ? 3 * (core->points - 1) : 0);
     flesh_frame_leave(&from, centre, a);
     flesh_frame_leave(&to, centre, b);
-    largest = fmax(largest, distance(a, b));
+    largest = fmax(largest, flesh_distance(a, b));
   }
   return largest;
 }

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "math/mat3.h"
+#include "math/nearest.h"
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
 
@@ -61,11 +62,6 @@ static void place(const region *self, const double L[4], double x[3])
   }
 }
 
-static double distance(const double a[3], const double b[3])
-{
-  return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
-}
-
 /* Integrates over a tet by the four points of degree 2. */
 static void add_up(region *self, const double L[4][4], double volume)
 {
@@ -75,7 +71,7 @@ static void add_up(region *self, const double L[4][4], double volume)
     for (int k = 0; k < 4; k++)
       for (int i = 0; i < 4; i++) at[i] += (k == q ? near : far) * L[k][i];
     place(self, at, x);
-    const double s = distance(x, self->centre) / self->radius;
+    const double s = flesh_distance(x, self->centre) / self->radius;
     if (!(s < 1)) continue;
     const double k = volume / 4 * (1 - s * s) * (1 - s * s);
     shape(self, at, N);
@@ -94,10 +90,10 @@ static void integrate(region *self, const double L[4][4], int cuts)
   place(self, middle, m);
   for (int k = 0; k < 4; k++) {
     place(self, L[k], x[k]);
-    extent = fmax(extent, distance(x[k], m));
+    extent = fmax(extent, flesh_distance(x[k], m));
   }
   /* A curved one reaches beyond its corners, by less than its extent. */
-  if (distance(m, self->centre) > self->radius + (self->count == 4 ? 1 : 2) * extent) return;
+  if (flesh_distance(m, self->centre) > self->radius + (self->count == 4 ? 1 : 2) * extent) return;
   if (extent <= finest * self->radius || cuts == CUTS) {
     for (int k = 0; k < 9; k++) e[k / 3][k % 3] = x[k / 3 + 1][k % 3] - x[0][k % 3];
     flesh_vec3_cross(e[0], e[1], normal);

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "math/mat3.h"
+#include "math/nearest.h"
 #include "mesh/pieces.h"
 
 static int no_memory(int count)
@@ -81,12 +82,6 @@ static int list_edges(flesh_contact_surface *s)
   return FLESH_OK;
 }
 
-static double distance(const double *a, const double *b)
-{
-  const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-  return sqrt(flesh_vec3_dot(d, d));
-}
-
 static void measure(const double *X, flesh_contact_surface *s)
 {
   for (int f = 0; f < s->face_count; f++) {
@@ -103,7 +98,7 @@ static void measure(const double *X, flesh_contact_surface *s)
     }
   }
   for (int e = 0; e < s->edge_count; e++)
-    s->mean_edge += distance(X + 3 * (size_t)s->edges[2 * e], X + 3 * (size_t)s->edges[2 * e + 1]) / s->edge_count;
+    s->mean_edge += flesh_distance(X + 3 * (size_t)s->edges[2 * e], X + 3 * (size_t)s->edges[2 * e + 1]) / s->edge_count;
 }
 
 /* Joins the nodes of each cell [size*count]; nodes of no cell have -1. */

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "geometry/continuous_collision.h"
 #include "math/mat3.h"
+#include "math/nearest.h"
 
 /* They see each other within so much of their normals, of one of the node's faces: the cosine. */
 static const double facing = 0.5;
@@ -23,9 +24,7 @@ typedef struct ways {
 
 static double span(const ways *w, int node, int other)
 {
-  const double *a = w->X + 3 * (size_t)node, *b = w->X + 3 * (size_t)other;
-  const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-  return sqrt(flesh_vec3_dot(d, d));
+  return flesh_distance(w->X + 3 * (size_t)node, w->X + 3 * (size_t)other);
 }
 
 static void close_ways(ways *w)

@@ -1,6 +1,14 @@
-/* nearest.h: the nearest points of segments and triangles. */
+/* nearest.h: distances, and the nearest points of segments and triangles. */
 #ifndef FLESH_MATH_NEAREST_H
 #define FLESH_MATH_NEAREST_H
+
+#include <math.h>
+
+static inline double flesh_distance(const double a[3], const double b[3])
+{
+  const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
 
 /* Weights of the point nearest to p on the segment from A to B, exactly 0 or 1 at its ends; returns
  * the distance squared. */

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/stop.h"
 #include "math/mat3.h"
+#include "math/nearest.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 
@@ -17,12 +18,6 @@ static const double least_cosine = 0.5;                         /* of a face's n
 static const int most_rounds = 100;                             /* between surfaces that meet */
 static const double tangent = 0.87;                             /* cosine of the angle of a plane that goes on smoothly */
 
-static double distance(const double a[3], const double b[3])
-{
-  const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  return sqrt(flesh_vec3_dot(d, d));
-}
-
 /* How far the corners of a face are from the surface at most, in its longest edge; infinite where the face is turned from
  * the surface. */
 static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const int corner[3])
@@ -30,10 +25,10 @@ static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface 
   const double *x[3];
   double longest = 0, farthest = 0, at[3], normal[3], middle[3] = {0}, e[2][3], own[3];
   for (int k = 0; k < 3; k++) x[k] = mesh->positions + 3 * (size_t)corner[k];
-  for (int k = 0; k < 3; k++) longest = fmax(longest, distance(x[k], x[(k + 1) % 3]));
+  for (int k = 0; k < 3; k++) longest = fmax(longest, flesh_distance(x[k], x[(k + 1) % 3]));
   for (int k = 0; k < 3; k++) {
     surface->nearest(surface->data, x[k], at, normal);
-    farthest = fmax(farthest, distance(x[k], at) / longest);
+    farthest = fmax(farthest, flesh_distance(x[k], at) / longest);
     if (!(farthest <= half_an_edge)) return INFINITY;
     for (int c = 0; c < 3; c++) middle[c] += x[k][c] / 3;
   }
@@ -177,7 +172,7 @@ static void move(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, 
       memcpy(x, at, sizeof at);
     }
     if (flat) flatten(mesh->surface + 3 * (size_t)(flat - 1), normal, positions, x);
-    if (distance(before, x) <= 4 * DBL_EPSILON * sqrt(flesh_vec3_dot(x, x))) return;
+    if (flesh_distance(before, x) <= 4 * DBL_EPSILON * sqrt(flesh_vec3_dot(x, x))) return;
   }
 }
 

@@ -75,11 +75,6 @@ typedef struct triangles {
   flesh_surface *surface;
 } triangles;
 
-static double distance(const double a[3], const double b[3])
-{
-  return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
-}
-
 static void nearest_on_triangles(const void *data, const double p[3], double at[3], double normal[3])
 {
   const triangles *s = data;
@@ -88,7 +83,7 @@ static void nearest_on_triangles(const void *data, const double p[3], double at[
   for (int k = 0; k < s->count; k++) {
     const double *x[3];
     double w[3];
-    if (distance(p, s->ball[k]) - s->ball[k][3] >= best) continue;
+    if (flesh_distance(p, s->ball[k]) - s->ball[k][3] >= best) continue;
     for (int a = 0; a < 3; a++) x[a] = s->X + 3 * (size_t)s->corners[3 * (size_t)k + (size_t)a];
     const double square = flesh_nearest_on_triangle(x, p, w);
     if (!(sqrt(square) < best)) continue;
@@ -120,7 +115,7 @@ static int open_file(const char *path, triangles *t)
     }
     t->ball[k][3] = 0;
     for (size_t a = 0; a < 3; a++)
-      t->ball[k][3] = fmax(t->ball[k][3], distance(t->ball[k], t->X + 3 * (size_t)t->corners[3 * k + a]));
+      t->ball[k][3] = fmax(t->ball[k][3], flesh_distance(t->ball[k], t->X + 3 * (size_t)t->corners[3 * k + a]));
   }
   return FLESH_OK;
 }
@@ -140,7 +135,7 @@ static int open_surface(flesh_scene *scene, flesh_scene_curved *to, flesh_neares
     return flesh_fail(FLESH_ERR_ARGUMENT, "%d surfaces are given; one of sphere, cylinder or surface is needed",
                       sphere + cylinder + path);
   *nearest = (flesh_nearest_surface){to, sphere ? nearest_on_sphere : nearest_on_cylinder};
-  if (cylinder && distance(to->cylinder.from, to->cylinder.to) == 0)
+  if (cylinder && flesh_distance(to->cylinder.from, to->cylinder.to) == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "cylinder.from and cylinder.to are the same point; they must be its two ends");
   if (!path) return FLESH_OK;
