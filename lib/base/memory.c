@@ -88,7 +88,6 @@ void flesh_reserve_empty(flesh_reserve *reserve)
 }
 
 size_t flesh_reserve_most(const flesh_reserve *reserve) { return reserve->most; }
-size_t flesh_reserve_size(const flesh_reserve *reserve) { return reserve->size; }
 
 static size_t whole_lines(size_t bytes) { return bytes > LINE ? (bytes + LINE - 1) / LINE * LINE : LINE; }
 

@@ -37,8 +37,7 @@ flesh_reserve *flesh_reserve_enter(flesh_reserve *reserve);
 int flesh_reserve_entered(void);
 /* Frees all that it gave. */
 void flesh_reserve_empty(flesh_reserve *reserve);
-/* The most bytes that were in use at a time, and those that there are. */
+/* The most bytes that were in use at a time. */
 size_t flesh_reserve_most(const flesh_reserve *reserve);
-size_t flesh_reserve_size(const flesh_reserve *reserve);
 
 #endif

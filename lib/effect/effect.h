@@ -67,8 +67,4 @@ flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
  * untouched, for every other effect. */
 double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
 
-/* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
- * NaN, with *area untouched, for every other effect. */
-double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
-
 #endif

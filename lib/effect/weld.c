@@ -42,7 +42,7 @@ typedef struct weld {
   flesh_ties ties; /* first: flesh_tied_ */
   int segment_count, segment_room;
   segment *segments; /* [segment_count]; part k of the breaks is segment k; none on a rank's part */
-  double area, stiffness; /* m^2, Pa/m */
+  double stiffness; /* Pa/m */
   flesh_weld_breaks breaks; /* limit 0: it does not */
   flesh_ties all; /* on a rank's part, where it breaks: of all ranks */
   flesh_cells places; /* every node of `breaks` by itself */
@@ -77,7 +77,6 @@ static int weld_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   weld *self = calloc(1, sizeof *self);
   (void)body;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld");
-  self->area = from->area;
   self->stiffness = from->stiffness;
   int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
   if (!status && breaks) status = flesh_ties_restrict(&from->ties, part, 1, &self->all);
@@ -186,7 +185,7 @@ typedef struct surface {
   int count;
   const int *triangles;
   int *numbers; /* in the mesh's surface */
-  double area, edge, young; /* m^2; mean of the roots of twice the areas, m; mean of 3 mu, Pa */
+  double edge, young; /* mean of the roots of twice the areas, m; mean of 3 mu, Pa */
 } surface;
 
 typedef struct making {
@@ -194,7 +193,7 @@ typedef struct making {
   const double *X;
   surface side[2];
   flesh_faces faces; /* the first surface's */
-  double distance;
+  double distance, area; /* m; m^2 that are tied */
   weld *self;
 } making;
 
@@ -264,7 +263,7 @@ static int weld_triangles(void *data, int a, int b)
     double part[9], at[3], weight;
     for (int i = 0; i < 9; i++) part[i] = L[i / 3 == 0 ? 0 : k + i / 3 - 1][i % 3];
     const double area = fabs(flesh_mat3_determinant(part)) * twice / 2;
-    m->self->area += area;
+    m->area += area;
     for (int q = 0; (weight = flesh_face_rule(flat, q, part, at)) > 0; q++) {
       const int status = add_tie(m, a, b, at, weight, area);
       if (status) return status;
@@ -302,7 +301,6 @@ static int take_surface(making *m, surface *s, int count, const int *triangles, 
     }
     flesh_vec3_cross(d[0], d[1], normal);
     const double twice = sqrt(flesh_vec3_dot(normal, normal));
-    s->area += twice / 2;
     s->edge += sqrt(twice) / count;
     s->young += young_of(m->body, flesh_mesh_surface_tets(m->body->mesh)[s->numbers[k]]) / count;
   }
@@ -323,7 +321,7 @@ static int make(making *m, const int count[2], const int *const triangles[2])
       status = flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is missing; a body without elasticity needs one for its weld");
   }
   if (!status) status = flesh_weld_pairs(count[0], count[1], (const double (*)[6])boxes, weld_triangles, m);
-  if (!status && !(m->self->area > 0))
+  if (!status && !(m->area > 0))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the two surfaces do not face each other anywhere within distance %g m",
                         m->distance);
   if (!status) status = flesh_ties_finish(&m->self->ties);
@@ -361,12 +359,4 @@ int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_trian
   }
   return flesh_effect_create(self->breaks.limit > 0 ? &breaking_operations : &weld_operations, body->mesh, self,
                              effect);
-}
-
-double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area)
-{
-  if (effect->operations != &weld_operations && effect->operations != &breaking_operations) return NAN;
-  const weld *self = effect->data;
-  if (area) *area = self->area;
-  return self->stiffness;
 }

@@ -259,19 +259,3 @@ size_t flesh_box_tree_memory(const flesh_box_tree *self)
          (size_t)self->leaf_count * sizeof *self->leaves + FLESH_BOX_TREE_PARTS * sizeof(part_sum) +
          (count + count / 2 + 1) * sizeof(ranked);
 }
-
-void flesh_box_tree_visit(const flesh_box_tree *self, const double low[3], const double high[3],
-                          void (*visit)(void *data, const flesh_box_branch *leaf), void *data)
-{
-  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
-  for (stack[height++] = 0; height > 0;) {
-    const flesh_box_branch *b = &self->branches[stack[--height]];
-    if (!flesh_boxes_meet(b->low, b->high, low, high)) continue;
-    if (!b->children) {
-      visit(data, b);
-      continue;
-    }
-    stack[height++] = b->children + 1;
-    stack[height++] = b->children;
-  }
-}

@@ -69,8 +69,4 @@ static inline int flesh_boxes_meet(const double low[3], const double high[3], co
          !(other_low[1] > high[1]) & !(low[2] > other_high[2]) & !(other_low[2] > high[2]);
 }
 
-/* Calls visit(data, leaf) with every leaf whose box meets the given one, in the order of their places. */
-void flesh_box_tree_visit(const flesh_box_tree *tree, const double low[3], const double high[3],
-                          void (*visit)(void *data, const flesh_box_branch *leaf), void *data);
-
 #endif

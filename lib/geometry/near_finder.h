@@ -40,7 +40,7 @@ typedef struct flesh_near_finder {
   int *owned; /* [face_count+1] how many faces before each place of the tree keep such a node or edge; NULL: all do */
   int *row;                    /* [max(node_count, edge_count) + 1] for sorting */
   flesh_near_part parts[FLESH_NEAR_PARTS];
-  int regrouped; /* times */
+  int regrouped; /* how often the tree was grouped anew, as it was worn */
 } flesh_near_finder;
 
 /* Fits all boxes, those of the tree too, and groups it anew where it is worn. FLESH_UNDEFINED: not finite. */

@@ -320,7 +320,6 @@ size_t flesh_near_finder_memory(const flesh_near_finder *self)
   return bytes;
 }
 
-int flesh_near_finder_regrouped(const flesh_near_finder *self) { return self->regrouped; }
 
 void flesh_near_pairs_clear(flesh_near_pairs *pairs)
 {

@@ -32,8 +32,6 @@ size_t flesh_near_finder_memory(const flesh_near_finder *finder);
 /* From now on pairs are searched for whose first node is one of the first `own` of the mesh, so that ranks which own
  * these share a search out (team.h): each pair is found by one of them. FLESH_ERR_MEMORY. */
 int flesh_near_finder_restrict(flesh_near_finder *finder, int own);
-/* How often its boxes were grouped anew, as they were worn. */
-int flesh_near_finder_regrouped(const flesh_near_finder *finder);
 
 /* All pairs that are at most `distance` apart at x0 [3*mesh_nodes] or, where x1 is not NULL, at any time on straight
  * ways from x0 to x1; and few others: those that no plane keeps further apart. `pairs` begins as {0} and keeps its

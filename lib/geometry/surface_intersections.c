@@ -17,16 +17,15 @@ typedef struct search {
   const double *x;
 } search;
 
-/* Whether a list of pairs has the edge with a side of the face, or an end of it with the face. */
-static int is_listed(const flesh_near_finder *self,
-                     int (*has)(const flesh_near_finder *finder, int kind, int first, int second), int e, int f)
+/* Whether bonds hold the edge and a side of the face together, or an end of it and the face. */
+static int is_held(const flesh_near_finder *self, int e, int f)
 {
   const flesh_contact_surface *s = self->surface;
   for (int k = 0; k < 2; k++)
-    if (has(self, POINT_FACE, s->node_place[s->edges[2 * (size_t)e + (size_t)k]], f)) return 1;
+    if (flesh_near_finder_holds(self, POINT_FACE, s->node_place[s->edges[2 * (size_t)e + (size_t)k]], f)) return 1;
   for (int k = 0; k < 3; k++) {
     const int side = s->face_edges[3 * (size_t)f + (size_t)k];
-    if (has(self, EDGE_EDGE, e < side ? e : side, e < side ? side : e)) return 1;
+    if (flesh_near_finder_holds(self, EDGE_EDGE, e < side ? e : side, e < side ? side : e)) return 1;
   }
   return 0;
 }
@@ -40,7 +39,7 @@ static void try_edge(const search *s, flesh_near_part *part, int e, int f)
   if (!flesh_near_may_meet(self, self->edge_body[e], self->face_body[f]) ||
       !flesh_near_boxes_meet(&self->edge_boxes[e], &self->face_boxes[f]))
     return;
-  if (self->bonds && is_listed(self, flesh_near_finder_holds, e, f)) return;
+  if (self->bonds && is_held(self, e, f)) return;
   const double *p[5] = {s->x + 3 * (size_t)end[0], s->x + 3 * (size_t)end[1]};
   for (int k = 0; k < 3; k++) p[2 + k] = s->x + 3 * (size_t)corner[k];
   if (flesh_segment_meets_triangle(p[0], p[1], p[2], p[3], p[4])) flesh_near_part_add(part, EDGE_FACE, e, f);
@@ -92,18 +91,12 @@ static void find_place(const double *p, const double *q, const double *const x[3
   for (int c = 0; c < 3; c++) place[c] = p[c] + t * (q[c] - p[c]);
 }
 
-/* Whether the edge's body and the face's are one, as those are of what is near at rest. */
-static int is_near_at_rest(const flesh_near_finder *self, int e, int f)
-{
-  return self->edge_body[e] == self->face_body[f] && is_listed(self, flesh_near_finder_excludes, e, f);
-}
-
 static void describe(const flesh_near_finder *self, const double *x, const int pair[2], flesh_surface_intersection *to)
 {
   const flesh_contact_surface *s = self->surface;
   const int e = pair[0], f = pair[1], *end = s->edges + 2 * (size_t)e, *corner = s->faces + 3 * (size_t)f;
   *to = (flesh_surface_intersection){.edge = e, .face = f, .edge_body = self->edge_body[e],
-                                     .face_body = self->face_body[f], .near_at_rest = is_near_at_rest(self, e, f)};
+                                     .face_body = self->face_body[f]};
   memcpy(to->edge_faces, s->edge_faces + 2 * (size_t)e, sizeof to->edge_faces);
   const double *const at[3] = {x + 3 * (size_t)corner[0], x + 3 * (size_t)corner[1], x + 3 * (size_t)corner[2]};
   find_place(x + 3 * (size_t)end[0], x + 3 * (size_t)end[1], at, to->place);

@@ -10,7 +10,6 @@ typedef struct flesh_surface_intersection {
   int edge, face;
   int edge_faces[2];         /* of the edge, -1: none */
   int edge_body, face_body;
-  int near_at_rest;          /* the finder leaves the pair out for its distance at rest */
   double place[3];           /* m, in the edge, to rounding */
 } flesh_surface_intersection;
 

@@ -125,7 +125,7 @@ static void two_bars_break_at_the_force(void)
     flesh_integrator *holds = integrator_of(&twin, FLESH_METHOD_STATIC, 1e-10);
     int beyond = 0;
     double held = 0;
-    const double k = flesh_effect_weld_stiffness(flesh_system_effect(b.system, 1), NULL);
+    const double k = force_per_metre(&b, flesh_system_effect(b.system, 1)); /* of 1 m^2 */
     for (int s = 0; s < STEPS && beyond < 3; s++) {
       CHECK_OK(flesh_integrator_step(breaks, &b.state, 1. / STEPS, NULL));
       CHECK_OK(flesh_integrator_step(holds, &twin.state, 1. / STEPS, NULL));

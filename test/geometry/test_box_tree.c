@@ -29,18 +29,25 @@ static void make_soup(int corners, double motion)
 
 static char seen[PRIMITIVES];
 
-typedef struct walk {
-  const flesh_box_tree *tree;
-  int leaves, last;
-} walk;
-
-static void see(void *data, const flesh_box_branch *leaf)
+/* Walks to the leaves whose boxes meet the given one, in the order of their places; returns how many they are. */
+static int walk(const flesh_box_tree *tree, const double low[3], const double high[3])
 {
-  walk *w = data;
-  CHECK(!leaf->children && leaf->begin >= w->last && leaf->end - leaf->begin <= FLESH_BOX_TREE_LEAF);
-  for (int p = leaf->begin; p < leaf->end; p++) seen[w->tree->order[p]]++;
-  w->leaves++;
-  w->last = leaf->end;
+  int stack[FLESH_BOX_TREE_DEPTH] = {0}, leaves = 0, last = 0;
+  memset(seen, 0, sizeof seen);
+  for (int height = 1; height > 0;) {
+    const flesh_box_branch *b = &tree->branches[stack[--height]];
+    if (!flesh_boxes_meet(b->low, b->high, low, high)) continue;
+    if (b->children) {
+      stack[height++] = b->children + 1;
+      stack[height++] = b->children;
+      continue;
+    }
+    CHECK(b->begin >= last && b->end - b->begin <= FLESH_BOX_TREE_LEAF);
+    for (int p = b->begin; p < b->end; p++) seen[tree->order[p]]++;
+    leaves++;
+    last = b->end;
+  }
+  return leaves;
 }
 
 /* Whatever meets a box by brute force is seen, once; and the walk does not go everywhere. */
@@ -51,10 +58,7 @@ static void check_tree(const flesh_box_tree *tree, const double *end, double inf
   for (int p = 0; p < PRIMITIVES; p += 37) {
     double low[3], high[3], other_low[3], other_high[3];
     flesh_box_around(corners, nodes + corners * p, x0, end, 0, low, high);
-    memset(seen, 0, sizeof seen);
-    walk w = {.tree = tree};
-    flesh_box_tree_visit(tree, low, high, see, &w);
-    leaves += w.leaves;
+    leaves += walk(tree, low, high);
     for (int q = 0; q < PRIMITIVES; q++) {
       flesh_box_around(corners, nodes + corners * q, x0, end, 0, other_low, other_high);
       int near = 1;
@@ -175,10 +179,8 @@ static void a_place_that_is_not_finite_is_near_everything(void)
   x0[3 * nodes[30] + 1] = NAN;
   flesh_box_tree_refit(tree, x0, NULL, 0, NULL);
   CHECK(flesh_box_tree_wear(tree) == INFINITY);
-  memset(seen, 0, sizeof seen);
-  walk w = {.tree = tree};
-  flesh_box_tree_visit(tree, (const double[]){1e9, 1e9, 1e9}, (const double[]){1e9, 1e9, 1e9}, see, &w);
-  CHECK(seen[10] == 1 && w.leaves < tree->leaf_count / 2);
+  const int leaves = walk(tree, (const double[]){1e9, 1e9, 1e9}, (const double[]){1e9, 1e9, 1e9});
+  CHECK(seen[10] == 1 && leaves < tree->leaf_count / 2);
   flesh_box_tree_regroup(tree, x0);
   flesh_box_tree_destroy(&tree);
 }

@@ -1,6 +1,7 @@
 // TEST quick seconds=60
 /* test_near_pairs.c: searches for near pairs find what brute force finds, and little else; the steps they allow. */
 #include "collision_reference.h"
+#include "geometry/near_finder.h"
 #include "geometry/near_pairs.h"
 #include "soups.h"
 
@@ -319,7 +320,7 @@ static void sheets_stop_before_they_touch(void)
   CHECK(t <= 0.9 * 0.5 && t > 0.9 * 0.5 - 0.011);
   flesh_near_pairs none = {0};
   CHECK(flesh_near_pairs_feasible_step(finder, &none, s.X, x, 0.1, INFINITY, NULL) == 1);
-  CHECK(flesh_near_finder_regrouped(finder) == 0);
+  CHECK(finder->regrouped == 0);
   flesh_near_pairs_clear(&pairs);
   flesh_near_finder_destroy(&finder);
   soup_clear(&s);
@@ -341,7 +342,7 @@ static void worn_trees_are_grouped_anew(void)
     CHECK_OK(flesh_near_pairs_find(finder, x, NULL, 0.01, NULL, &pairs));
     CHECK_OK(flesh_near_pairs_find(fresh, x, NULL, 0.01, NULL, &expected));
     CHECK(same_pairs(&pairs, &expected) && pairs.point_count > 100);
-    CHECK(flesh_near_finder_regrouped(finder) == 1 && flesh_near_finder_regrouped(fresh) == 0);
+    CHECK(finder->regrouped == 1 && fresh->regrouped == 0);
   }
   flesh_near_pairs_clear(&pairs);
   flesh_near_pairs_clear(&expected);
@@ -395,7 +396,7 @@ static void searching_again_allocates_nothing(void)
   CHECK_OK(flesh_near_pairs_find(finder, s.X, NULL, 0.04, NULL, &pairs));
   CHECK_OK(flesh_near_pairs_find(finder, x, NULL, 0.04, NULL, &pairs));
   CHECK(flesh_near_pairs_feasible_step(finder, &pairs, x, s.X, 0.1, INFINITY, NULL) > 0);
-  CHECK(requests == after && flesh_near_finder_regrouped(finder) == 1);
+  CHECK(requests == after && finder->regrouped == 1);
   flesh_near_pairs_clear(&pairs);
   flesh_near_finder_destroy(&finder);
   soup_clear(&s);

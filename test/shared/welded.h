@@ -89,4 +89,24 @@ static inline flesh_effect *welded(const test_body *b, double distance, double s
   return effect;
 }
 
+/* The stiffness of a weld times the area that it ties, N/m: its force where region 1 is 1 m above its place at rest. */
+static inline double force_per_metre(const test_body *b, const flesh_effect *weld)
+{
+  const double *X = flesh_mesh_positions(b->mesh);
+  double *x = malloc((size_t)b->n * sizeof *x), *r = calloc((size_t)b->n, sizeof *r), force = 0;
+  flesh_point point = flesh_point_at(0, x, NULL, NULL);
+  point.internal = b->state.internal;
+  memcpy(x, X, (size_t)b->n * sizeof *x);
+  for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++)
+    for (int a = 0; a < (flesh_mesh_order(b->mesh) == 2 ? 10 : 4) && flesh_mesh_regions(b->mesh)[e]; a++) {
+      const int i = a < 4 ? flesh_mesh_tets(b->mesh)[4 * e + a] : flesh_mesh_tet_edges(b->mesh)[6 * e + a - 4];
+      x[3 * i + 2] = X[3 * i + 2] + 1;
+    }
+  CHECK_OK(weld->operations->residual(weld, &point, r));
+  for (int d = 2; d < b->n; d += 3) force += x[d] > X[d] ? r[d] : 0;
+  free(x);
+  free(r);
+  return force;
+}
+
 #endif
