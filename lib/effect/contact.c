@@ -301,17 +301,17 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
 }
 
 /* w [9]: how the velocity of a node over the obstacle depends on the lagged state; it is linear on either side of a kink. */
-static void turn_velocity(const job *j, flesh_reading reading, int i, double w[9])
+static void turn_velocity(const job *j, flesh_argument argument, int i, double w[9])
 {
   const flesh_lagged *lagged = &j->point->lagged;
-  const double step = 1e-2 * (reading == FLESH_LAGGED_X ? j->self->thickness : j->self->slip_speed);
+  const double step = 1e-2 * (argument == FLESH_LAGGED_X ? j->self->thickness : j->self->slip_speed);
   memset(w, 0, 9 * sizeof *w);
   if (!flesh_obstacle_moves(j->self->obstacle)) return;
   for (int k = 0; k < 6; k++) {
     double state[2][3], v[3];
     memcpy(state[0], lagged->x + i, sizeof state[0]);
     memcpy(state[1], lagged->v + i, sizeof state[1]);
-    state[reading == FLESH_LAGGED_V][k / 2] += k % 2 ? step : -step;
+    state[argument == FLESH_LAGGED_V][k / 2] += k % 2 ? step : -step;
     velocity_under(j->self, &j->frame, &j->lagged, j->point, state[0], state[1], v);
     for (int c = 0; c < 3; c++) w[3 * c + k / 2] -= (k % 2 ? 1 : -1) * v[c] / (2 * step);
   }
@@ -319,7 +319,7 @@ static void turn_velocity(const job *j, flesh_reading reading, int i, double w[9
 
 /* The derivative of r = N f(|u|)/|u| u of a node's friction, where N goes with the gradient g of the barrier, and u is what the
  * plane across n = g/|g| leaves of the velocity w over the obstacle, by the lagged state. */
-static void turn_friction(const job *j, flesh_reading reading, int k, const node_friction *of_node, double block[9])
+static void turn_friction(const job *j, flesh_argument argument, int k, const node_friction *of_node, double block[9])
 {
   const double *n = of_node->normal, *u = of_node->u, e = j->self->slip_speed, speed = of_node->speed;
   const double ratio = of_node->force * flesh_slip_ratio(speed, e),
@@ -327,8 +327,8 @@ static void turn_friction(const job *j, flesh_reading reading, int k, const node
   const int i = 3 * j->self->nodes[k];
   double turned[9] = {0}, w[9], push = 1;
   flesh_barrier barrier = {0};
-  turn_velocity(j, reading, i, w);
-  if (reading == FLESH_LAGGED_X && !flesh_contact_barrier_at(j->self, &j->lagged, j->point->lagged.x + i, &barrier)) {
+  turn_velocity(j, argument, i, w);
+  if (argument == FLESH_LAGGED_X && !flesh_contact_barrier_at(j->self, &j->lagged, j->point->lagged.x + i, &barrier)) {
     push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
     place_hessian(&j->lagged, FLESH_FILTER_NONE, barrier.hessian, turned);
   }
@@ -344,7 +344,7 @@ static void turn_friction(const job *j, flesh_reading reading, int k, const node
   }
 }
 
-static int contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, flesh_block_add add,
+static int contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, flesh_block_add add,
                           void *to)
 {
   job j;
@@ -354,7 +354,7 @@ static int contact_couple(const flesh_effect *effect, const flesh_point *point, 
   for (int k = 0; k < j.self->count && j.rubbing && !status; k++) {
     const node_friction of_node = friction_of(j.self, &j.frame, &j.lagged, point, k);
     if (of_node.force == 0) continue;
-    turn_friction(&j, reading, k, &of_node, block);
+    turn_friction(&j, argument, k, &of_node, block);
     status = add(to, j.self->nodes[k], j.self->nodes[k], block);
   }
   return status;
@@ -441,7 +441,7 @@ const flesh_effect_operations flesh_contact_operations = {
                                              .memory = flesh_contact_memory},
     .library = &(const flesh_effect_private){
         .evaluate = contact_evaluate, .predict = flesh_contact_predict, .predictions = flesh_contact_predictions,
-        .readings = &(const flesh_effect_readings){.couple = contact_couple},
+        .partials = &(const flesh_effect_partials){.couple = contact_couple},
         .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict, .count = flesh_contact_count,
                                              .take = flesh_contact_take, .report_part = contact_report_part,
                                              .report_whole = contact_report_whole}},

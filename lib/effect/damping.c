@@ -106,14 +106,14 @@ static int damping_is_same(const flesh_effect *effect, const flesh_effect *other
 }
 
 /* The mass reads neither a lagged state nor a material. */
-static int damping_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart)
+static int damping_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **torn_effect)
 {
   const damping *self = effect->data;
   flesh_body own = body ? *body : self->body;
   own.mesh = torn;
   own.part_count = 0;
   return flesh_effect_damping(&own, 0, self->stiffness,
-                              self->rest ? FLESH_STIFFNESS_REST : FLESH_STIFFNESS_CURRENT, apart);
+                              self->rest ? FLESH_STIFFNESS_REST : FLESH_STIFFNESS_CURRENT, torn_effect);
 }
 
 static void damping_destroy(void *data)
@@ -144,10 +144,10 @@ static void damping_destroy(void *data)
       .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
   }
 /* K at rest, and at the lagged shape. */
-static const flesh_effect_readings readings = {.tear = damping_tear};
-static const flesh_effect_operations mass_operations = OPERATIONS(0, .readings = NULL),
-                                     rest_operations = OPERATIONS(0, .readings = &readings),
-                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .readings = &readings);
+static const flesh_effect_partials partials = {.tear = damping_tear};
+static const flesh_effect_operations mass_operations = OPERATIONS(0, .partials = NULL),
+                                     rest_operations = OPERATIONS(0, .partials = &partials),
+                                     current_operations = OPERATIONS(FLESH_IS_FOLLOWER_LOAD, .partials = &partials);
 #undef OPERATIONS
 
 static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness against)

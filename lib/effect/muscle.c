@@ -196,16 +196,16 @@ static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *par
   return make_of(whole, flesh_rank_part_tets(part), body, restricted);
 }
 
-static int muscle_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart)
+static int muscle_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **torn_effect)
 {
   flesh_body own = body ? *body : ((const muscle *)effect->data)->body;
   own.mesh = torn;
   own.part_count = 0;
-  return make_of(effect, NULL, &own, apart);
+  return make_of(effect, NULL, &own, torn_effect);
 }
 
 /* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */
-#define OPERATIONS(own_traits, own_readings)                                                                          \
+#define OPERATIONS(own_traits, own_partials)                                                                          \
   {                                                                                                                   \
     .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
     .residual = muscle_residual, .jacobian = muscle_jacobian, .potential = muscle_potential, .energy = muscle_energy, \
@@ -214,13 +214,13 @@ static int muscle_tear(const flesh_effect *effect, const flesh_body *body, const
     .figures = &(const flesh_effect_figures){                                                                         \
       .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},       \
     .library = &(const flesh_effect_private){                                                                         \
-        .evaluate = muscle_evaluate, .instructions = muscle_instructions, .readings = own_readings,                   \
+        .evaluate = muscle_evaluate, .instructions = muscle_instructions, .partials = own_partials,                   \
         .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict}},                                   \
   }
 
-static const flesh_effect_readings fast_readings = {.tear = muscle_tear};
+static const flesh_effect_partials fast_partials = {.tear = muscle_tear};
 static const flesh_effect_operations muscle_operations = OPERATIONS(0, NULL),
-                                     fast_muscle_operations = OPERATIONS(FLESH_FREEZES, &fast_readings);
+                                     fast_muscle_operations = OPERATIONS(FLESH_FREEZES, &fast_partials);
 
 /* Checks that the activation is from 0 to 1, and that the tets are some of the mesh's, each once, ascending. */
 static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)

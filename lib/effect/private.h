@@ -53,27 +53,27 @@ typedef struct flesh_effect_ranks {
   void (*report_whole)(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values);
 } flesh_effect_ranks;
 
-/* States that a residual reads beside those by which its Jacobian is: lagged.x, lagged.v, frozen.x, frozen.v; and the
+/* Arguments of a residual beside those by which its Jacobian is: lagged.x, lagged.v, frozen.x, frozen.v; and the
  * point's own v and x by effects that freeze, whose Jacobian is that of both together. */
-typedef enum flesh_reading {
-  FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_OWN_V, FLESH_OWN_X, FLESH_READINGS
-} flesh_reading;
+typedef enum flesh_argument {
+  FLESH_LAGGED_X, FLESH_LAGGED_V, FLESH_FROZEN_X, FLESH_FROZEN_V, FLESH_OWN_V, FLESH_OWN_X, FLESH_ARGUMENTS
+} flesh_argument;
 
 /* For effects that lag or freeze: what sensitivities need beside the Jacobian, which else takes many differences. An
  * effect has one of the three. */
-typedef struct flesh_effect_readings {
-  /* y [3*n] += scale times the derivative of the residual by `reading`, times w [3*n], or the transposed one; nothing
+typedef struct flesh_effect_partials {
+  /* y [3*n] += scale times the derivative of the residual by `argument`, times w [3*n], or the transposed one; nothing
    * where the residual does not depend on it. Has a value wherever the residual has one. */
-  void (*multiply)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
+  void (*multiply)(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, int transposed,
                    double scale, const double *w, double *y);
   /* For a sum over tets: a new effect of the same tets on `torn`, in which no two share a node (mesh/torn.h), so that a
    * few differences have the derivatives of all tets. Its materials are those of `body`; NULL: its own. It lives no longer
    * than this one, `body` and `torn`. */
-  int (*tear)(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **apart);
+  int (*tear)(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **torn_effect);
   /* For what couples few nodes, which differ from place to place: adds the blocks of the derivative of the residual by
-   * `reading`. FLESH_UNDEFINED where there is none; the errors of `add`. */
-  int (*couple)(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, flesh_block_add add, void *to);
-} flesh_effect_readings;
+   * `argument`. FLESH_UNDEFINED where there is none; the errors of `add`. */
+  int (*couple)(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, flesh_block_add add, void *to);
+} flesh_effect_partials;
 
 /* Members that an effect does not need are NULL. */
 typedef struct flesh_effect_private {
@@ -112,7 +112,7 @@ typedef struct flesh_effect_private {
   int (*soften)(const flesh_effect *effect, double ratio, flesh_effect **softened);
   /* Whether another effect of this kind has the same residual at every point, bit by bit. NULL: nobody knows. */
   int (*is_same)(const flesh_effect *effect, const flesh_effect *other);
-  const flesh_effect_readings *readings;
+  const flesh_effect_partials *partials;
   const flesh_effect_ranks *ranks;
   const flesh_effect_bonds *bonds;
   /* A solve is about to make its matrix at `point`, with memory: the effect predicts its forces there, by those at

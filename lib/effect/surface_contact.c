@@ -127,14 +127,14 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
   return close_near(self, own, status);
 }
 
-int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_reading reading,
+int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_argument argument,
                                  flesh_block_add add, void *to)
 {
   const contact *contact = effect->data;
   const flesh_contact_friction friction = {.coefficient = contact->friction, .slip_speed = contact->slip_speed};
   near *self;
   int own;
-  if (reading != FLESH_LAGGED_X || !(friction.coefficient > 0)) return FLESH_OK;
+  if (argument != FLESH_LAGGED_X || !(friction.coefficient > 0)) return FLESH_OK;
   int status = flesh_surface_near_of(effect, point, &self, &own);
   if (!status) status = flesh_surface_near_update_pairs(self, point->lagged.x);
   if (!status) status = flesh_contact_friction_turn(&friction, &self->set, point->lagged.x, point->v, add, to);

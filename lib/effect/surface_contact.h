@@ -143,8 +143,8 @@ int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *f
 /* flesh_effect_private.evaluate. */
 int flesh_surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                    double *r, double *phi, double *magnitude);
-/* flesh_effect_readings.couple. */
-int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_reading reading,
+/* flesh_effect_partials.couple. */
+int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_argument argument,
                                  flesh_block_add add, void *to);
 /* flesh_effect_barrier.check. */
 int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x);

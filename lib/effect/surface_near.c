@@ -397,13 +397,13 @@ static void separation_of(const void *memory, flesh_separation *separation)
 const flesh_effect_barrier flesh_surface_contact_barrier = {BARRIER},
                            flesh_separating_contact_barrier = {BARRIER, .follow = follow};
 
-static const flesh_effect_readings readings = {.couple = flesh_surface_contact_couple};
+static const flesh_effect_partials partials = {.couple = flesh_surface_contact_couple};
 
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
   .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .tunnelled = flesh_surface_near_tunnelled,               \
   .memory = memory_of,                                                                                                  \
-  .take_bonds = flesh_surface_contact_take_bonds, .readings = &readings
+  .take_bonds = flesh_surface_contact_take_bonds, .partials = &partials
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,
                                                                .separation = separation_of};

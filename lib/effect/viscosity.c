@@ -85,7 +85,7 @@ typedef struct term {
 /* With S linear and G = 1/2 F^T (F' - F_0') + 1/2 F_0^T (F' + F_0'), as viscous_batch.h has it, the derivatives of the forces
  * F S(G) along W: F S(dG), and W S(G) by F. Transposed they are those of S(F^T W) : G. */
 enum { MOST_TERMS = 6 };
-static const term terms[2][FLESH_READINGS][MOST_TERMS] = {
+static const term terms[2][FLESH_ARGUMENTS][MOST_TERMS] = {
     {[FLESH_FROZEN_X] = {{1, X, W, V}, {1, X, W, V_FROZEN}},
      [FLESH_FROZEN_V] = {{-1, X, X, W}, {1, X, X_FROZEN, W}},
      [FLESH_OWN_V] = {{1, X, X, W}, {1, X, X_FROZEN, W}},
@@ -102,20 +102,20 @@ static int terms_are_same(const term *t, const term *other, const double *const 
   return states[t->a] == states[other->a] && states[t->b] == states[other->b] && states[t->c] == states[other->c];
 }
 
-static void viscosity_multiply(const flesh_effect *effect, const flesh_point *point, flesh_reading reading, int transposed,
+static void viscosity_multiply(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, int transposed,
                                double scale, const double *w, double *y)
 {
   const viscosity *self = effect->data;
   const double *const states[STATES] = {point->x, point->v, point->frozen.x, point->frozen.v, w};
   double halves[MOST_TERMS] = {0};
   for (int k = 0; k < MOST_TERMS; k++) { /* frozen at the point itself, terms are the same and may cancel */
-    const term *t = &terms[transposed][reading][k];
+    const term *t = &terms[transposed][argument][k];
     int j = 0;
-    while (j < k && !terms_are_same(t, &terms[transposed][reading][j], states)) j++;
+    while (j < k && !terms_are_same(t, &terms[transposed][argument][j], states)) j++;
     halves[j] += t->halves;
   }
   for (int k = 0; k < MOST_TERMS; k++) {
-    const term *t = &terms[transposed][reading][k];
+    const term *t = &terms[transposed][argument][k];
     const double *a = states[t->a], *b = states[t->b], *c = states[t->c];
     if (halves[k] == 0 || !a || !c) continue; /* frozen at rest */
     /* With B frozen at the rate C the rate G is B^T C, whatever A is. */
@@ -163,7 +163,7 @@ static const flesh_effect_operations viscosity_operations = {
     .destroy = viscosity_destroy,
     .library = &(const flesh_effect_private){
         .evaluate = viscosity_evaluate, .instructions = viscosity_instructions, .is_same = viscosity_is_same,
-        .readings = &(const flesh_effect_readings){.multiply = viscosity_multiply}},
+        .partials = &(const flesh_effect_partials){.multiply = viscosity_multiply}},
     .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 

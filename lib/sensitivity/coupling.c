@@ -34,7 +34,7 @@ int flesh_couplings_create(const flesh_system *system, flesh_couplings *self)
   for (int e = 0; e < tets; e++) volume += volumes[e];
   *self = (flesh_couplings){.system = system, .n = n, .nodes = n / 3, .length = cbrt(6 * volume / (tets > 0 ? tets : 1))};
   self->room = flesh_calloc(7 * (size_t)n + 1, sizeof *self->room);
-  self->kinds = flesh_calloc((size_t)flesh_system_effect_count(system) * FLESH_READINGS + 1, 1);
+  self->kinds = flesh_calloc((size_t)flesh_system_effect_count(system) * FLESH_ARGUMENTS + 1, 1);
   return self->room && self->kinds ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of %d unknowns", n);
 }
 
@@ -48,9 +48,9 @@ static void clear_colouring(flesh_colouring *colouring)
 
 void flesh_couplings_clear(flesh_couplings *self)
 {
-  if (self->system) flesh_apart_clear(flesh_system_effect_count(self->system), &self->apart);
+  if (self->system) flesh_torn_body_clear(flesh_system_effect_count(self->system), &self->torn_body);
   for (int k = 0; k < FLESH_COLOURINGS; k++) clear_colouring(&self->colourings[k]);
-  for (int k = 0; k < FLESH_READINGS; k++) {
+  for (int k = 0; k < FLESH_ARGUMENTS; k++) {
     flesh_free(self->by[k].nodes);
     flesh_free(self->by[k].blocks);
   }
@@ -149,14 +149,14 @@ typedef struct variation {
   flesh_couplings *self;
   const flesh_point *point;
   int effect;
-  flesh_reading reading;
+  flesh_argument argument;
   double *varied; /* [n] */
 } variation;
 
-static const double *read_at(const flesh_point *point, flesh_reading reading)
+static const double *read_at(const flesh_point *point, flesh_argument argument)
 {
   const double *const states[] = {point->lagged.x, point->lagged.v, point->frozen.x, point->frozen.v, point->v, point->x};
-  return states[reading];
+  return states[argument];
 }
 
 static void vary(const variation *v, const double *to, flesh_point *point)
@@ -164,14 +164,14 @@ static void vary(const variation *v, const double *to, flesh_point *point)
   *point = *v->point;
   const double **const states[] = {&point->lagged.x, &point->lagged.v, &point->frozen.x, &point->frozen.v,
                                    &point->v, &point->x};
-  *states[v->reading] = to;
+  *states[v->argument] = to;
 }
 
 /* The derivative of the effect's residual along a direction [n] into `sum` [n], by differences of the fourth order. */
 static int differentiate(const variation *v, double step, const double *direction, double *sum)
 {
   flesh_couplings *self = v->self;
-  const double *base = read_at(v->point, v->reading);
+  const double *base = read_at(v->point, v->argument);
   double *r = self->room;
   flesh_point point;
   vary(v, v->varied, &point);
@@ -218,7 +218,7 @@ static int add_block(const variation *v, int row, int column, const double *sums
 {
   double block[9];
   for (int k = 0; k < 9; k++) block[k] = sums[(size_t)(k % 3) * (size_t)v->self->n + 3 * (size_t)row + (size_t)(k / 3)];
-  return flesh_coupling_append(&v->self->by[v->reading], row, column, block);
+  return flesh_coupling_append(&v->self->by[v->argument], row, column, block);
 }
 
 /* The blocks of all nodes of a colour. */
@@ -245,7 +245,7 @@ static int take_colour(const variation *v, const flesh_colouring *colouring, int
 static int is_whole(const variation *v, int first, double step, int strict, int *whole)
 {
   flesh_couplings *self = v->self;
-  flesh_coupling *by = &self->by[v->reading];
+  flesh_coupling *by = &self->by[v->argument];
   double *direction = self->room + self->n, *sum = self->room + 2 * (size_t)self->n, *left = sum + self->n;
   double off = 0, size = 0, forces = 0;
   const double *before = self->room + 6 * (size_t)self->n, rounding = 32 * DBL_EPSILON / step;
@@ -275,23 +275,23 @@ static int find_by_kind(const variation *v, int kind, double step, int strict, i
 {
   flesh_couplings *self = v->self;
   const flesh_colouring *colouring = &self->colourings[kind];
-  const int first = self->by[v->reading].count;
+  const int first = self->by[v->argument].count;
   int status = FLESH_OK;
   for (int colour = 0; colour < colouring->colours && !status; colour++) status = take_colour(v, colouring, colour, step);
   if (!status) status = is_whole(v, first, step, strict, whole);
-  if (!status && !*whole) self->by[v->reading].count = first;
+  if (!status && !*whole) self->by[v->argument].count = first;
   return status;
 }
 
 /* Takes the derivative that the effect gives itself, if it is smooth there: wide steps have less round-off, short ones cross
  * fewer kinks. */
-static int find_own(const variation *v, const flesh_effect_readings *own, double step, int *whole)
+static int find_own(const variation *v, const flesh_effect_partials *own, double step, int *whole)
 {
-  flesh_coupling *by = &v->self->by[v->reading];
+  flesh_coupling *by = &v->self->by[v->argument];
   const flesh_effect *effect = flesh_system_effect(v->self->system, v->effect);
   flesh_effect_view view = flesh_effect_view_of(v->self->system, v->point);
   const int first = by->count;
-  int status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->reading, flesh_coupling_append, by);
+  int status = own->couple(effect, flesh_effect_view_turn(&view, v->effect), v->argument, flesh_coupling_append, by);
   if (status > 0) return FLESH_OK;
   for (int k = 0; k < 2 && !*whole && !status; k++) status = is_whole(v, first, k ? shorter * step : step, 0, whole);
   return status;
@@ -312,11 +312,11 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
 {
   enum { FINER = 3 };
   flesh_couplings *self = v->self;
-  unsigned char *kind = &self->kinds[v->effect * FLESH_READINGS + (int)v->reading];
+  unsigned char *kind = &self->kinds[v->effect * FLESH_ARGUMENTS + (int)v->argument];
   const flesh_effect *effect = flesh_system_effect(self->system, v->effect);
-  const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
-  const char *read = v->reading < FLESH_FROZEN_X ? "lagged" : v->reading < FLESH_OWN_V ? "frozen" : "moving";
-  if (own && own->tear) return flesh_couplings_find_apart(self, v->effect, v->point, v->reading, shorter * step);
+  const flesh_effect_partials *own = flesh_effect_private_of(effect)->partials;
+  const char *read = v->argument < FLESH_FROZEN_X ? "lagged" : v->argument < FLESH_OWN_V ? "frozen" : "moving";
+  if (own && own->tear) return flesh_couplings_find_torn(self, v->effect, v->point, v->argument, shorter * step);
   if (own && own->couple) {
     int whole = 0;
     const int status = find_own(v, own, step, &whole);
@@ -339,7 +339,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
 static int reads(const variation *v, const double *before, double step, int *yes)
 {
   flesh_couplings *self = v->self;
-  const double *base = read_at(v->point, v->reading);
+  const double *base = read_at(v->point, v->argument);
   double *after = self->room + 2 * (size_t)self->n;
   uint32_t random = flesh_xorshift_first;
   flesh_point point;
@@ -352,20 +352,20 @@ static int reads(const variation *v, const double *before, double step, int *yes
 }
 
 /* The derivatives of an effect by what it reads. */
-static int find_effect(flesh_couplings *self, int effect, const flesh_point *point, unsigned readings, const double steps[2],
+static int find_effect(flesh_couplings *self, int effect, const flesh_point *point, unsigned arguments, const double steps[2],
                        const flesh_block_matrix *K)
 {
   double *before = self->room + 6 * (size_t)self->n;
-  const flesh_effect_readings *own = flesh_effect_private_of(flesh_system_effect(self->system, effect))->readings;
-  for (int k = 0; k < FLESH_READINGS && own && own->multiply; k++) self->own[k] |= readings >> k & 1;
+  const flesh_effect_partials *own = flesh_effect_private_of(flesh_system_effect(self->system, effect))->partials;
+  for (int k = 0; k < FLESH_ARGUMENTS && own && own->multiply; k++) self->own[k] |= arguments >> k & 1;
   if (own && own->multiply) return FLESH_OK;
   int status = flesh_system_effect_residual(self->system, effect, point, before);
-  for (int k = 0; k < FLESH_READINGS && !status; k++) {
-    const variation v = {self, point, effect, (flesh_reading)k, self->room + 5 * (size_t)self->n};
-    const double step = steps[flesh_reading_is_of_v((flesh_reading)k)];
+  for (int k = 0; k < FLESH_ARGUMENTS && !status; k++) {
+    const variation v = {self, point, effect, (flesh_argument)k, self->room + 5 * (size_t)self->n};
+    const double step = steps[flesh_argument_is_of_v((flesh_argument)k)];
     int yes = 0;
     const int freezes = flesh_system_effect(self->system, effect)->operations->traits & FLESH_FREEZES;
-    if (!(readings >> k & 1) || (k >= FLESH_OWN_V && !freezes)) continue;
+    if (!(arguments >> k & 1) || (k >= FLESH_OWN_V && !freezes)) continue;
     status = reads(&v, before, step, &yes);
     if (yes) status = find_reading(&v, step, K);
   }
@@ -391,7 +391,7 @@ static double find_fastest(const flesh_couplings *self, const flesh_point *point
   return fastest;
 }
 
-int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsigned readings, const flesh_block_matrix *K)
+int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsigned arguments, const flesh_block_matrix *K)
 {
   const double length = step_of_length * self->length, fastest = find_fastest(self, point),
                steps[] = {length, fastest > 0 ? step_of_length * fastest : length};
@@ -399,18 +399,18 @@ int flesh_couplings_find(flesh_couplings *self, const flesh_point *point, unsign
   for (int k = 0; k < FLESH_COLOURINGS && blocks != self->blocks; k++) clear_colouring(&self->colourings[k]);
   self->blocks = blocks;
   self->point = *point;
-  for (int k = 0; k < FLESH_READINGS; k++) self->by[k].count = 0, self->own[k] = 0;
+  for (int k = 0; k < FLESH_ARGUMENTS; k++) self->by[k].count = 0, self->own[k] = 0;
   int status = FLESH_OK;
-  for (int e = 0; e < flesh_system_effect_count(self->system) && !status && readings; e++)
+  for (int e = 0; e < flesh_system_effect_count(self->system) && !status && arguments; e++)
     if (may_read(flesh_system_effect(self->system, e)) && !flesh_couplings_leave(self, e))
-      status = find_effect(self, e, point, readings, steps, K);
+      status = find_effect(self, e, point, arguments, steps, K);
   return status;
 }
 
-void flesh_couplings_add(const flesh_couplings *self, flesh_reading reading, int transposed, double scale,
+void flesh_couplings_add(const flesh_couplings *self, flesh_argument argument, int transposed, double scale,
                          const double *x, double *y)
 {
-  const flesh_coupling *by = &self->by[reading];
+  const flesh_coupling *by = &self->by[argument];
   for (int k = 0; k < by->count; k++) {
     const int row = 3 * by->nodes[2 * k], column = 3 * by->nodes[2 * k + 1];
     const double *block = by->blocks + 9 * (size_t)k;
@@ -421,10 +421,10 @@ void flesh_couplings_add(const flesh_couplings *self, flesh_reading reading, int
       }
   }
   flesh_effect_view view = flesh_effect_view_of(self->system, &self->point);
-  for (int e = 0; e < flesh_system_effect_count(self->system) && self->own[reading]; e++) {
+  for (int e = 0; e < flesh_system_effect_count(self->system) && self->own[argument]; e++) {
     const flesh_effect *effect = flesh_system_effect(self->system, e);
-    const flesh_effect_readings *own = flesh_effect_private_of(effect)->readings;
+    const flesh_effect_partials *own = flesh_effect_private_of(effect)->partials;
     if (own && own->multiply && !flesh_couplings_leave(self, e))
-      own->multiply(effect, flesh_effect_view_turn(&view, e), reading, transposed, scale, x, y);
+      own->multiply(effect, flesh_effect_view_turn(&view, e), argument, transposed, scale, x, y);
   }
 }

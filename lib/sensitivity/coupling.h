@@ -1,5 +1,5 @@
 /* coupling.h: how the residual depends on a state that effects read beside the point's own: the lagged or the frozen one,
- * which the Jacobian treats as constants (flesh_reading). By the effect's own products where it has them; else found by
+ * which the Jacobian treats as constants (flesh_argument). By the effect's own products where it has them; else found by
  * differences, so that effects of any kind have it: of all tets at once where the effect can be torn into them, or of many
  * nodes at once, those that share no row (Curtis, Powell & Reid 1974, "On the estimation of sparse Jacobian matrices"). */
 #ifndef FLESH_SENSITIVITY_COUPLING_H
@@ -8,9 +8,9 @@
 #include "effect/private.h"
 #include "flesh/system.h"
 
-static inline int flesh_reading_is_of_v(flesh_reading reading)
+static inline int flesh_argument_is_of_v(flesh_argument argument)
 {
-  return reading == FLESH_LAGGED_V || reading == FLESH_FROZEN_V || reading == FLESH_OWN_V;
+  return argument == FLESH_LAGGED_V || argument == FLESH_FROZEN_V || argument == FLESH_OWN_V;
 }
 
 /* A matrix of 3x3 blocks. */
@@ -31,13 +31,13 @@ typedef struct flesh_colouring {
 enum { FLESH_COLOURINGS = 4 };
 
 /* The body torn into its tets. */
-typedef struct flesh_apart {
+typedef struct flesh_torn_body {
   flesh_mesh *mesh; /* NULL: not made */
   int n;            /* 3 * its nodes */
   int *from;        /* [n/3] the body's nodes */
   flesh_system **of; /* [effects] of each that can be torn alone; NULL: not made */
   double *room;     /* [17*n] of which a point has the first 7 */
-} flesh_apart;
+} flesh_torn_body;
 
 typedef struct flesh_couplings {
   const flesh_system *system; /* borrowed */
@@ -46,11 +46,11 @@ typedef struct flesh_couplings {
   double length;                             /* m, between nodes */
   flesh_colouring colourings[FLESH_COLOURINGS];
   int blocks;                                /* of K, when these were made */
-  flesh_coupling by[FLESH_READINGS];
+  flesh_coupling by[FLESH_ARGUMENTS];
   flesh_point point;                         /* where they are; its arrays are borrowed */
-  unsigned own[FLESH_READINGS];              /* whether effects with products of their own may read it */
-  flesh_apart apart;
-  unsigned char *kinds;                      /* [effects][FLESH_READINGS] the colouring that an effect needs */
+  unsigned own[FLESH_ARGUMENTS];             /* whether effects with products of their own may read it */
+  flesh_torn_body torn_body;
+  unsigned char *kinds;                      /* [effects][FLESH_ARGUMENTS] the colouring that an effect needs */
   double *room;                              /* [7*n] */
 } flesh_couplings;
 
@@ -58,34 +58,34 @@ typedef struct flesh_couplings {
 int flesh_couplings_create(const flesh_system *system, flesh_couplings *couplings);
 void flesh_couplings_clear(flesh_couplings *couplings);
 
-/* Finds `by` at the point, whose arrays must stay, for the bits of flesh_reading in `readings`. Nodes that K couples are
+/* Finds `by` at the point, whose arrays must stay, for the bits of flesh_argument in `arguments`. Nodes that K couples are
  * where an effect may be local. FLESH_ERR_ARGUMENT with a sentence where an effect couples so many nodes far from each other
  * that this would take too long, or is not smooth there. */
-int flesh_couplings_find(flesh_couplings *couplings, const flesh_point *point, unsigned readings,
+int flesh_couplings_find(flesh_couplings *couplings, const flesh_point *point, unsigned arguments,
                          const flesh_block_matrix *K);
 static inline int flesh_couplings_leave(const flesh_couplings *couplings, int effect)
 {
   return couplings->left_out && couplings->left_out[effect];
 }
 /* Whether the residual depends on what is read. */
-static inline int flesh_couplings_any(const flesh_couplings *couplings, flesh_reading reading)
+static inline int flesh_couplings_any(const flesh_couplings *couplings, flesh_argument argument)
 {
-  return couplings->by[reading].count > 0 || couplings->own[reading];
+  return couplings->by[argument].count > 0 || couplings->own[argument];
 }
 /* Implements flesh_block_add for a flesh_coupling: adds a block, unless it is 0. FLESH_ERR_MEMORY. */
 int flesh_coupling_append(void *coupling, int row, int column, const double block[9]);
-/* Finds the derivative of an effect that can be torn by what is read, by differences with the step (apart.c).
+/* Finds the derivative of an effect that can be torn by what is read, by differences with the step (torn_body.c).
  * FLESH_ERR_MEMORY, and what the effect returns. */
-int flesh_couplings_find_apart(flesh_couplings *couplings, int effect, const flesh_point *point, flesh_reading reading,
-                               double step);
+int flesh_couplings_find_torn(flesh_couplings *couplings, int effect, const flesh_point *point, flesh_argument argument,
+                              double step);
 /* Tears a mesh, with room; to be cleared also when it fails. FLESH_ERR_MEMORY. */
-int flesh_apart_open(const flesh_mesh *mesh, flesh_apart *apart);
+int flesh_torn_body_open(const flesh_mesh *mesh, flesh_torn_body *torn_body);
 /* The point of the torn body, in its room: the same arrays stay the same. */
-flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point);
+flesh_point flesh_torn_body_point(const flesh_torn_body *torn_body, const flesh_point *point);
 /* Clears one of `effects` systems. */
-void flesh_apart_clear(int effects, flesh_apart *apart);
+void flesh_torn_body_clear(int effects, flesh_torn_body *torn_body);
 /* y [n] += scale D x, or D^T x if `transposed`, D being the derivative by what is read. */
-void flesh_couplings_add(const flesh_couplings *couplings, flesh_reading reading, int transposed, double scale,
+void flesh_couplings_add(const flesh_couplings *couplings, flesh_argument argument, int transposed, double scale,
                          const double *x, double *y);
 
 #endif

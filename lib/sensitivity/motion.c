@@ -48,11 +48,11 @@ static int give_readings(flesh_motion_pass *p, const flesh_recorded_part *part, 
   int status = FLESH_OK;
   double *zero = p->force;
   memset(zero, 0, (size_t)n * sizeof *zero);
-  for (int k = 0; k < FLESH_READINGS && !status; k++) {
-    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_reading)k)) continue;
+  for (int k = 0; k < FLESH_ARGUMENTS && !status; k++) {
+    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(&self->tangent.couplings, (flesh_argument)k)) continue;
     memset(p->lag, 0, (size_t)n * sizeof *p->lag);
-    flesh_couplings_add(&self->tangent.couplings, (flesh_reading)k, 1, -1, p->lambda, p->lag);
-    const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+    flesh_couplings_add(&self->tangent.couplings, (flesh_argument)k, 1, -1, p->lambda, p->lag);
+    const int of_v = flesh_argument_is_of_v((flesh_argument)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
     if (lagged && before >= 0 && self->tangent.prescribed) {
       status = give_constrained(p, part->solves[solve - 1].stage.t, of_v ? NULL : p->lag, of_v ? p->lag : NULL);
       flesh_pass_forget_constrained(p, p->lag);
@@ -303,7 +303,7 @@ int flesh_trajectory_tet_gradient(flesh_trajectory *self, const flesh_tet_parame
   flesh_motion_pass p = flesh_pass_of(self, self->vectors);
   p.tets = &tets;
   p.by_tet = gradient;
-  if (!status) memset(gradient, 0, (size_t)flesh_mesh_tet_count(tets.apart.mesh) * sizeof *gradient);
+  if (!status) memset(gradient, 0, (size_t)flesh_mesh_tet_count(tets.torn_body.mesh) * sizeof *gradient);
   if (!status) status = go_back(&p, &(asking){.visit = visit, .data = data});
   flesh_varied_tets_clear(&tets);
   return status;

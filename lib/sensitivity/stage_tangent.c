@@ -88,23 +88,23 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.a = self->a;
   if (stage->frozen_at_solution) self->point.frozen = (flesh_frozen){self->x, self->v}; /* the same, and known to be so */
   self->held = stage->shift.x == 1 ? self->x : self->end;
-  unsigned readings = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
+  unsigned arguments = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
   if (flesh_system_freezes(self->system)) {
-    readings |= 1u << FLESH_FROZEN_X | 1u << FLESH_OWN_V;
-    if (self->point.frozen.v) readings |= 1u << FLESH_FROZEN_V;
-    if (stage->shift.v == 0) readings |= 1u << FLESH_OWN_X; /* else K has the part of x */
+    arguments |= 1u << FLESH_FROZEN_X | 1u << FLESH_OWN_V;
+    if (self->point.frozen.v) arguments |= 1u << FLESH_FROZEN_V;
+    if (stage->shift.v == 0) arguments |= 1u << FLESH_OWN_X; /* else K has the part of x */
   }
-  return fail(self, flesh_couplings_find(&self->couplings, &self->point, readings, equations->K), "residual");
+  return fail(self, flesh_couplings_find(&self->couplings, &self->point, arguments, equations->K), "residual");
 }
 
-/* Adds to y what the followed readings make of x. */
+/* Adds to y what the followed arguments make of x. */
 static void add_followed(const flesh_stage_tangent *self, int transposed, double scale, const double *x, double *y)
 {
   const flesh_shift *shift = &self->stage.shift;
-  for (int k = 0; k < FLESH_READINGS; k++)
+  for (int k = 0; k < FLESH_ARGUMENTS; k++)
     if (self->follows >> k & 1)
-      flesh_couplings_add(&self->couplings, (flesh_reading)k, transposed,
-                          scale * (flesh_reading_is_of_v((flesh_reading)k) ? shift->v : shift->x), x, y);
+      flesh_couplings_add(&self->couplings, (flesh_argument)k, transposed,
+                          scale * (flesh_argument_is_of_v((flesh_argument)k) ? shift->v : shift->x), x, y);
 }
 
 /* How far the gaps of the constraints change along p [n] from x [n], into gaps [multipliers]: cubic in x, so that differences
@@ -265,8 +265,8 @@ static double find_left(flesh_stage_tangent *self, int transposed, const double 
 static int reads_solution(const flesh_stage_tangent *self)
 {
   int reads = 0;
-  for (int k = 0; k < FLESH_READINGS; k++)
-    reads |= (self->follows >> k & 1) && flesh_couplings_any(&self->couplings, (flesh_reading)k);
+  for (int k = 0; k < FLESH_ARGUMENTS; k++)
+    reads |= (self->follows >> k & 1) && flesh_couplings_any(&self->couplings, (flesh_argument)k);
   return reads;
 }
 
@@ -426,6 +426,6 @@ int flesh_stage_tangent_read(flesh_stage_tangent *self, const double *w, double 
   int status = flesh_stage_tangent_stiffness_times(self, 1, w, by_x);
   if (!status) status = flesh_stage_tangent_damping_times(self, 1, w, by_v);
   for (int k = 0; k < FLESH_OWN_V && !status; k++)
-    flesh_couplings_add(&self->couplings, (flesh_reading)k, 1, 1, w, flesh_reading_is_of_v((flesh_reading)k) ? by_v : by_x);
+    flesh_couplings_add(&self->couplings, (flesh_argument)k, 1, 1, w, flesh_argument_is_of_v((flesh_argument)k) ? by_v : by_x);
   return status;
 }

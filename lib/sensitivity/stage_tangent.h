@@ -18,7 +18,7 @@ typedef struct flesh_stage_tangent {
   flesh_point point;          /* of the solution, where all is evaluated */
   double *x, *v, *a;          /* [n] its arrays */
   flesh_couplings couplings;
-  unsigned follows;           /* bits of flesh_reading: what is read is the solution itself */
+  unsigned follows;           /* bits of flesh_argument: what is read is the solution itself */
   double *room;               /* [6*n] */
   const flesh_prescribed *prescribed; /* how constrained dofs move, borrowed; NULL: as the stage moves them */
   flesh_prescribed others;    /* room: likewise, of a parameter's system */

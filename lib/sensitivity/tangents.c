@@ -31,12 +31,12 @@ static void subtract_readings(const flesh_motion_pass *p, const flesh_recorded_p
 {
   const flesh_couplings *couplings = &p->self->tangent.couplings;
   const int lags_stage = part->known[FLESH_KNOWN_LAGGED_X] != NULL;
-  for (int k = 0; k < FLESH_READINGS; k++) {
-    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_reading)k)) continue;
-    const int of_v = flesh_reading_is_of_v((flesh_reading)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
+  for (int k = 0; k < FLESH_ARGUMENTS; k++) {
+    if ((p->follows >> k & 1) || k >= FLESH_OWN_V || !flesh_couplings_any(couplings, (flesh_argument)k)) continue;
+    const int of_v = flesh_argument_is_of_v((flesh_argument)k), lagged = k == FLESH_LAGGED_X || k == FLESH_LAGGED_V;
     const double *at_start = p->known[(lags_stage ? FLESH_KNOWN_LAGGED_X : FLESH_KNOWN_X) + of_v];
     const double *read = !lagged ? p->next[of_v] : before ? p->ended[of_v] : at_start;
-    flesh_couplings_add(couplings, (flesh_reading)k, 0, -1, read, right);
+    flesh_couplings_add(couplings, (flesh_argument)k, 0, -1, read, right);
   }
 }
 
@@ -100,7 +100,7 @@ static int begin(flesh_motion_pass *p)
   if (status) return status;
   for (int d = 0; d < p->self->n; d++) right[d] = -right[d] - p->c[d] - p->force[d];
   for (int k = 0; k < FLESH_OWN_V; k++)
-    flesh_couplings_add(&tangent->couplings, (flesh_reading)k, 0, -1, flesh_reading_is_of_v((flesh_reading)k) ? v : x, right);
+    flesh_couplings_add(&tangent->couplings, (flesh_argument)k, 0, -1, flesh_argument_is_of_v((flesh_argument)k) ? v : x, right);
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 

@@ -13,7 +13,7 @@
 /* A system of elasticity, and of what among `effects` is damped by the stiffness. */
 static int make_system(const flesh_varied_tets *self, const flesh_body *body, const flesh_system *effects, flesh_system **system)
 {
-  const flesh_mesh *torn = self->apart.mesh;
+  const flesh_mesh *torn = self->torn_body.mesh;
   flesh_effect *effect = NULL;
   flesh_body own = *body;
   own.mesh = torn;
@@ -23,9 +23,9 @@ static int make_system(const flesh_varied_tets *self, const flesh_body *body, co
   if (!status) status = flesh_system_add_effect(*system, &effect);
   for (int e = 0; effects && e < flesh_system_effect_count(effects) && !status; e++) {
     const flesh_effect *one = flesh_system_effect(effects, e);
-    const flesh_effect_readings *readings = flesh_effect_private_of(one)->readings;
-    if (one->operations->role != FLESH_ROLE_DAMPING || !readings || !readings->tear) continue;
-    status = readings->tear(one, body, torn, &effect);
+    const flesh_effect_partials *partials = flesh_effect_private_of(one)->partials;
+    if (one->operations->role != FLESH_ROLE_DAMPING || !partials || !partials->tear) continue;
+    status = partials->tear(one, body, torn, &effect);
     if (!status) status = flesh_system_add_effect(*system, &effect);
   }
   flesh_effect_destroy(&effect);
@@ -44,9 +44,9 @@ int flesh_varied_tets_open(const flesh_tet_parameter *parameter, const flesh_sys
   const flesh_mesh *moves = effects ? flesh_system_mesh(effects) : mesh;
   if (flesh_mesh_tet_count(moves) != mesh->tets || flesh_mesh_node_count(moves) != mesh->nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have another mesh than the motion");
-  int status = flesh_apart_open(mesh, &self->apart);
+  int status = flesh_torn_body_open(mesh, &self->torn_body);
   for (int k = 0; k < 2 && !status; k++) {
-    self->r[k] = self->apart.room + (size_t)(10 + k) * (size_t)self->apart.n;
+    self->r[k] = self->torn_body.room + (size_t)(10 + k) * (size_t)self->torn_body.n;
     status = make_system(self, parameter->bodies[k], effects, &self->systems[k]);
   }
   return status;
@@ -55,12 +55,12 @@ int flesh_varied_tets_open(const flesh_tet_parameter *parameter, const flesh_sys
 void flesh_varied_tets_clear(flesh_varied_tets *self)
 {
   for (int k = 0; k < 2; k++) flesh_system_destroy(&self->systems[k]);
-  flesh_apart_clear(0, &self->apart);
+  flesh_torn_body_clear(0, &self->torn_body);
 }
 
 int flesh_varied_tets_set(flesh_varied_tets *self, const flesh_point *point)
 {
-  const flesh_point torn = flesh_apart_point(&self->apart, point);
+  const flesh_point torn = flesh_torn_body_point(&self->torn_body, point);
   int status = FLESH_OK;
   for (int k = 0; k < 2 && !status; k++) status = flesh_system_residual(self->systems[k], &torn, self->r[k]);
   return status > 0 ? flesh_fail(FLESH_ERR_SOLVE, "the tets have no forces where their constants are changed") : status;
@@ -68,11 +68,11 @@ int flesh_varied_tets_set(flesh_varied_tets *self, const flesh_point *point)
 
 void flesh_varied_tets_add(const flesh_varied_tets *self, const double *lambda, double *gradient)
 {
-  for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(self->apart.mesh); t++) {
-    const int has = flesh_mesh_tet_nodes(self->apart.mesh, t, nodes);
+  for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(self->torn_body.mesh); t++) {
+    const int has = flesh_mesh_tet_nodes(self->torn_body.mesh, t, nodes);
     const double difference = self->parameter->difference[t];
     for (int d = 3 * i; d < 3 * (i + has) && difference != 0; d++)
-      gradient[t] -= lambda[3 * self->apart.from[d / 3] + d % 3] * (self->r[1][d] - self->r[0][d]) / difference;
+      gradient[t] -= lambda[3 * self->torn_body.from[d / 3] + d % 3] * (self->r[1][d] - self->r[0][d]) / difference;
     i += has;
   }
 }
@@ -85,7 +85,7 @@ int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *st
   point.multipliers = state->multipliers;
   int status = flesh_varied_tets_open(parameter, NULL, &varied);
   if (!status) status = flesh_varied_tets_set(&varied, &point);
-  const flesh_mesh *torn = varied.apart.mesh;
+  const flesh_mesh *torn = varied.torn_body.mesh;
   const size_t size = status ? 0 : flesh_mesh_order(torn) == 2 ? 30 : 12;
   if (!status) memset(forces, 0, size * (size_t)flesh_mesh_tet_count(torn) * sizeof *forces);
   for (int t = 0, i = 0, nodes[10]; !status && t < flesh_mesh_tet_count(torn); t++) {

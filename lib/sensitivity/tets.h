@@ -7,7 +7,7 @@
 
 typedef struct flesh_varied_tets {
   const flesh_tet_parameter *parameter; /* borrowed */
-  flesh_apart apart;
+  flesh_torn_body torn_body;
   flesh_system *systems[2];
   double *r[2]; /* [3*nodes of the torn body] their residuals */
 } flesh_varied_tets;

@@ -233,21 +233,21 @@ static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
 }
 
 /* An effect's own product by what it reads against differences along du, and the transposed one against that product. */
-static int check_reading(check *c, flesh_reading reading, double *worst)
+static int check_argument(check *c, flesh_argument argument, double *worst)
 {
-  const flesh_effect_readings *own = flesh_effect_private_of(c->effect)->readings;
+  const flesh_effect_partials *own = flesh_effect_private_of(c->effect)->partials;
   flesh_point point = moved(c, &flesh_check_shifts[1], 0);
   const double **const states[] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v, &point.v, &point.x};
-  const double *base = *states[reading];
+  const double *base = *states[argument];
   const size_t bytes = c->unknowns * sizeof(double);
   double *product = c->Kdu, *sum = c->dr, *other = c->as, error = 0, terms = 0; /* a is not read */
   int status = FLESH_OK;
   memset(product, 0, bytes);
-  own->multiply(c->effect, &point, reading, 0, 1, c->du, product);
+  own->multiply(c->effect, &point, argument, 0, 1, c->du, product);
   memset(sum, 0, bytes);
   double *varied = flesh_malloc(bytes + 1);
   if (!varied) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
-  *states[reading] = varied;
+  *states[argument] = varied;
   const double s = 1e-3;
   for (int k = 0; k < 4 && !status; k++) {
     for (size_t d = 0; d < c->unknowns; d++) varied[d] = base[d] + offsets[k] * s * c->du[d];
@@ -256,14 +256,14 @@ static int check_reading(check *c, flesh_reading reading, double *worst)
     for (size_t d = 0; d < c->unknowns; d++) sum[d] += weights[k] * c->r[d] / s;
     terms = fmax(terms, sqrt(dot(c, c->r, c->r)));
   }
-  *states[reading] = base;
+  *states[argument] = base;
   flesh_free(varied);
   for (size_t d = 0; d < c->unknowns; d++) error += (sum[d] - product[d]) * (sum[d] - product[d]);
   *worst = fmax(*worst, difference_ratio(sqrt(error), sqrt(dot(c, sum, sum)), terms, s));
   randomize(c, other, 1);
   const double expected = dot(c, product, other), size = dot_absolute(c, product, other);
   memset(sum, 0, bytes);
-  own->multiply(c->effect, &point, reading, 1, 1, other, sum);
+  own->multiply(c->effect, &point, argument, 1, 1, other, sum);
   *worst = fmax(*worst, ratio(fabs(dot(c, sum, c->du) - expected), size));
   return status;
 }
@@ -328,8 +328,8 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     c->physical = 0;
   }
   if (!status && c->environment.near && library->predict) status = check_predicted(c, shift, &report->jacobian[s]);
-  for (int k = 0; k < FLESH_READINGS && !status && library->readings && library->readings->multiply && shift->v != 0; k++)
-    status = check_reading(c, (flesh_reading)k, &report->jacobian[s]);
+  for (int k = 0; k < FLESH_ARGUMENTS && !status && library->partials && library->partials->multiply && shift->v != 0; k++)
+    status = check_argument(c, (flesh_argument)k, &report->jacobian[s]);
   if (!status && library->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;

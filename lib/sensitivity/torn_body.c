@@ -1,6 +1,6 @@
-/* apart.c: the derivative of a sum over tets by what it reads, from the residuals of the body torn into its tets: two for
- * each component of each node of a tet but the first, as nothing changes where all move alike; more for tets that have a
- * kink between them, as where an eigenvalue is clamped. */
+/* torn_body.c: the derivative of a sum over tets by what it reads, from the residuals of the body torn into its tets: two
+ * for each component of each node of a tet but the first, as nothing changes where all move alike; more for tets that have
+ * a kink between them, as where an eigenvalue is clamped. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -16,36 +16,36 @@ enum { ARRAYS = 7 }; /* of a point */
 enum { FINER = 2 };
 static const double kinked = 1e-5, finer_step = 0.1;
 
-void flesh_apart_clear(int effects, flesh_apart *apart)
+void flesh_torn_body_clear(int effects, flesh_torn_body *torn_body)
 {
-  for (int e = 0; e < effects && apart->of; e++) flesh_system_destroy(&apart->of[e]);
-  flesh_free(apart->of);
-  flesh_mesh_destroy(&apart->mesh);
-  flesh_free(apart->from);
-  flesh_free(apart->room);
-  *apart = (flesh_apart){0};
+  for (int e = 0; e < effects && torn_body->of; e++) flesh_system_destroy(&torn_body->of[e]);
+  flesh_free(torn_body->of);
+  flesh_mesh_destroy(&torn_body->mesh);
+  flesh_free(torn_body->from);
+  flesh_free(torn_body->room);
+  *torn_body = (flesh_torn_body){0};
 }
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the sensitivities of single tets"); }
 
-int flesh_apart_open(const flesh_mesh *mesh, flesh_apart *apart)
+int flesh_torn_body_open(const flesh_mesh *mesh, flesh_torn_body *torn_body)
 {
-  const int status = flesh_mesh_tear(mesh, &apart->mesh, &apart->from);
+  const int status = flesh_mesh_tear(mesh, &torn_body->mesh, &torn_body->from);
   if (status) return status;
-  apart->n = 3 * flesh_mesh_node_count(apart->mesh);
-  apart->room = flesh_malloc(17 * (size_t)apart->n * sizeof *apart->room);
-  return apart->room ? FLESH_OK : no_memory();
+  torn_body->n = 3 * flesh_mesh_node_count(torn_body->mesh);
+  torn_body->room = flesh_malloc(17 * (size_t)torn_body->n * sizeof *torn_body->room);
+  return torn_body->room ? FLESH_OK : no_memory();
 }
 
 static int make_mesh(flesh_couplings *self)
 {
-  flesh_apart *apart = &self->apart;
+  flesh_torn_body *torn_body = &self->torn_body;
   const int effects = flesh_system_effect_count(self->system);
-  if (apart->of) return FLESH_OK;
-  flesh_apart_clear(0, apart); /* of what failed */
-  const int status = flesh_apart_open(flesh_system_mesh(self->system), apart);
-  if (!status) apart->of = flesh_calloc((size_t)effects, sizeof(flesh_system *));
-  return status || apart->of ? status : no_memory();
+  if (torn_body->of) return FLESH_OK;
+  flesh_torn_body_clear(0, torn_body); /* of what failed */
+  const int status = flesh_torn_body_open(flesh_system_mesh(self->system), torn_body);
+  if (!status) torn_body->of = flesh_calloc((size_t)effects, sizeof(flesh_system *));
+  return status || torn_body->of ? status : no_memory();
 }
 
 static int make_system(flesh_couplings *self, int e)
@@ -54,30 +54,31 @@ static int make_system(flesh_couplings *self, int e)
   flesh_effect *torn = NULL;
   flesh_system *system = NULL;
   int status = make_mesh(self);
-  if (status || self->apart.of[e]) return status;
-  status = flesh_effect_private_of(effect)->readings->tear(effect, NULL, self->apart.mesh, &torn);
-  if (!status) status = flesh_system_create(self->apart.mesh, &system);
+  if (status || self->torn_body.of[e]) return status;
+  status = flesh_effect_private_of(effect)->partials->tear(effect, NULL, self->torn_body.mesh, &torn);
+  if (!status) status = flesh_system_create(self->torn_body.mesh, &system);
   if (!status) status = flesh_system_add_effect(system, &torn);
   if (!status) status = flesh_system_finalize(system);
   flesh_effect_destroy(&torn);
   if (status) flesh_system_destroy(&system);
-  self->apart.of[e] = system;
+  self->torn_body.of[e] = system;
   return status;
 }
 
-flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point)
+flesh_point flesh_torn_body_point(const flesh_torn_body *torn_body, const flesh_point *point)
 {
   flesh_point torn = *point;
   const double **arrays[ARRAYS] = {&torn.x, &torn.v, &torn.a, &torn.lagged.x, &torn.lagged.v, &torn.frozen.x, &torn.frozen.v};
   const double *given[ARRAYS];
   for (int k = 0; k < ARRAYS; k++) given[k] = *arrays[k];
   for (int k = 0; k < ARRAYS; k++) {
-    double *to = apart->room + (size_t)k * (size_t)apart->n;
+    double *to = torn_body->room + (size_t)k * (size_t)torn_body->n;
     int same = 0;
     while (same < k && given[same] != given[k]) same++;
     if (same < k) *arrays[k] = *arrays[same];
     if (same < k || !given[k]) continue;
-    for (int i = 0; i < apart->n / 3; i++) memcpy(to + 3 * (size_t)i, given[k] + 3 * (size_t)apart->from[i], 3 * sizeof *to);
+    for (int i = 0; i < torn_body->n / 3; i++)
+      memcpy(to + 3 * (size_t)i, given[k] + 3 * (size_t)torn_body->from[i], 3 * sizeof *to);
     *arrays[k] = to;
   }
   torn.environment = NULL;
@@ -86,7 +87,7 @@ flesh_point flesh_apart_point(const flesh_apart *apart, const flesh_point *point
 
 /* A torn effect, its point, what is varied of that, and how far. */
 typedef struct variation {
-  const flesh_apart *apart;
+  const flesh_torn_body *torn_body;
   const flesh_system *system;
   flesh_point *point;
   const double **read;
@@ -97,11 +98,11 @@ typedef struct variation {
 /* r [n] = the residual with a component of each tet's node `a` moved by a distance. */
 static int move(const variation *v, int component, int a, double by, double *r)
 {
-  const flesh_apart *apart = v->apart;
+  const flesh_torn_body *torn_body = v->torn_body;
   const double *base = *v->read;
-  for (int d = 0; d < apart->n; d++) v->varied[d] = base ? base[d] : 0;
-  for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(apart->mesh); t++) {
-    const int has = flesh_mesh_tet_nodes(apart->mesh, t, nodes);
+  for (int d = 0; d < torn_body->n; d++) v->varied[d] = base ? base[d] : 0;
+  for (int t = 0, i = 0, nodes[10]; t < flesh_mesh_tet_count(torn_body->mesh); t++) {
+    const int has = flesh_mesh_tet_nodes(torn_body->mesh, t, nodes);
     if (a < has) v->varied[3 * (i + a) + component] += by;
     i += has;
   }
@@ -130,7 +131,7 @@ static int take_tet(const variation *v, int first, int count, double step, doubl
  * again unless this was the last time. */
 static int take_tets(const variation *v, double step, int last, double *sum)
 {
-  const flesh_mesh *mesh = v->apart->mesh;
+  const flesh_mesh *mesh = v->torn_body->mesh;
   int bent = 0;
   for (int t = 0, first = 0, nodes[10]; t < flesh_mesh_tet_count(mesh); t++) {
     const int numbers = 3 * flesh_mesh_tet_nodes(mesh, t, nodes);
@@ -145,48 +146,49 @@ static int differentiate(const variation *v, int component, int a, double *sum, 
 {
   double step = v->step;
   int status = FLESH_OK, some = 1;
-  for (int d = 0; d < v->apart->n; d++) sum[d] = NAN;
+  for (int d = 0; d < v->torn_body->n; d++) sum[d] = NAN;
   for (int finer = 0; finer <= FINER && some && !status; finer++, step *= finer_step) {
     status = move(v, component, a, -step, v->before);
     if (!status) status = move(v, component, a, step, v->after);
     if (!status) some = take_tets(v, step, finer == FINER, sum);
   }
-  for (int d = 0; d < v->apart->n; d++) first[d] -= sum[d];
+  for (int d = 0; d < v->torn_body->n; d++) first[d] -= sum[d];
   return status;
 }
 
 /* The blocks of each tet's node `a`, of whose components sums [3][n] are the derivatives. */
-static int append_blocks(const flesh_apart *apart, int a, const double *sums, flesh_coupling *to)
+static int append_blocks(const flesh_torn_body *torn_body, int a, const double *sums, flesh_coupling *to)
 {
   int status = FLESH_OK;
-  for (int t = 0, first = 0, nodes[10]; t < flesh_mesh_tet_count(apart->mesh) && !status; t++) {
-    const int has = flesh_mesh_tet_nodes(apart->mesh, t, nodes);
+  for (int t = 0, first = 0, nodes[10]; t < flesh_mesh_tet_count(torn_body->mesh) && !status; t++) {
+    const int has = flesh_mesh_tet_nodes(torn_body->mesh, t, nodes);
     for (int b = 0; b < has && a < has && !status; b++) {
       double block[9];
-      for (int k = 0; k < 9; k++) block[k] = sums[(size_t)(k % 3) * (size_t)apart->n + (size_t)(3 * (first + b) + k / 3)];
-      status = flesh_coupling_append(to, apart->from[first + b], apart->from[first + a], block);
+      for (int k = 0; k < 9; k++) block[k] = sums[(size_t)(k % 3) * (size_t)torn_body->n + (size_t)(3 * (first + b) + k / 3)];
+      status = flesh_coupling_append(to, torn_body->from[first + b], torn_body->from[first + a], block);
     }
     first += has;
   }
   return status;
 }
 
-int flesh_couplings_find_apart(flesh_couplings *self, int effect, const flesh_point *given, flesh_reading reading, double step)
+int flesh_couplings_find_torn(flesh_couplings *self, int effect, const flesh_point *given, flesh_argument argument, double step)
 {
   int status = make_system(self, effect);
   if (status) return status;
-  const flesh_apart *apart = &self->apart;
-  flesh_point point = flesh_apart_point(apart, given);
-  const double **const read[FLESH_READINGS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v,
-                                               &point.v,        &point.x};
-  const size_t n = (size_t)apart->n;
-  double *room = apart->room + ARRAYS * n, *sums = room + 4 * n, *first = sums + 3 * n;
-  const variation v = {apart, apart->of[effect], &point, read[reading], step, room, room + n, room + 2 * n, room + 3 * n};
+  const flesh_torn_body *torn_body = &self->torn_body;
+  flesh_point point = flesh_torn_body_point(torn_body, given);
+  const double **const read[FLESH_ARGUMENTS] = {&point.lagged.x, &point.lagged.v, &point.frozen.x, &point.frozen.v,
+                                                &point.v,        &point.x};
+  const size_t n = (size_t)torn_body->n;
+  double *room = torn_body->room + ARRAYS * n, *sums = room + 4 * n, *first = sums + 3 * n;
+  const variation v = {torn_body, torn_body->of[effect], &point, read[argument], step,
+                       room, room + n, room + 2 * n, room + 3 * n};
   memset(first, 0, 3 * n * sizeof *first);
   status = flesh_system_residual(v.system, v.point, v.middle);
-  for (int a = 1; a < (flesh_mesh_order(apart->mesh) == 2 ? 10 : 4) && !status; a++) {
+  for (int a = 1; a < (flesh_mesh_order(torn_body->mesh) == 2 ? 10 : 4) && !status; a++) {
     for (size_t c = 0; c < 3 && !status; c++) status = differentiate(&v, (int)c, a, sums + c * n, first + c * n);
-    if (!status) status = append_blocks(apart, a, sums, &self->by[reading]);
+    if (!status) status = append_blocks(torn_body, a, sums, &self->by[argument]);
   }
-  return status ? status : append_blocks(apart, 0, first, &self->by[reading]);
+  return status ? status : append_blocks(torn_body, 0, first, &self->by[argument]);
 }
