@@ -10,7 +10,7 @@
 #include "mesh/split_part.h"
 #include "parallel/links.h"
 #include "parallel/partition.h"
-#include "parallel/reach.h"
+#include "parallel/node_ranks.h"
 #include "parallel/split_check.h"
 
 struct flesh_rank_part {
@@ -35,10 +35,10 @@ typedef struct search {
   const flesh_rank_tie *ties;
   int *owner; /* [nodes of the whole] -1: no tet has the node */
   uint8_t *always; /* [nodes of the whole] see links.h; NULL: no tie is of nodes that every rank has */
-  flesh_reach have, reach;
+  flesh_node_ranks have, overlap;
 } search;
 
-static int is_mine(const search *s, int node) { return flesh_reach_has(&s->have, node, s->rank); }
+static int is_mine(const search *s, int node) { return flesh_node_ranks_has(&s->have, node, s->rank); }
 
 /* Own nodes, then ghosts, then those beyond. */
 static int list_nodes(flesh_rank_part *self, const search *s)
@@ -47,7 +47,7 @@ static int list_nodes(flesh_rank_part *self, const search *s)
   for (int i = 0; i < self->whole_nodes; i++) {
     if (s->owner[i] < 0) continue;
     team->all++;
-    team->reached += flesh_reach_has(&s->reach, i, s->rank);
+    team->reached += flesh_node_ranks_has(&s->overlap, i, s->rank);
     team->nodes += is_mine(s, i);
     team->own += s->owner[i] == s->rank;
   }
@@ -57,7 +57,7 @@ static int list_nodes(flesh_rank_part *self, const search *s)
   if (!self->nodes || (s->always && !self->always)) return FLESH_ERR_MEMORY;
   int own = 0, ghost = team->own, beyond = team->nodes;
   for (int i = 0; i < self->whole_nodes; i++) {
-    if (!flesh_reach_has(&s->reach, i, s->rank)) continue;
+    if (!flesh_node_ranks_has(&s->overlap, i, s->rank)) continue;
     self->nodes[!is_mine(s, i) ? beyond++ : s->owner[i] == s->rank ? own++ : ghost++] = i;
   }
   for (int i = 0; i < team->reached && s->always; i++) self->always[i] = s->always[self->nodes[i]];
@@ -134,13 +134,13 @@ static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
 }
 
 /* Nodes that go from those who have them, or from their owners alone, to those who `take` them. */
-static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *take, int owners, flesh_halo *halo)
+static int make_halo(flesh_rank_part *self, const search *s, const flesh_node_ranks *take, int owners, flesh_halo *halo)
 {
-  const flesh_reach *have = &s->have;
+  const flesh_node_ranks *have = &s->have;
   flesh_shared_nodes shared = {0};
   for (int i = 0; i < self->team.reached; i++) {
     const int node = self->nodes[i], owner = s->owner[node];
-    const int gives = owners ? owner == s->rank : is_mine(s, node), takes = flesh_reach_has(take, node, s->rank);
+    const int gives = owners ? owner == s->rank : is_mine(s, node), takes = flesh_node_ranks_has(take, node, s->rank);
     if (owners && takes && !gives) flesh_shared_nodes_add(&shared, owner, 1, node, i);
     for (int k = have->first[node]; k < have->first[node + 1] && takes && !owners; k++)
       if (have->ranks[k] != s->rank) flesh_shared_nodes_add(&shared, have->ranks[k], 1, node, i);
@@ -173,9 +173,9 @@ static int add_ties(search *s, int everywhere, int ranks)
   int status = FLESH_OK;
   for (int k = 0; k < s->tie_count && !status; k++)
     if (!s->ties[k].everywhere == !everywhere)
-      status = flesh_reach_add_cells(&s->have, s->ties[k].count, s->ties[k].nodes_per_cell, s->ties[k].nodes, s->owner,
-                                     everywhere ? ranks : 0);
-  if (!status && s->tie_count) status = flesh_reach_add(&s->reach, &s->have);
+      status = flesh_node_ranks_add_cells(&s->have, s->ties[k].count, s->ties[k].nodes_per_cell, s->ties[k].nodes, s->owner,
+                                          everywhere ? ranks : 0);
+  if (!status && s->tie_count) status = flesh_node_ranks_add(&s->overlap, &s->have);
   return status;
 }
 
@@ -188,16 +188,16 @@ static int mark_always(const flesh_rank_part *self, search *s)
   s->always = flesh_malloc((size_t)self->whole_nodes + 1);
   for (int i = 0; i < self->whole_nodes && s->always; i++)
     s->always[i] = (uint8_t)((is_mine(s, i) ? FLESH_LINK_HAS : 0) |
-                             (flesh_reach_has(&s->reach, i, s->rank) ? FLESH_LINK_REACHES : 0));
+                             (flesh_node_ranks_has(&s->overlap, i, s->rank) ? FLESH_LINK_REACHES : 0));
   return s->always ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 /* A node's owner is the first of the ranks whose tets have it. Then the ranks that get nodes by ties. */
 static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
-  int status = flesh_reach_create(whole, s->part, &s->have);
-  if (!status) status = flesh_reach_create(whole, s->part, &s->reach);
-  for (int k = 0; k < LAYERS && !status; k++) status = flesh_reach_grow(whole, &s->reach);
+  int status = flesh_node_ranks_create(whole, s->part, &s->have);
+  if (!status) status = flesh_node_ranks_create(whole, s->part, &s->overlap);
+  for (int k = 0; k < LAYERS && !status; k++) status = flesh_node_ranks_grow(whole, &s->overlap);
   s->owner = flesh_malloc(((size_t)self->whole_nodes + 1) * sizeof *s->owner);
   if (status || !s->owner) return FLESH_ERR_MEMORY;
   for (int i = 0; i < self->whole_nodes; i++)
@@ -216,11 +216,11 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = make_mesh(self, whole);
   if (!status) status = take_numbers(self, whole->split);
   if (!status) status = make_halo(self, s, &s->have, 1, &self->links.halo);
-  if (!status) status = make_halo(self, s, &s->reach, 1, &self->links.reached);
+  if (!status) status = make_halo(self, s, &s->overlap, 1, &self->links.reached);
   self->team.narrows = s->always != NULL;
   self->links.always = self->always;
   if (self->team.narrows) return status; /* what all ranks have would go from each to each */
-  if (!status) status = make_halo(self, s, &s->reach, 0, &self->links.rows);
+  if (!status) status = make_halo(self, s, &s->overlap, 0, &self->links.rows);
   if (!status) self->team.reach = flesh_links_reach(&self->links, s->rank);
   return status;
 }
@@ -243,8 +243,8 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");
   flesh_free(s.owner);
   flesh_free(s.always);
-  flesh_reach_clear(&s.have);
-  flesh_reach_clear(&s.reach);
+  flesh_node_ranks_clear(&s.have);
+  flesh_node_ranks_clear(&s.overlap);
   status = flesh_communicator_agree(communicator, status);
   if (status) flesh_rank_part_destroy(rank_part);
   return status;

@@ -1,5 +1,5 @@
-/* reach.c: lists of each node's ranks, and their growth from tet to tet. */
-#include "parallel/reach.h"
+/* node_ranks.c: lists of each node's ranks, and their growth from tet to tet. */
+#include "parallel/node_ranks.h"
 
 #include <string.h>
 
@@ -42,13 +42,13 @@ static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, 
 }
 
 /* The lists from pairs, which are sorted and freed. */
-static int make(pairs *all, int nodes, flesh_reach *self)
+static int make(pairs *all, int nodes, flesh_node_ranks *self)
 {
-  flesh_reach made = {.nodes = nodes, .first = flesh_calloc((size_t)nodes + 1, sizeof *made.first),
-                      .ranks = flesh_malloc((all->count + 1) * sizeof *made.ranks)};
+  flesh_node_ranks made = {.nodes = nodes, .first = flesh_calloc((size_t)nodes + 1, sizeof *made.first),
+                           .ranks = flesh_malloc((all->count + 1) * sizeof *made.ranks)};
   if (all->failed || !made.first || !made.ranks) {
     flesh_free(all->list);
-    flesh_reach_clear(&made);
+    flesh_node_ranks_clear(&made);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
   }
   flesh_sort(all->list, all->count, sizeof *all->list, flesh_compare_two_ints);
@@ -60,7 +60,7 @@ static int make(pairs *all, int nodes, flesh_reach *self)
   }
   for (int i = 0; i < nodes; i++) made.first[i + 1] += made.first[i];
   flesh_free(all->list);
-  flesh_reach_clear(self);
+  flesh_node_ranks_clear(self);
   *self = made;
   return FLESH_OK;
 }
@@ -81,11 +81,11 @@ static void look(void *data, int tet, int count, const int *nodes)
   }
 }
 
-int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *self)
+int flesh_node_ranks_create(const flesh_mesh *whole, const int *part, flesh_node_ranks *self)
 {
   const int nodes = flesh_mesh_node_count(whole);
   search s = {.part = part, .last = flesh_malloc(((size_t)nodes + 1) * sizeof *s.last), .pairs = {.failed = 0}};
-  *self = (flesh_reach){0};
+  *self = (flesh_node_ranks){0};
   if (!s.last) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
   memset(s.last, -1, (size_t)nodes * sizeof *s.last);
   for_tets(whole, look, &s);
@@ -93,44 +93,44 @@ int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *se
   return make(&s.pairs, nodes, self);
 }
 
-int flesh_reach_has(const flesh_reach *self, int node, int rank)
+int flesh_node_ranks_has(const flesh_node_ranks *self, int node, int rank)
 {
   for (int k = self->first[node]; k < self->first[node + 1]; k++)
     if (self->ranks[k] == rank) return 1;
   return 0;
 }
 
-static void add_all(pairs *self, const flesh_reach *reach)
+static void add_all(pairs *self, const flesh_node_ranks *lists)
 {
-  for (int i = 0; i < reach->nodes; i++)
-    for (int k = reach->first[i]; k < reach->first[i + 1]; k++) add(self, i, reach->ranks[k]);
+  for (int i = 0; i < lists->nodes; i++)
+    for (int k = lists->first[i]; k < lists->first[i + 1]; k++) add(self, i, lists->ranks[k]);
 }
 
 typedef struct growth {
-  const flesh_reach *reach;
+  const flesh_node_ranks *lists;
   pairs pairs;
 } growth;
 
 static void spread(void *data, int tet, int count, const int *nodes)
 {
   growth *g = data;
-  const flesh_reach *reach = g->reach;
+  const flesh_node_ranks *lists = g->lists;
   (void)tet;
   for (int a = 0; a < count; a++)
-    for (int k = reach->first[nodes[a]]; k < reach->first[nodes[a] + 1]; k++)
+    for (int k = lists->first[nodes[a]]; k < lists->first[nodes[a] + 1]; k++)
       for (int b = 0; b < count; b++)
-        if (!flesh_reach_has(reach, nodes[b], reach->ranks[k])) add(&g->pairs, nodes[b], reach->ranks[k]);
+        if (!flesh_node_ranks_has(lists, nodes[b], lists->ranks[k])) add(&g->pairs, nodes[b], lists->ranks[k]);
 }
 
-int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *self)
+int flesh_node_ranks_grow(const flesh_mesh *whole, flesh_node_ranks *self)
 {
-  growth g = {.reach = self, .pairs = {.failed = 0}};
+  growth g = {.lists = self, .pairs = {.failed = 0}};
   add_all(&g.pairs, self);
   for_tets(whole, spread, &g);
   return make(&g.pairs, self->nodes, self);
 }
 
-int flesh_reach_add_cells(flesh_reach *self, int count, int width, const int *cells, const int *owner, int everywhere)
+int flesh_node_ranks_add_cells(flesh_node_ranks *self, int count, int width, const int *cells, const int *owner, int everywhere)
 {
   pairs all = {.failed = 0};
   add_all(&all, self);
@@ -138,12 +138,12 @@ int flesh_reach_add_cells(flesh_reach *self, int count, int width, const int *ce
     const int *nodes = cells + (size_t)c * (size_t)width, computes = owner[nodes[0]];
     for (int a = 0; a < width; a++)
       for (int rank = everywhere ? 0 : computes; rank < (everywhere ? everywhere : computes + 1); rank++)
-        if (rank >= 0 && owner[nodes[a]] >= 0 && !flesh_reach_has(self, nodes[a], rank)) add(&all, nodes[a], rank);
+        if (rank >= 0 && owner[nodes[a]] >= 0 && !flesh_node_ranks_has(self, nodes[a], rank)) add(&all, nodes[a], rank);
   }
   return make(&all, self->nodes, self);
 }
 
-int flesh_reach_add(flesh_reach *self, const flesh_reach *other)
+int flesh_node_ranks_add(flesh_node_ranks *self, const flesh_node_ranks *other)
 {
   pairs all = {.failed = 0};
   add_all(&all, self);
@@ -151,9 +151,9 @@ int flesh_reach_add(flesh_reach *self, const flesh_reach *other)
   return make(&all, self->nodes, self);
 }
 
-void flesh_reach_clear(flesh_reach *self)
+void flesh_node_ranks_clear(flesh_node_ranks *self)
 {
   flesh_free(self->first);
   flesh_free(self->ranks);
-  *self = (flesh_reach){0};
+  *self = (flesh_node_ranks){0};
 }
