@@ -420,7 +420,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  if (row->stages || self->memory.easy < 0) count_easy(self, energy.stages, &before_solve, stats, state->x);
+  if (row->stages || is_controlled(self, &trial) || self->memory.easy < 0)
+    count_easy(self, energy.stages ? energy.stages : 1, &before_solve, stats, state->x);
   if (self->first.extrapolation.n)
     flesh_extrapolation_remember(&self->first.extrapolation, self->nonlinear->u,
                                  self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));

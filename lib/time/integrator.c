@@ -264,7 +264,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   start_over(integrator);
   flesh_ahead_clear(&integrator->ahead);
   const int limited = flesh_team_any(integrator->evaluation->team, flesh_ahead_is_limited(integrator->evaluation->system));
-  if (!status && taken.control && row->stages && !limited)
+  if (!status && taken.control && !limited)
     status = flesh_ahead_create(integrator->evaluation->n, &integrator->ahead);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
@@ -339,7 +339,7 @@ const double *flesh_integrator_energies(const flesh_integrator *integrator, cons
 
 const flesh_state *flesh_integrator_stage(const flesh_integrator *self, const flesh_state *state)
 {
-  return self->last_stage.known ? &self->last_stage.at : state;
+  return self->last_stage.known && !self->ahead.shown ? &self->last_stage.at : state;
 }
 
 static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)

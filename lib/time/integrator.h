@@ -73,7 +73,7 @@ struct flesh_integrator {
   flesh_last_stage last_stage;
   flesh_part_tried part;
   flesh_error_control control; /* of methods that estimate their error; off unless asked for */
-  flesh_ahead ahead;           /* of steps that such a method of several stages chooses */
+  flesh_ahead ahead;           /* of such methods */
   flesh_costs costs;
   flesh_ida_steps *ida; /* NULL: another method */
   flesh_energy_watch watch; /* of methods that step in time */

@@ -8,9 +8,9 @@
 enum { OUTPUTS = 60 };
 static const double end = 0.5, length = 3;
 
-static flesh_integrator *controlled(const test_body *b, double tolerance)
+static flesh_integrator *controlled(const test_body *b, flesh_method method, double tolerance)
 {
-  flesh_integrator *integrator = motion_integrator(b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
+  flesh_integrator *integrator = motion_integrator(b, method, 1e-11);
   flesh_adaptive_options options;
   flesh_adaptive_options_default(&options);
   options.control = 1;
@@ -43,48 +43,56 @@ static double difference(const test_body *b, const flesh_state *state, const fle
 
 /* A bar with events and moving constraints, against integration by GSL. Positions are off by no more than steps may be,
  * velocities by that in a hundredth of a second; what is held is where it is to be. */
+static void check_states(flesh_method method, double tolerance)
+{
+  test_body b;
+  make_busy_bar(FLESH_MASS_LUMPED, &b);
+  flesh_state exact = state_copy(b.n, &b.state), whole = state_copy(b.n, &b.state);
+  double *held = malloc((size_t)b.n * sizeof *held), off = 0, off_v = 0;
+  flesh_integrator *integrator = controlled(&b, method, tolerance);
+  flesh_solve_stats stats = {0}, once = {0};
+  int between = 0;
+  for (int k = 1; k <= OUTPUTS; k++) {
+    go_to(integrator, k, &b.state, &stats);
+    motion_reference_run(&b, b.state.t, 1e-12, &exact);
+    between += integrator->ahead.shown;
+    off = fmax(off, motion_distance(b.n, b.state.x, exact.x));
+    off_v = fmax(off_v, difference(&b, &b.state, &exact));
+    memcpy(held, b.state.x, (size_t)b.n * sizeof *held);
+    flesh_system_prescribe(b.system, b.state.t, held);
+    CHECK_BELOW(motion_distance(b.n, held, b.state.x), 1e-14);
+  }
+  flesh_integrator_destroy(&integrator);
+  integrator = controlled(&b, method, tolerance);
+  CHECK_OK(flesh_integrator_step(integrator, &whole, end, &once));
+  printf("# %s, tolerance %g: %d outputs between the ends of %d steps (%d without outputs); off by %.3g m, %.3g m/s\n",
+         flesh_method_name(method), tolerance, between, stats.steps, once.steps, off, off_v);
+  CHECK(stats.steps <= once.steps + 4); /* the one beyond the end, and where it begins anew */
+  CHECK(between > OUTPUTS / 3);
+  CHECK_BELOW(off, 2 * tolerance * length);
+  CHECK_BELOW(off_v, 2 * tolerance * length / 0.01);
+  flesh_integrator_destroy(&integrator);
+  state_free(&exact);
+  state_free(&whole);
+  free(held);
+  test_body_destroy(&b);
+}
+
 static void states_between_steps_are_those_of_the_motion(void)
 {
-  for (double tolerance = 1e-3; tolerance > 1e-6; tolerance /= 10) {
-    test_body b;
-    make_busy_bar(FLESH_MASS_LUMPED, &b);
-    flesh_state exact = state_copy(b.n, &b.state), whole = state_copy(b.n, &b.state);
-    double *held = malloc((size_t)b.n * sizeof *held), off = 0, off_v = 0;
-    flesh_integrator *integrator = controlled(&b, tolerance);
-    flesh_solve_stats stats = {0}, once = {0};
-    int between = 0;
-    for (int k = 1; k <= OUTPUTS; k++) {
-      go_to(integrator, k, &b.state, &stats);
-      motion_reference_run(&b, b.state.t, 1e-12, &exact);
-      between += integrator->ahead.shown;
-      off = fmax(off, motion_distance(b.n, b.state.x, exact.x));
-      off_v = fmax(off_v, difference(&b, &b.state, &exact));
-      memcpy(held, b.state.x, (size_t)b.n * sizeof *held);
-      flesh_system_prescribe(b.system, b.state.t, held);
-      CHECK_BELOW(motion_distance(b.n, held, b.state.x), 1e-14);
-    }
-    flesh_integrator_destroy(&integrator);
-    integrator = controlled(&b, tolerance);
-    CHECK_OK(flesh_integrator_step(integrator, &whole, end, &once));
-    printf("# tolerance %g: %d outputs between the ends of %d steps (%d without outputs); off by %.3g m, %.3g m/s\n",
-           tolerance, between, stats.steps, once.steps, off, off_v);
-    CHECK(stats.steps <= once.steps + 4); /* the one beyond the end, and where it begins anew */
-    CHECK(between > OUTPUTS / 3);
-    CHECK_BELOW(off, 2 * tolerance * length);
-    CHECK_BELOW(off_v, 2 * tolerance * length / 0.01);
-    flesh_integrator_destroy(&integrator);
-    state_free(&exact);
-    state_free(&whole);
-    free(held);
-    test_body_destroy(&b);
-  }
+  for (double tolerance = 1e-3; tolerance > 1e-6; tolerance /= 10) check_states(FLESH_METHOD_RUNGE_KUTTA, tolerance);
+  check_states(FLESH_METHOD_NEWMARK, 1e-4);
+  check_states(FLESH_METHOD_HHT, 1e-4);
+  check_states(FLESH_METHOD_GENERALIZED_ALPHA, 1e-4);
+  check_states(FLESH_METHOD_BDF2, 1e-3);
+  check_states(FLESH_METHOD_BACKWARD_EULER, 1e-2);
 }
 
 /* Takes another integrator from the state to the next output. */
 static void check_begins(const test_body *b, const flesh_integrator *first, const flesh_state *from, double h, const flesh_state *state)
 {
   flesh_state other = state_copy(b->n, from);
-  flesh_integrator *integrator = controlled(b, 1e-6);
+  flesh_integrator *integrator = controlled(b, FLESH_METHOD_RUNGE_KUTTA, 1e-6);
   CHECK(!first->ahead.shown || state->t == from->t + h);
   CHECK_OK(flesh_integrator_step(integrator, &other, h, NULL));
   CHECK_BELOW(motion_distance(b->n, other.x, state->x), 1e-5);
@@ -98,7 +106,7 @@ static void changes_between_steps_count(void)
 {
   test_body b;
   make_busy_bar(FLESH_MASS_LUMPED, &b);
-  flesh_integrator *integrator = controlled(&b, 1e-4);
+  flesh_integrator *integrator = controlled(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-4);
   int k = 0, changes = 0;
   for (; changes < 4 && k < OUTPUTS - 2; ) {
     go_to(integrator, ++k, &b.state, NULL);
@@ -163,7 +171,7 @@ static void runs_and_obstacles_end_steps(void)
     CHECK_OK(test_body_gravity(&b, 0, 0, -2));
     if (obstacle) add_floor(&b);
     CHECK_OK(flesh_system_finalize(b.system));
-    flesh_integrator *integrator = controlled(&b, 1e-3);
+    flesh_integrator *integrator = controlled(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-3);
     flesh_adaptive_options options = integrator->control.options;
     options.observe = see_step;
     CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
