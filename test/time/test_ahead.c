@@ -56,6 +56,7 @@ static void check_states(flesh_method method, double tolerance)
     go_to(integrator, k, &b.state, &stats);
     motion_reference_run(&b, b.state.t, 1e-12, &exact);
     between += integrator->ahead.shown;
+    CHECK(!integrator->ahead.shown || flesh_integrator_stage(integrator, &b.state) == &b.state);
     off = fmax(off, motion_distance(b.n, b.state.x, exact.x));
     off_v = fmax(off_v, difference(&b, &b.state, &exact));
     memcpy(held, b.state.x, (size_t)b.n * sizeof *held);
