@@ -45,6 +45,7 @@ static void make_integrator(motion *m)
                                    &m->integrator));
   CHECK_OK(flesh_integrator_set_adaptive(m->integrator, &time->adaptive));
   CHECK_OK(flesh_integrator_set_method_options(m->integrator, &time->options));
+  m->integrator->ahead.limit = INFINITY; /* as of a run */
 }
 
 static void end(motion *m)
