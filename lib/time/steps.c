@@ -293,7 +293,8 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   const flesh_method_row *row = self->row;
   const double until = reach(self, piece), left = until - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   if (self->memory.easy < 0 && !control->failed) control->h = left;
-  const double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
+  double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
+  if (left - h < flesh_rounding_of_time(state->t, h)) h = left; /* what rounding would leave is no step */
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : until, h}};
   const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;

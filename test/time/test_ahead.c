@@ -190,8 +190,37 @@ static void runs_and_obstacles_end_steps(void)
   }
 }
 
+static double least;
+
+static int see_length(void *data, const flesh_internal_step *step)
+{
+  (void)data;
+  least = fmin(least, step->h);
+  return FLESH_OK;
+}
+
+/* Rounding leaves no step before a state that is shown, where steps end with it. */
+static void no_step_is_what_rounding_leaves(void)
+{
+  for (double tolerance = 1e-2; tolerance > 1e-4; tolerance /= 1.3) {
+    test_body b;
+    make_busy_bar(FLESH_MASS_LUMPED, &b);
+    flesh_integrator *integrator = controlled(&b, FLESH_METHOD_BDF2, tolerance);
+    flesh_adaptive_options options = integrator->control.options;
+    options.observe = see_length;
+    CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+    least = end;
+    integrator->ahead.limit = -INFINITY;
+    for (int k = 1; k <= OUTPUTS; k++) go_to(integrator, k, &b.state, NULL);
+    printf("# tolerance %.3g: the shortest step is %.3g s\n", tolerance, least);
+    CHECK(least > 1e-6 * end / OUTPUTS);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(changes_between_steps_count),
-                   TEST(runs_and_obstacles_end_steps));
+                   TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves));
 }
