@@ -1,15 +1,13 @@
 /* dense.c: a track between its times, and how well it is known there.
  *
- * Hermite interpolation of positions and velocities at up to four times (degree 7; Stoer and Bulirsch, Introduction to
- * Numerical Analysis, 2.1.5), never across a break, at which the motion has a kink: between the two times around one that is
+ * Hermite interpolation of positions and velocities at up to four times (math/hermite.h), never across a break, at which the motion has a kink: between the two times around one that is
  * no time of the track nothing is known. The velocity at a break is that before it, as every method leaves it. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "accuracy/track.h"
 #include "base/error.h"
-
-enum { POINTS = 4 };
+#include "math/hermite.h"
 
 /* Every `stride`-th time of a track. */
 typedef struct nodes {
@@ -48,7 +46,7 @@ static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, do
   if (fabs(t - time_of(n, last)) <= rounding) first = last; /* one of its times */
   else if (fabs(t - time_of(n, first)) <= rounding) last = first;
   else if (time_of(n, first) < before - rounding || time_of(n, last) > after + rounding) return 0;
-  while (last > first && last - first < POINTS - 1) {
+  while (last > first && last - first < FLESH_HERMITE_TIMES - 1) {
     int down = first > 0 && time_of(n, first - 1) >= before - rounding;
     int up = last < n->count - 1 && time_of(n, last + 1) <= after + rounding;
     if (!down && !up) break;
@@ -59,37 +57,17 @@ static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, do
   return 1;
 }
 
-/* The weights w [4] of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the velocity
- * (w[2], w[3]) there, by divided differences, in which a node stands twice where its velocity is known: at all but, with
- * `half`, the first. */
-static void weigh(int count, const double *times, int half, int j, double t, double *w)
-{
-  double z[2 * POINTS], c[2 * POINTS];
-  int node[2 * POINTS], size = 0;
-  for (int k = 0; k < count; k++)
-    for (int twice = k == 0 && half; twice < 2; twice++) node[size] = k, z[size++] = times[k];
-  for (int what = 0; what < 2; what++) {
-    for (int i = 0; i < size; i++) c[i] = !what && node[i] == j;
-    for (int level = 1; level < size; level++)
-      for (int i = size - 1; i >= level; i--)
-        c[i] = node[i] == node[i - level] ? what && node[i] == j : (c[i] - c[i - 1]) / (z[i] - z[i - level]);
-    double value = c[size - 1], slope = 0;
-    for (int i = size - 2; i >= 0; i--) slope = slope * (t - z[i]) + value, value = value * (t - z[i]) + c[i];
-    w[what] = value, w[2 + what] = slope;
-  }
-}
-
 /* 0: not known at t. */
 static int interpolate(const nodes *n, const flesh_accuracy_measure *measure, double t, double *x, double *v)
 {
   const flesh_accuracy_track *track = n->track;
   size_t unknowns = (size_t)track->unknowns;
-  double times[POINTS], w[POINTS][4];
+  double times[FLESH_HERMITE_TIMES], w[FLESH_HERMITE_TIMES][4];
   part smooth = {0};
   if (n->count > 1 && !smooth_part(n, measure, t, &smooth)) return 0;
   const int first = smooth.first, count = smooth.last - first + 1;
   for (int j = 0; j < count; j++) times[j] = time_of(n, first + j);
-  for (int j = 0; j < count; j++) weigh(count, times, smooth.half, j, t, w[j]);
+  for (int j = 0; j < count; j++) flesh_hermite_weights(count, times, smooth.half, j, t, w[j]);
   for (size_t d = 0; d < unknowns; d++) {
     x[d] = v[d] = 0;
     for (int j = 0; j < count; j++) {

@@ -1,5 +1,5 @@
 /* ahead.c: states between the ends of a step, by the cubic through their positions and velocities: its error falls with
- * h^4, faster than that of a method of order 3 in all its steps. */
+ * h^4, faster than that which the steps of a method of order 3 add up to. */
 #include "time/ahead.h"
 
 #include <math.h>
@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "math/hermite.h"
 #include "system/feasible_step.h"
 
 int flesh_ahead_is_limited(const flesh_system *system)
@@ -19,10 +20,10 @@ int flesh_ahead_is_limited(const flesh_system *system)
 int flesh_ahead_create(int n, flesh_ahead *ahead)
 {
   double **vectors[] = {&ahead->from.x, &ahead->from.v, &ahead->to.x, &ahead->to.v};
-  size_t apart;
-  double *all = flesh_huge_pages_vectors(4, (size_t)n, &apart);
+  size_t stride;
+  double *all = flesh_huge_pages_vectors(4, (size_t)n, &stride);
   if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the states of a step");
-  for (size_t k = 0; k < 4; k++) *vectors[k] = all + k * apart;
+  for (size_t k = 0; k < 4; k++) *vectors[k] = all + k * stride;
   return FLESH_OK;
 }
 
@@ -56,20 +57,22 @@ static void copy(int n, const flesh_state *from, flesh_state *to)
 
 void flesh_ahead_remember(flesh_ahead *ahead, int n, const flesh_state *state)
 {
-  if (ahead->from.x) copy(n, state, &ahead->from);
+  copy(n, state, &ahead->from);
 }
 
-/* Hermite's cubic and its derivative at time t; constrained dofs are where they are prescribed to be. */
+/* Constrained dofs are where they are prescribed to be. */
 static void interpolate(const flesh_ahead *ahead, const flesh_system *system, double t, double *room, flesh_state *state)
 {
   const flesh_state *from = &ahead->from, *to = &ahead->to;
-  const double h = to->t - from->t, s = (t - from->t) / h, left = 1 - s;
-  const double by = s * s * (1 + 2 * left), of_from = h * s * left * left, of_to = -h * s * s * left;
-  const double rate = 6 * s * left / h, rate_of_from = left * (1 - 3 * s), rate_of_to = s * (3 * s - 2);
-  for (int d = 0; d < flesh_system_unknowns(system); d++) {
-    const double moved = to->x[d] - from->x[d];
-    state->x[d] = from->x[d] + by * moved + of_from * from->v[d] + of_to * to->v[d];
-    state->v[d] = rate * moved + rate_of_from * from->v[d] + rate_of_to * to->v[d];
+  const double times[] = {from->t, to->t};
+  const int n = flesh_system_unknowns(system);
+  double a[4], b[4];
+  flesh_hermite_weights(2, times, 0, 0, t, a);
+  flesh_hermite_weights(2, times, 0, 1, t, b);
+  for (int d = 0; d < n; d++) {
+    const double moved = to->x[d] - from->x[d]; /* weights of places alike add up to 1 but for rounding */
+    state->x[d] = from->x[d] + b[0] * moved + a[1] * from->v[d] + b[1] * to->v[d];
+    state->v[d] = b[2] * moved + a[3] * from->v[d] + b[3] * to->v[d];
   }
   state->t = t;
   flesh_system_prescribe(system, t, state->x);

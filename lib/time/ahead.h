@@ -21,7 +21,7 @@ void flesh_ahead_clear(flesh_ahead *ahead);
 size_t flesh_ahead_memory(const flesh_ahead *ahead, int n);
 void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive);
 
-/* A step begins at the state. */
+/* A step that may lead behind the end asked for begins at the state. */
 void flesh_ahead_remember(flesh_ahead *ahead, int n, const flesh_state *state);
 /* Steps have led to the state, which becomes that at `end` where it lies behind it. Overwrites room [3*n]. */
 void flesh_ahead_show(flesh_ahead *ahead, const flesh_system *system, double end, double *room, flesh_state *state);
