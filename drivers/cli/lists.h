@@ -26,8 +26,8 @@ int flesh_list_words(const char *option, const char *text, const char *const *na
 /* Reads names of elements into elements [FLESH_ELEMENT_COUNT]. */
 int flesh_list_elements(const char *option, const char *text, flesh_element *elements, int *count);
 
-/* Reads forms of the energy, those of --energies, into energies [room]; where there are `constants` [room], items may be NAME.CONSTANTS, as
- * D.as_e, and those of a name alone are matched where the form can be, else raw. */
+/* Reads forms of the energy, those of --energies, into energies [room]; where there are `constants` [room], items may be
+ * NAME.CONSTANTS, as D.as_e, and those of a name alone are matched where the form can be, else raw. */
 int flesh_list_energies(const char *text, int room, flesh_energy *energies, flesh_constants *constants, int *count);
 
 /* "1,2/3,4" as up to `room` numbers; their count, or 0 when something else stands in it. */

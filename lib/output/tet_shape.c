@@ -61,6 +61,7 @@ void flesh_tet_gradient_back(const flesh_mesh *mesh, int tet, const double L[4],
   flesh_mat3_multiply_transposed(by_F, inverse, by_now);
   for (int c = 0; c < 3; c++) {
     weights_along(size, L, c, change);
-    for (int k = 0; k < 3 * size; k++) by_x[3 * (size_t)nodes[k / 3] + (size_t)(k % 3)] += change[k / 3] * by_now[3 * (k % 3) + c];
+    for (int k = 0; k < 3 * size; k++)
+      by_x[3 * (size_t)nodes[k / 3] + (size_t)(k % 3)] += change[k / 3] * by_now[3 * (k % 3) + c];
   }
 }

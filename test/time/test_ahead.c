@@ -90,7 +90,8 @@ static void states_between_steps_are_those_of_the_motion(void)
 }
 
 /* Takes another integrator from the state to the next output. */
-static void check_begins(const test_body *b, const flesh_integrator *first, const flesh_state *from, double h, const flesh_state *state)
+static void check_begins(const test_body *b, const flesh_integrator *first, const flesh_state *from, double h,
+                         const flesh_state *state)
 {
   flesh_state other = state_copy(b->n, from);
   flesh_integrator *integrator = controlled(b, FLESH_METHOD_RUNGE_KUTTA, 1e-6);
