@@ -1,5 +1,10 @@
 /* ahead.c: states between the ends of a step, by the cubic through their positions and velocities: its error falls with
- * h^4, faster than that which the steps of a method of order 3 add up to. */
+ * h^4, faster than that which the steps of a method of order 3 add up to.
+ *
+ * However little a nearly incompressible body is off, its volumes are others, and with them its stresses, reactions and energy.
+ * Where the imbalance of forces at half the step is worth an energy of more than 9 tolerance^2 of the elastic one, states that
+ * are shown are solved for: as stages whose base is the cubic, with an acceleration that is exact but for h^3, so that what
+ * steps resolve stays as it is, and all else balances. */
 #include "time/ahead.h"
 
 #include <math.h>
@@ -10,6 +15,11 @@
 #include "base/memory.h"
 #include "math/hermite.h"
 #include "system/feasible_step.h"
+#include "system/one_effect.h"
+
+enum { VECTORS = 6 };
+static const double most_off = 3;      /* tolerances, that stresses may be off by: no more than steps make them */
+static const double stage_part = 0.25; /* of the step: g of a stage that is shown, as methods have it */
 
 int flesh_ahead_is_limited(const flesh_system *system)
 {
@@ -17,13 +27,16 @@ int flesh_ahead_is_limited(const flesh_system *system)
          flesh_system_multiplier_count(system) || flesh_system_internal_count(system);
 }
 
-int flesh_ahead_create(int n, flesh_ahead *ahead)
+int flesh_ahead_create(flesh_error_control *control, const uint8_t *fixed, const double *acceleration, flesh_ahead *ahead)
 {
-  double **vectors[] = {&ahead->from.x, &ahead->from.v, &ahead->to.x, &ahead->to.v};
+  double **vectors[VECTORS] = {&ahead->from.x, &ahead->from.v, &ahead->to.x, &ahead->to.v, &ahead->a, &ahead->between};
   size_t stride;
-  double *all = flesh_huge_pages_vectors(4, (size_t)n, &stride);
+  double *all = flesh_huge_pages_vectors(VECTORS, (size_t)control->n, &stride);
   if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the states of a step");
-  for (size_t k = 0; k < 4; k++) *vectors[k] = all + k * stride;
+  for (size_t k = 0; k < VECTORS; k++) *vectors[k] = all + k * stride;
+  ahead->control = control;
+  ahead->fixed = fixed;
+  ahead->acceleration = acceleration;
   return FLESH_OK;
 }
 
@@ -33,7 +46,10 @@ void flesh_ahead_clear(flesh_ahead *ahead)
   *ahead = (flesh_ahead){.limit = -INFINITY};
 }
 
-size_t flesh_ahead_memory(const flesh_ahead *ahead, int n) { return ahead->from.x ? 4 * sizeof(double) * (size_t)n : 0; }
+size_t flesh_ahead_memory(const flesh_ahead *ahead, int n)
+{
+  return ahead->from.x ? VECTORS * sizeof(double) * (size_t)n : 0;
+}
 
 void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive)
 {
@@ -46,6 +62,9 @@ void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive)
     flesh_archive_nodes(archive, states[k]->x, (size_t)n / 3);
     flesh_archive_nodes(archive, states[k]->v, (size_t)n / 3);
   }
+  flesh_archive_nodes(archive, ahead->a, (size_t)n / 3);
+  FLESH_ARCHIVE(archive, ahead->balances);
+  FLESH_ARCHIVE(archive, ahead->target);
 }
 
 static void copy(int n, const flesh_state *from, flesh_state *to)
@@ -55,44 +74,113 @@ static void copy(int n, const flesh_state *from, flesh_state *to)
   memcpy(to->v, from->v, (size_t)n * sizeof *to->v);
 }
 
-void flesh_ahead_remember(flesh_ahead *ahead, int n, const flesh_state *state)
+void flesh_ahead_remember(flesh_ahead *ahead, const flesh_state *state)
 {
+  const int n = ahead->control->n;
   copy(n, state, &ahead->from);
+  if (ahead->acceleration) memcpy(ahead->a, ahead->acceleration, (size_t)n * sizeof *ahead->a);
 }
 
-/* Constrained dofs are where they are prescribed to be. */
-static void interpolate(const flesh_ahead *ahead, const flesh_system *system, double t, double *room, flesh_state *state)
+/* The state at t, and its acceleration in ahead->between: that of the cubic, and where accelerations are known at the ends the
+ * line through these, in such parts that polynomials of degree 4 are met. Constrained dofs are where they are prescribed to
+ * be. */
+static void interpolate(const flesh_ahead *ahead, double t, double *room, flesh_state *state)
 {
   const flesh_state *from = &ahead->from, *to = &ahead->to;
-  const double times[] = {from->t, to->t};
-  const int n = flesh_system_unknowns(system);
-  double a[4], b[4];
-  flesh_hermite_weights(2, times, 0, 0, t, a);
-  flesh_hermite_weights(2, times, 0, 1, t, b);
-  for (int d = 0; d < n; d++) {
+  const flesh_system *system = ahead->control->system;
+  const double times[] = {from->t, to->t}, h = to->t - from->t, s = (t - from->t) / h;
+  const double *a0 = ahead->a, *a1 = ahead->acceleration ? ahead->acceleration : ahead->a;
+  const double cubic = ahead->acceleration ? 6 * s * (1 - s) : 1, line = 1 - cubic;
+  double w[4], z[4];
+  flesh_hermite_weights(2, times, 0, 0, t, w);
+  flesh_hermite_weights(2, times, 0, 1, t, z);
+  for (int d = 0; d < ahead->control->n; d++) {
     const double moved = to->x[d] - from->x[d]; /* weights of places alike add up to 1 but for rounding */
-    state->x[d] = from->x[d] + b[0] * moved + a[1] * from->v[d] + b[1] * to->v[d];
-    state->v[d] = b[2] * moved + a[3] * from->v[d] + b[3] * to->v[d];
+    const double bend = (6 - 12 * s) / h * moved + (6 * s - 4) * from->v[d] + (6 * s - 2) * to->v[d];
+    state->x[d] = from->x[d] + z[0] * moved + w[1] * from->v[d] + z[1] * to->v[d];
+    state->v[d] = z[2] * moved + w[3] * from->v[d] + z[3] * to->v[d];
+    ahead->between[d] = cubic * bend / h + line * (a0[d] + s * (a1[d] - a0[d]));
   }
   state->t = t;
   flesh_system_prescribe(system, t, state->x);
   flesh_system_prescribe_velocity(system, t, state->v, room);
 }
 
-void flesh_ahead_show(flesh_ahead *ahead, const flesh_system *system, double end, double *room, flesh_state *state)
+static int has_role(const flesh_effect *effect, int role) { return (int)effect->operations->role == role; }
+
+/* Whether the forces at half the step would be off by much, were its state an interpolated one. Overwrites the state. */
+static int is_off(const flesh_ahead *ahead, double *room, flesh_state *state, flesh_solve_stats *stats)
 {
-  ahead->shown = ahead->from.x && state->t > end;
-  if (!ahead->shown) return;
-  copy(flesh_system_unknowns(system), state, &ahead->to);
-  interpolate(ahead, system, end, room, state);
+  flesh_error_control *control = ahead->control;
+  const flesh_evaluation *evaluation = &control->nonlinear->newton->equations.evaluation;
+  const double *places[] = {ahead->from.x, ahead->to.x, flesh_mesh_positions(flesh_system_mesh(control->system))};
+  double elastic[3];
+  for (int k = 0; k < 3; k++) {
+    const flesh_point point = flesh_evaluation_point(evaluation, ahead->to.t, places[k], ahead->to.v, ahead->a);
+    if (flesh_system_some_energies(control->system, has_role, FLESH_ROLE_ELASTICITY, &point, NULL, &elastic[k])) return 1;
+  }
+  interpolate(ahead, (ahead->from.t + ahead->to.t) / 2, room, state);
+  const flesh_point point = flesh_evaluation_point(evaluation, state->t, state->x, state->v, ahead->between);
+  const double off = flesh_error_control_imbalance(control, ahead->fixed, &point, stats);
+  return !(off <= pow(most_off * control->options.tolerance, 2) * (elastic[0] + elastic[1] - 2 * elastic[2]));
 }
 
-int flesh_ahead_go_on(flesh_ahead *ahead, const flesh_system *system, double end, double rounding, double *room,
-                      flesh_state *state)
+/* The shift of a stage that is shown. */
+static flesh_shift shift_of(const flesh_ahead *ahead)
 {
-  if (!ahead->shown) return 0;
-  ahead->shown = end <= ahead->to.t + rounding;
-  if (ahead->shown) interpolate(ahead, system, end, room, state);
-  else copy(flesh_system_unknowns(system), &ahead->to, state);
-  return ahead->shown;
+  const double rate = 1 / (stage_part * (ahead->to.t - ahead->from.t));
+  return (flesh_shift){.x = 1, .v = rate, .a = rate * rate};
+}
+
+/* Finds, of the step that has been taken, whether states within it are to be solved for, and to which residual. */
+static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_nonlinear *nonlinear = ahead->control->nonlinear;
+  const flesh_shift shift = shift_of(ahead);
+  ahead->balances = is_off(ahead, room, state, stats);
+  flesh_error_control_set_target(ahead->control, &shift);
+  ahead->target = nonlinear->newton->given_target;
+  nonlinear->newton->given_target = 0;
+  flesh_nonlinear_set_weights(nonlinear, NULL);
+}
+
+/* The interpolated state becomes a stage that it is the base of; it stays what it is where that has no solution. */
+static int balance(const flesh_ahead *ahead, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_nonlinear *nonlinear = ahead->control->nonlinear;
+  const flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1, .shift = shift_of(ahead), .x0 = state->x,
+                             .v0 = state->v, .a0 = ahead->between, .t_lag = state->t, .t_from = state->t};
+  nonlinear->newton->given_target = ahead->target;
+  const int status = flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, stats);
+  nonlinear->newton->given_target = 0;
+  for (int d = 0; d < ahead->control->n && !status; d++) {
+    state->x[d] += nonlinear->u[d];
+    state->v[d] += stage.shift.v * nonlinear->u[d];
+  }
+  return status < 0 ? status : FLESH_OK;
+}
+
+static int show(const flesh_ahead *ahead, double t, double *room, flesh_state *state, flesh_solve_stats *stats)
+{
+  interpolate(ahead, t, room, state);
+  return ahead->balances ? balance(ahead, state, stats) : FLESH_OK;
+}
+
+int flesh_ahead_show(flesh_ahead *ahead, double end, double *room, flesh_state *state, flesh_solve_stats *stats)
+{
+  ahead->shown = ahead->from.x && state->t > end;
+  if (!ahead->shown) return FLESH_OK;
+  copy(ahead->control->n, state, &ahead->to);
+  judge(ahead, room, state, stats);
+  return show(ahead, end, room, state, stats);
+}
+
+int flesh_ahead_go_on(flesh_ahead *ahead, double end, double rounding, double *room, flesh_state *state, int *shown,
+                      flesh_solve_stats *stats)
+{
+  *shown = ahead->shown && end <= ahead->to.t + rounding;
+  if (*shown) return show(ahead, end, room, state, stats);
+  if (ahead->shown) copy(ahead->control->n, &ahead->to, state);
+  ahead->shown = 0;
+  return FLESH_OK;
 }

@@ -329,6 +329,16 @@ flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const 
   return refusal_of(self);
 }
 
+double flesh_error_control_imbalance(flesh_error_control *self, const uint8_t *fixed, const flesh_point *point,
+                                     flesh_solve_stats *stats)
+{
+  double product = NAN;
+  const int status = flesh_system_residual(self->system, point, self->force);
+  for (int d = 0; d < self->n && fixed; d++)
+    if (fixed[d]) self->force[d] = 0;
+  return !status && filter(self, &product, stats) ? product / 2 : NAN;
+}
+
 void flesh_error_control_change(flesh_error_control *self, int longer)
 {
   self->h *= longer ? longer_steps : shorter_steps;

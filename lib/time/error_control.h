@@ -88,6 +88,10 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint
 flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,
                                                const double *next, double h, const flesh_shift *shift,
                                                flesh_solve_stats *stats);
+/* The energy, J, that one iteration from the point, of which forces do not balance with its accelerations, would take, by the
+ * matrix of the last stage; NaN where that is not known. Overwrites control->force and ->filtered. */
+double flesh_error_control_imbalance(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,
+                                     flesh_solve_stats *stats);
 /* The steps to come are those of a method with longer steps for the same error, or with shorter ones. */
 void flesh_error_control_change(flesh_error_control *control, int longer);
 /* A step of h has ended as control->refusal says. Finds the next one's length. */

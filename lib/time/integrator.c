@@ -265,7 +265,8 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   flesh_ahead_clear(&integrator->ahead);
   const int limited = flesh_team_any(integrator->evaluation->team, flesh_ahead_is_limited(integrator->evaluation->system));
   if (!status && taken.control && !limited)
-    status = flesh_ahead_create(integrator->evaluation->n, &integrator->ahead);
+    status = flesh_ahead_create(&integrator->control, integrator->prescribed.fixed,
+                                row->acceleration ? integrator->memory.vectors[0] : NULL, &integrator->ahead);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
   integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);
@@ -378,7 +379,7 @@ static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_plac
     if (!status) status = flesh_integrator_find_equilibrium(self, state, h, stats);
   } else status = flesh_integrator_step_in_time(self, state, place, stats);
   if (!status && untangler && self->memory.method != FLESH_METHOD_STATIC) status = untangle(self, state, h, stats);
-  if (!status) flesh_ahead_show(&self->ahead, self->evaluation->system, place->begin + h, self->part.x, state);
+  if (!status) status = flesh_ahead_show(&self->ahead, place->begin + h, self->part.x, state, stats);
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || self->ida) return status;
   return flesh_recovery_fail(&self->recovery);
@@ -410,9 +411,12 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
     self->ahead.shown = 0;
   }
   const double begin = view.t;
-  if (!flesh_ahead_go_on(&self->ahead, self->evaluation->system, begin + h, rounding, self->part.x, &view)) {
+  int shown;
+  if (!stats) stats = &ignored;
+  status = flesh_ahead_go_on(&self->ahead, begin + h, rounding, self->part.x, &view, &shown, stats);
+  if (!status && !shown) {
     flesh_step_place place = {.begin = view.t, .h = view.t > begin ? begin + h - view.t : h, .at_begin = 1};
-    status = take_step(self, &view, &place, stats ? stats : &ignored);
+    status = take_step(self, &view, &place, stats);
   }
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;

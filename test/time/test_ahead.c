@@ -3,10 +3,11 @@
  * when there are none. */
 #include "busy_bar.h"
 #include "motion_reference.h"
+#include "system/one_effect.h"
 #include "time/integrator.h"
 
 enum { OUTPUTS = 60 };
-static const double end = 0.5, length = 3;
+static const double end = 0.5, length = 3, spin = 6;
 
 static flesh_integrator *controlled(const test_body *b, flesh_method method, double tolerance)
 {
@@ -191,6 +192,54 @@ static void runs_and_obstacles_end_steps(void)
   }
 }
 
+/* The elastic energy, less that at rest, J, at each output of a bar that spins, and stretches by that. */
+static void spin_stiffly(flesh_method method, double ratio, double tolerance, double limit, double energies[OUTPUTS],
+                          flesh_solve_stats *stats, int *shown)
+{
+  test_body b;
+  CHECK_OK(test_body_create(test_box(6, 2, 2, 3, 1, 1), test_material(FLESH_ENERGY_S, ratio), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  const double *X = flesh_mesh_positions(b.mesh);
+  for (int d = 0; d < b.n; d += 3) {
+    b.state.v[d] = -spin * (X[d + 2] - 0.5);
+    b.state.v[d + 2] = spin * (X[d] - 1.5);
+  }
+  flesh_integrator *integrator = controlled(&b, method, tolerance);
+  integrator->ahead.limit = limit;
+  for (int k = 0; k < OUTPUTS; k++) {
+    double all[8] = {0};
+    if (k) go_to(integrator, k, &b.state, stats);
+    *shown += integrator->ahead.shown;
+    const flesh_point point = flesh_point_at(b.state.t, b.state.x, b.state.v, b.state.v);
+    CHECK_OK(flesh_system_energies(b.system, &point, all));
+    energies[k] = flesh_system_role_energy(b.system, FLESH_ROLE_ELASTICITY, all) - (k ? energies[0] : 0);
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* However stiff its volumes are, a body's energy between the ends of steps is that of the motion. */
+static void states_between_steps_balance(void)
+{
+  static const flesh_method methods[] = {FLESH_METHOD_RUNGE_KUTTA, FLESH_METHOD_HHT, FLESH_METHOD_BDF2};
+  for (int k = 0; k < 6; k++) {
+    const double ratio = k % 2 ? 0.49 : 0.4999;
+    double exact[OUTPUTS], energies[OUTPUTS], most = 0, off = 0;
+    flesh_solve_stats stats = {0}, ignored = {0};
+    int between = 0, none = 0;
+    spin_stiffly(methods[k / 2], ratio, 1e-5, -INFINITY, exact, &ignored, &none);
+    spin_stiffly(methods[k / 2], ratio, 1e-2, INFINITY, energies, &stats, &between);
+    for (int i = 1; i < OUTPUTS; i++) {
+      most = fmax(most, exact[i]);
+      off = fmax(off, fabs(energies[i] - exact[i]));
+    }
+    printf("# %s, Poisson's ratio %g: %d of %d states between ends of steps, energies off by %.2g of the largest, %d Newton\n",
+           flesh_method_name(methods[k / 2]), ratio, between, OUTPUTS - 1, off / most, stats.newton);
+    CHECK(!none && between > OUTPUTS / 2);
+    CHECK_BELOW(off, 0.06 * most);
+  }
+}
+
 static double least;
 
 static int see_length(void *data, const flesh_internal_step *step)
@@ -222,6 +271,7 @@ static void no_step_is_what_rounding_leaves(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(changes_between_steps_count),
+  return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(states_between_steps_balance),
+                   TEST(changes_between_steps_count),
                    TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves));
 }
