@@ -143,7 +143,8 @@ FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *r
  * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
  * the accepted steps. The state is always that of the last success. Steps whose errors choose their lengths are not cut
  * to h where they are easy to solve, nothing limits them (contact), no tet has a multiplier and no effect internal
- * variables: states that observers see then lie on the cubic through a step's ends.
+ * variables: states that observers see then lie on the cubic through a step's ends or, where their stresses would be off
+ * by more than three tolerances, are solved for from there.
  * Of a part of a body every rank calls it, and all go on or end together: what an observer or `stop` returns on one rank
  * ends the run on all. */
 typedef struct flesh_run_options {
