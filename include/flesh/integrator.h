@@ -241,9 +241,6 @@ FLESH_API int flesh_integrator_load(flesh_integrator *integrator, const void *da
  * agrees within flesh_adaptive_options.tolerance. Cannot fail. */
 FLESH_API int flesh_integrator_saves_all(const flesh_integrator *integrator);
 
-/* Bytes held by the integrator by now. */
-FLESH_API size_t flesh_integrator_memory(const flesh_integrator *integrator);
-
 /* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it
  * stays the integrator's. A setting holds for all later steps, except KINSetFuncNormTol, which
  * every solve sets from newton_tolerance, and KINSetNumMaxIters where a solve that must continue to

@@ -135,7 +135,6 @@ typedef struct flesh_effect_private {
    * `team` is not NULL. */
   int (*tunnelled)(void *near, const struct flesh_team *team, const double *internal, const double *x_from,
                    const double *x_to);
-  size_t (*memory)(const void *near); /* bytes */
   /* Saves or loads what `follow` has told (flesh_integrator_save). */
   int (*archive)(void *near, struct flesh_archive *archive);
   /* Adds what the memory knows of surfaces that begin crossed and are let apart. */

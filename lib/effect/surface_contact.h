@@ -175,7 +175,6 @@ int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const fles
  * Collective where `team` is not NULL: the same x on all ranks, as it was where one comes with a `status`. */
 int flesh_surface_near_keep_gaps(flesh_surface_near *near, const struct flesh_team *team, int status, double within,
                                  const double *x_from, double *x);
-size_t flesh_surface_guards_memory(const flesh_surface_near *near); /* bytes */
 /* Once other features may touch, nothing that is known of the near ones serves. */
 void flesh_surface_near_forget(flesh_surface_near *near);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */

@@ -147,8 +147,3 @@ int flesh_surface_near_keep_gaps(near *self, const flesh_team *team, int status,
   }
   return changed;
 }
-
-size_t flesh_surface_guards_memory(const near *self)
-{
-  return self->guards ? ((size_t)self->contact->surface.node_count + 1) * sizeof *self->guards : 0;
-}

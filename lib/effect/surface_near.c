@@ -359,26 +359,6 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
   return fraction;
 }
 
-static size_t memory_of_release(const near *self)
-{
-  const flesh_near_bonds *bonds = self->contact->bonds;
-  return bonds ? (size_t)bonds->count[0] * (1 + sizeof *self->seats) + (size_t)bonds->count[1] : 0;
-}
-
-static size_t memory_of(const void *memory)
-{
-  const near *self = memory;
-  return sizeof *self + FLESH_SURFACE_PLACES * size_of_places(self) +
-         flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) +
-         flesh_near_pairs_memory(&self->static_pairs) + flesh_near_pairs_memory(&self->close_pairs) +
-         flesh_near_pairs_memory(&self->swept_pairs) +
-         flesh_contact_set_memory(&self->set) + flesh_contact_patches_memory(&self->patches) +
-         ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
-         (size_t)self->friction.capacity * sizeof *self->friction.pairs + 4 * (size_t)self->cell_room * sizeof(int) +
-         self->hessian_room * sizeof(double) + flesh_surface_guards_memory(self) + memory_of_release(self) +
-         (size_t)self->contact->surface.node_count * (sizeof *self->runs + sizeof *self->piece);
-}
-
 static int follow(void *memory, int accepted, double t, const double *x, int *changed)
 {
   return flesh_surface_near_follow(memory, accepted, t, x, changed);
@@ -402,7 +382,6 @@ static const flesh_effect_partials partials = {.couple = flesh_surface_contact_c
 #define LIBRARY                                                                                                         \
   .evaluate = flesh_surface_contact_evaluate, .ranks = &flesh_surface_contact_ranks, .predict = predict,                \
   .is_far = flesh_surface_near_is_far, .keep_gaps = keep_gaps, .tunnelled = flesh_surface_near_tunnelled,               \
-  .memory = memory_of,                                                                                                  \
   .take_bonds = flesh_surface_contact_take_bonds, .partials = &partials
 const flesh_effect_private flesh_surface_contact_private = {LIBRARY},
                            flesh_separating_contact_private = {LIBRARY, .archive = archive_of,

@@ -25,14 +25,6 @@ void flesh_contact_patches_clear(flesh_contact_patches *self)
   *self = (flesh_contact_patches){0};
 }
 
-size_t flesh_contact_patches_memory(const flesh_contact_patches *self)
-{
-  const flesh_contact_surface *s = self->surface;
-  if (!self->face_patch) return 0;
-  return ((size_t)s->face_count + (size_t)s->edge_count + (size_t)s->node_count + 1) * sizeof *self->face_patch +
-         (size_t)self->pair_room * sizeof *self->pairs;
-}
-
 int flesh_contact_patches_reserve(flesh_contact_patches *self, int pairs)
 {
   if (pairs <= self->pair_room) return FLESH_OK;

@@ -17,7 +17,6 @@
 /* No patches. FLESH_ERR_MEMORY. */
 int flesh_contact_patches_create(const flesh_contact_surface *surface, flesh_contact_patches *patches);
 void flesh_contact_patches_clear(flesh_contact_patches *patches);
-size_t flesh_contact_patches_memory(const flesh_contact_patches *patches);
 
 /* The patches become those at x [3*mesh_nodes]: of faces that meet, of what is inside a body, and of what was ignored and
  * is nearer than the thickness [m]; grown where they are nearer than `reach` [m], which is more, to those that they go

@@ -35,13 +35,6 @@ void flesh_contact_set_clear(flesh_contact_set *set)
   *set = (flesh_contact_set){0};
 }
 
-size_t flesh_contact_set_memory(const flesh_contact_set *set)
-{
-  const size_t edges = set->surface ? (size_t)set->surface->edge_count : 0;
-  return sizeof *set + edges * sizeof *set->edge_squared + set->scratch_size +
-         set->capacity * sizeof *set->pairs + (size_t)set->value_room * (13 * sizeof(double) + sizeof *set->closest);
-}
-
 typedef struct job {
   const flesh_contact_set *set;
   const double *x;

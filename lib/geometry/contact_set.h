@@ -69,7 +69,6 @@ static inline int flesh_contact_set_owns(const flesh_contact_set *set, const fle
 int flesh_contact_set_create(const flesh_contact_surface *surface, const double *X, const flesh_contact_law *law,
                              flesh_contact_set *set);
 void flesh_contact_set_clear(flesh_contact_set *set);
-size_t flesh_contact_set_memory(const flesh_contact_set *set);
 
 /* Finds the pairs at x [3*n]; the same for any number of threads. Takes more memory only where there is less than any
  * earlier call needed: FLESH_ERR_MEMORY. FLESH_UNDEFINED, with no pairs, where features meet or x has NaN. */

@@ -259,9 +259,3 @@ void flesh_near_drift_clear(flesh_near_drift *drift)
   free(drift->table);
   *drift = (flesh_near_drift){0};
 }
-
-size_t flesh_near_drift_memory(const flesh_near_drift *drift)
-{
-  return (size_t)drift->leaf_room * sizeof(leaf) + (size_t)drift->cell_room * sizeof(cell) +
-         (size_t)drift->table_size * sizeof *drift->table;
-}

@@ -9,8 +9,6 @@
 #ifndef FLESH_GEOMETRY_NEAR_DRIFT_H
 #define FLESH_GEOMETRY_NEAR_DRIFT_H
 
-#include <stddef.h>
-
 #include "geometry/near_finder.h"
 
 /* Begins as {0}; keeps its memory from one call to the next. */
@@ -27,6 +25,5 @@ typedef struct flesh_near_drift {
 double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *finder, const double *from,
                               const double *x, double within);
 void flesh_near_drift_clear(flesh_near_drift *drift);
-size_t flesh_near_drift_memory(const flesh_near_drift *drift);
 
 #endif

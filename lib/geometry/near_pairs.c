@@ -304,31 +304,9 @@ void flesh_near_finder_destroy(flesh_near_finder **finder)
   *finder = NULL;
 }
 
-size_t flesh_near_finder_memory(const flesh_near_finder *self)
-{
-  const flesh_contact_surface *s = self->surface;
-  const size_t faces = (size_t)s->face_count, edges = (size_t)s->edge_count, nodes = (size_t)s->node_count;
-  size_t bytes = sizeof *self + (size_t)s->body_count * (size_t)s->body_count + flesh_box_tree_memory(self->tree) +
-                 (faces + edges) * (sizeof *self->face_boxes + sizeof(int)) + faces +
-                 ((nodes > edges ? nodes : edges) + 1) * sizeof *self->row;
-  if (self->owned) bytes += (faces + 1) * sizeof *self->owned;
-  for (int kind = 0; kind < 2; kind++) {
-    const size_t firsts = kind == POINT_FACE ? nodes : edges;
-    if (self->excluded[kind].start) bytes += (firsts + 2 + (size_t)self->excluded[kind].start[firsts]) * sizeof(int);
-    for (int k = 0; k < FLESH_NEAR_PARTS; k++) bytes += 2 * (size_t)self->parts[k].room[kind] * sizeof(int);
-  }
-  return bytes;
-}
-
-
 void flesh_near_pairs_clear(flesh_near_pairs *pairs)
 {
   free(pairs->point_faces);
   free(pairs->edge_pairs);
   *pairs = (flesh_near_pairs){0};
-}
-
-size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs)
-{
-  return 2 * ((size_t)pairs->point_room + (size_t)pairs->edge_room) * sizeof(int);
 }

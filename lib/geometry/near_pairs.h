@@ -28,7 +28,6 @@ int flesh_near_finder_create(const flesh_contact_surface *surface, const double 
                              double rest_distance, flesh_threads *threads, flesh_near_finder **finder);
 /* NULL-safe. */
 void flesh_near_finder_destroy(flesh_near_finder **finder);
-size_t flesh_near_finder_memory(const flesh_near_finder *finder);
 /* From now on pairs are searched for whose first node is one of the first `own` of the mesh, so that ranks which own
  * these share a search out (team.h): each pair is found by one of them. FLESH_ERR_MEMORY. */
 int flesh_near_finder_restrict(flesh_near_finder *finder, int own);
@@ -51,7 +50,6 @@ int flesh_near_pairs_choose(const flesh_near_finder *finder, const flesh_near_pa
 /* Room for so many pairs. FLESH_ERR_MEMORY. */
 int flesh_near_pairs_reserve(flesh_near_pairs *pairs, int points, int edges);
 void flesh_near_pairs_clear(flesh_near_pairs *pairs);
-size_t flesh_near_pairs_memory(const flesh_near_pairs *pairs);
 
 /* The largest fraction of the straight way from x0 to x1 on which all pairs keep the part `keep` of their distance (see
  * flesh_feasible_fraction); 1 where there are none. Pairs more than `apart` [m] from each other at x0 are known to keep it

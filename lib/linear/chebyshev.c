@@ -71,13 +71,6 @@ void flesh_chebyshev_clear(flesh_chebyshev *self)
   *self = (flesh_chebyshev){0};
 }
 
-size_t flesh_chebyshev_memory(const flesh_chebyshev *self)
-{
-  if (!self->values) return 0;
-  const size_t n = (size_t)self->n;
-  return n * (3 * sizeof(int) + 6 * sizeof(float)) + (size_t)self->start[n] * (sizeof(int) + sizeof(float));
-}
-
 void flesh_chebyshev_zero(flesh_chebyshev *self)
 {
   memset(self->values, 0, ((size_t)self->start[self->n] + (size_t)self->n) * sizeof *self->values);

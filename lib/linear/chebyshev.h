@@ -40,7 +40,6 @@ typedef struct flesh_chebyshev {
 FLESH_PER_ISA int flesh_chebyshev_create(int n, const int *starts, const int *neighbours, const double *points,
                                          flesh_threads *threads, flesh_chebyshev *chebyshev);
 FLESH_PER_ISA void flesh_chebyshev_clear(flesh_chebyshev *chebyshev);
-FLESH_PER_ISA size_t flesh_chebyshev_memory(const flesh_chebyshev *chebyshev);
 
 /* All entries 0. */
 FLESH_PER_ISA void flesh_chebyshev_zero(flesh_chebyshev *chebyshev);

@@ -425,17 +425,6 @@ void flesh_cholesky_result(const flesh_cholesky *self, const flesh_coarse *coars
   else memcpy(z, y, 4 * (size_t)(end - begin) * sizeof *z);
 }
 
-size_t flesh_cholesky_memory(const flesh_cholesky *self)
-{
-  const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
-               separator = rows - (size_t)self->begin[2];
-  return sizeof *self + rows * (3 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
-         blocks * (3 * sizeof(int) + 12 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
-         flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
-         separator * 9 * sizeof(double) + (size_t)separator_blocks(self) * 12 * sizeof(float) +
-         (rows + separator + 3 * (size_t)self->longest) * sizeof(three);
-}
-
 void flesh_cholesky_archive(flesh_cholesky *self, flesh_archive *archive)
 {
   flesh_triangle_archive(&self->upper, archive);

@@ -31,7 +31,6 @@ FLESH_PER_ISA double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse
 FLESH_PER_ISA void flesh_cholesky_result(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin,
                                          int end, float *z);
 
-FLESH_PER_ISA size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
 FLESH_PER_ISA void flesh_cholesky_archive(flesh_cholesky *cholesky, flesh_archive *archive);
 
 #endif

@@ -401,17 +401,6 @@ void flesh_coarse_add(const flesh_coarse *self, int begin, int end, float share,
   }
 }
 
-size_t flesh_coarse_memory(const flesh_coarse *self)
-{
-  const size_t rows = (size_t)self->rows, terms = (size_t)self->pairs[self->pair_count].first;
-  return sizeof *self + rows * (sizeof(flesh_float4) + 2 * sizeof(int)) + terms * sizeof(term) +
-         (size_t)self->pair_count * sizeof(pair) +
-         (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
-         (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * FLESH_BLOCK12 * sizeof(float) +
-         (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
-         (size_t)self->summed.count * sizeof(int) + flesh_coarse_cholesky_memory(&self->matrix);
-}
-
 void flesh_coarse_archive(flesh_coarse *self, flesh_archive *archive)
 {
   flesh_archive_bytes(archive, self->grid.local, (size_t)self->rows * sizeof *self->grid.local);

@@ -47,7 +47,6 @@ FLESH_PER_ISA void flesh_coarse_solve_for(flesh_coarse *coarse, const double *lo
 FLESH_PER_ISA void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y,
                                     float *z);
 
-FLESH_PER_ISA size_t flesh_coarse_memory(const flesh_coarse *coarse);
 FLESH_PER_ISA void flesh_coarse_archive(flesh_coarse *coarse, flesh_archive *archive);
 
 #endif

@@ -132,13 +132,6 @@ void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *self)
   *self = (flesh_coarse_cholesky){0};
 }
 
-size_t flesh_coarse_cholesky_memory(const flesh_coarse_cholesky *self)
-{
-  const size_t rows = (size_t)self->n, blocks = (size_t)self->start[rows];
-  return rows * (SIZE * (sizeof(double) + sizeof(float)) + N * sizeof(float) + 3 * sizeof(int)) +
-         blocks * (SIZE * (sizeof(double) + sizeof(float)) + sizeof(int));
-}
-
 void flesh_coarse_cholesky_zero(flesh_coarse_cholesky *self)
 {
   memset(self->blocks, 0, (size_t)self->start[self->n] * SIZE * sizeof *self->blocks);

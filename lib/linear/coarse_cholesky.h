@@ -3,8 +3,6 @@
 #ifndef FLESH_LINEAR_COARSE_CHOLESKY_H
 #define FLESH_LINEAR_COARSE_CHOLESKY_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "base/isa.h"
 
@@ -27,7 +25,6 @@ typedef struct flesh_coarse_cholesky {
 FLESH_PER_ISA int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours,
                                                flesh_coarse_cholesky *matrix);
 FLESH_PER_ISA void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *matrix);
-FLESH_PER_ISA size_t flesh_coarse_cholesky_memory(const flesh_coarse_cholesky *matrix);
 FLESH_PER_ISA void flesh_coarse_cholesky_archive(flesh_coarse_cholesky *matrix, flesh_archive *archive);
 
 /* All entries 0, to be filled before flesh_coarse_cholesky_factor. */

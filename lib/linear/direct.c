@@ -166,17 +166,6 @@ int flesh_direct_solve(flesh_direct *self, const double *b, double *x)
   return FLESH_OK;
 }
 
-size_t flesh_direct_memory(const flesh_direct *self)
-{
-  size_t bytes = sizeof *self + self->klu.memusage +
-                 (size_t)self->view.entries * ((self->first ? 2 : 1) * sizeof(double) + sizeof(int64_t)) +
-                 (size_t)self->view.n * sizeof(int64_t);
-#ifdef FLESH_HAVE_CHOLMOD
-  bytes += self->cholmod.memory_inuse;
-#endif
-  return bytes;
-}
-
 /* Factors the loaded values: the first matrix anew, then the last by its pivots. */
 static int factor_loaded(flesh_direct *self, double *last)
 {

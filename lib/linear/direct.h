@@ -3,8 +3,6 @@
 #ifndef FLESH_LINEAR_DIRECT_H
 #define FLESH_LINEAR_DIRECT_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/linear_solver.h"
@@ -27,6 +25,5 @@ void flesh_direct_forget(flesh_direct *direct);
 /* Archives the factors. Their pivots are those that the first matrix called for, so that both that matrix and the last
  * are kept; loading factors both anew. FLESH_ERR_MEMORY. */
 int flesh_direct_archive(flesh_direct *direct, flesh_archive *archive);
-size_t flesh_direct_memory(const flesh_direct *direct);
 
 #endif

@@ -3,8 +3,6 @@
 #ifndef FLESH_LINEAR_EXACT_H
 #define FLESH_LINEAR_EXACT_H
 
-#include <stddef.h>
-
 #include "base/isa.h"
 #include "flesh/block_matrix.h"
 
@@ -19,7 +17,6 @@ typedef struct flesh_exact_solver {
   /* FLESH_NOT_POSITIVE: A is not positive definite. */
   int (*factor)(flesh_exact *exact, const flesh_block_matrix *A);
   void (*solve)(flesh_exact *exact, const double *b, double *x); /* x = A^-1 b [3*rows] */
-  size_t (*memory)(const flesh_exact *exact);
 } flesh_exact_solver;
 
 extern const flesh_exact_solver flesh_exact_portable, flesh_exact_avx2, flesh_exact_avx512;

@@ -90,6 +90,4 @@ static void solve(flesh_exact *exact, const double *b, double *x)
   for (int d = 0; d < L->n; d++) x[d] = L->x[L->place[d]];
 }
 
-static size_t memory(const flesh_exact *exact) { return sizeof *exact + flesh_sparse_cholesky_memory(&exact->L); }
-
-const flesh_exact_solver FLESH_OF_ISA(flesh_exact) = {create, destroy, operations, factor, solve, memory};
+const flesh_exact_solver FLESH_OF_ISA(flesh_exact) = {create, destroy, operations, factor, solve};

@@ -25,11 +25,9 @@ typedef struct flesh_linear {
   double (*preconditioner_scale)(const flesh_preconditioner_data *preconditioner);
   int (*preconditioner_correct_volumes)(flesh_preconditioner_data *preconditioner, const float *error, double *step);
   double (*preconditioner_drift)(const flesh_preconditioner_data *preconditioner);
-  size_t (*preconditioner_memory)(const flesh_preconditioner_data *preconditioner);
   void (*preconditioner_archive)(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
   int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
   void (*pcg_space_destroy)(flesh_pcg_space **space);
-  size_t (*pcg_space_memory)(const flesh_pcg_space *space);
   int (*pcg)(flesh_pcg_space *space, const flesh_pcg_request *request, double *x, flesh_pcg_result *result);
   double (*pcg_model_error)(const flesh_pcg_space *space, const double *weights, const double *r);
   int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
@@ -45,6 +43,5 @@ extern const flesh_linear flesh_linear_portable, flesh_linear_avx2, flesh_linear
 
 /* The functions for instructions that this machine has; AUTO: the best. */
 const flesh_linear *flesh_linear_for(flesh_instructions instructions);
-
 
 #endif

@@ -22,11 +22,6 @@ void flesh_local_level_clear(flesh_local_level *self)
   *self = (flesh_local_level){0};
 }
 
-size_t flesh_local_level_memory(const flesh_local_level *self, const flesh_overlap *overlap)
-{
-  return self->coarse ? 3 * (size_t)overlap->team->reached + flesh_coarse_memory(self->coarse) : 0;
-}
-
 void flesh_local_level_setup(flesh_local_level *self, const flesh_overlap *overlap, const flesh_block_matrix *all,
                              double scale, int rows, const uint8_t *fixed)
 {

@@ -22,7 +22,6 @@ FLESH_PER_ISA int flesh_local_level_create(const flesh_overlap *overlap, int ver
                                            const flesh_bisection *bisection, flesh_threads *threads,
                                            flesh_local_level *level);
 FLESH_PER_ISA void flesh_local_level_clear(flesh_local_level *level);
-FLESH_PER_ISA size_t flesh_local_level_memory(const flesh_local_level *level, const flesh_overlap *overlap);
 
 /* Factors scale times `all`, the overlap's matrix, on the level; `fixed` [3*rows] (NULL: none). Collective; nothing is
  * done where there is no such level. */

@@ -261,17 +261,6 @@ void flesh_overlap_clear(flesh_overlap *self)
   *self = (flesh_overlap){0};
 }
 
-size_t flesh_overlap_memory(const flesh_overlap *self)
-{
-  if (!self->first_given) return 0; /* there is no team, or none that factors */
-  const size_t rows = (size_t)self->matrix.rows, blocks = has_others(self) ? (size_t)self->row_start[rows] : 0,
-               ranks = (size_t)self->team->reach.count,
-               exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
-  const size_t orders = self->there ? 2 * rows + 2 * (size_t)self->team->nodes : 0;
-  return (orders + (size_t)self->shared_count) * sizeof(int) + vector_room(self->team) * sizeof(double) + (rows + ranks) * (2 * sizeof(int) + sizeof(float)) +
-         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int));
-}
-
 /* Rows of ghosts that ranks leave out have nothing to solve for, and no diagonal. */
 static void set_left_out(flesh_overlap *self)
 {
@@ -301,4 +290,3 @@ const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_
   set_left_out(self);
   return &self->matrix;
 }
-

@@ -38,7 +38,6 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, co
  * [team->reached]: before any function of overlap_vectors.h. FLESH_ERR_MEMORY. */
 int flesh_overlap_set_orders(flesh_overlap *overlap, const int *nodes, const int *reached);
 void flesh_overlap_clear(flesh_overlap *overlap);
-size_t flesh_overlap_memory(const flesh_overlap *overlap);
 
 /* In overlap->vector all nodes that the rank reaches get the numbers of their owners. Collective. */
 void flesh_overlap_update_reached(const flesh_overlap *overlap);

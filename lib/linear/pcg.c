@@ -78,13 +78,6 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
   *space = NULL;
 }
 
-size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
-{
-  return sizeof *self + (size_t)self->product.nodes * vectors_of(self) * sizeof *self->x +
-         (self->team ? FLESH_PCG_SUMS : 2) * (size_t)self->chunks * sizeof *self->sums +
-         (self->team ? (size_t)self->rows * sizeof *self->place : 0) + flesh_product_memory(&self->product);
-}
-
 static void load(void *data, int chunk)
 {
   const flesh_pcg_work *w = data;

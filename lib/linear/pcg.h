@@ -14,7 +14,6 @@ typedef struct flesh_pcg_space flesh_pcg_space;
 FLESH_PER_ISA int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads,
                                          flesh_pcg_space **space);
 FLESH_PER_ISA void flesh_pcg_space_destroy(flesh_pcg_space **space);
-FLESH_PER_ISA size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
 
 /* Solves A x = b from x [3*rows] = 0 until || weights . (b - A x) ||_2 <= tolerance. FLESH_OK; FLESH_NOT_CONVERGED at
  * the iteration limit, x the last iterate (a descent direction all the same); FLESH_NOT_POSITIVE at the first direction

@@ -223,19 +223,6 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   return FLESH_OK;
 }
 
-size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
-{
-  size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
-  if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
-  if (self->wide) bytes += (size_t)self->overlap.matrix.rows * (4 * sizeof(float) + sizeof(int));
-  if (self->blocks) bytes += (size_t)self->rows * 9 * sizeof *self->blocks;
-  if (self->room) bytes += room_for(self) * sizeof *self->room;
-  return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
-         (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
-         flesh_local_level_memory(&self->local, &self->overlap) +
-         (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
-}
-
 void flesh_preconditioner_archive(flesh_preconditioner_data *self, flesh_archive *archive)
 {
   if (self->inverse) flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->rows * sizeof *self->inverse);

@@ -104,8 +104,6 @@ FLESH_PER_ISA int flesh_preconditioner_correct_volumes(flesh_preconditioner_data
  * iterations more. Collective. */
 FLESH_PER_ISA double flesh_preconditioner_drift(const flesh_preconditioner_data *preconditioner);
 
-FLESH_PER_ISA size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
-
 /* Archives the results of set-ups and the figures that guide the next one. The stiff rows are not part of it. */
 FLESH_PER_ISA void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
 

@@ -150,16 +150,6 @@ void flesh_product_clear(flesh_product *product)
   *product = (flesh_product){0};
 }
 
-size_t flesh_product_memory(const flesh_product *product)
-{
-  size_t memory = 2 * (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof *product->place;
-  if (!product->rounded) return memory;
-  const size_t slices = (size_t)product->slices[3], columns = (size_t)product->column[slices];
-  memory += slices * sizeof *product->column + FLESH_SLICE * slices * sizeof *product->own;
-  memory += FLESH_SLICE * columns * sizeof *product->other + 9 * (size_t)product->longest * sizeof *product->nothing;
-  return memory + diagonal_at(product, product->slices[3]) * sizeof *product->rounded;
-}
-
 enum {
   MANY_BLOCKS = 200000, /* blocks of a matrix beyond the caches, which is fetched AHEAD */
   AHEAD = 9216,  /* bytes */

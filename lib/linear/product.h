@@ -34,7 +34,6 @@ typedef struct flesh_product {
 FLESH_PER_ISA int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
                                        flesh_product *product);
 FLESH_PER_ISA void flesh_product_clear(flesh_product *product);
-FLESH_PER_ISA size_t flesh_product_memory(const flesh_product *product);
 
 /* Makes x ready for begin <= p < end; every p is asked for once, by the thread that will need it next. */
 typedef struct flesh_product_maker {

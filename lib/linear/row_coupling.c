@@ -114,12 +114,6 @@ void flesh_row_coupling_clear(flesh_row_coupling *self)
   *self = (flesh_row_coupling){0};
 }
 
-size_t flesh_row_coupling_memory(const flesh_row_coupling *self)
-{
-  return self->pairs * sizeof *self->pair + flesh_sparse_cholesky_memory(&self->exact) +
-         flesh_chebyshev_memory(&self->polynomial);
-}
-
 /* B^T d of this rank's rows at the nodes that it shares, d by place. */
 static void send_shared(void *data, const float *d)
 {

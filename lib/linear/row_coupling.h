@@ -40,7 +40,6 @@ FLESH_PER_ISA void flesh_row_coupling_clear(flesh_row_coupling *coupling);
  * move afterwards. */
 FLESH_PER_ISA void flesh_row_coupling_share(flesh_row_coupling *coupling, const flesh_shared_rows *shared,
                                             const flesh_row_lists *lists, const float *inverse, const float *by_node);
-FLESH_PER_ISA size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
 
 /* Makes S = shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single
  * precision does not tell it from a singular matrix. */

@@ -144,15 +144,6 @@ void flesh_shared_rows_clear(flesh_shared_rows *self)
   *self = (flesh_shared_rows){0};
 }
 
-size_t flesh_shared_rows_memory(const flesh_shared_rows *self)
-{
-  if (!self->first) return 0;
-  const size_t width = FLESH_SHARED_ROWS_WIDTH, ranks = (size_t)self->ranks;
-  return (size_t)self->count * (sizeof(int) + 2 * width * sizeof(double)) +
-         (size_t)self->first[ranks] * (sizeof(int) + 2 * width * sizeof(double)) +
-         ranks * sizeof(int);
-}
-
 void flesh_shared_rows_begin(const flesh_shared_rows *self, int width)
 {
   const size_t numbers = (size_t)width;

@@ -26,7 +26,6 @@ enum { FLESH_SHARED_ROWS_WIDTH = 9 };
 int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, int status,
                              flesh_shared_rows *shared);
 void flesh_shared_rows_clear(flesh_shared_rows *shared);
-size_t flesh_shared_rows_memory(const flesh_shared_rows *shared);
 
 /* `others` from what all have in `own`, so many numbers a node, added by rising rank. What is sent is on its way between
  * the two; nothing else is exchanged or added up then. Collective. */

@@ -98,7 +98,6 @@ static int make_panels(flesh_sparse_cholesky *self, double most)
   self->target = flesh_malloc(rows * sizeof *self->target);
   self->packed = flesh_huge_pages_calloc(((size_t)widest + 1) * WIDE * sizeof *self->packed);
   self->column = flesh_huge_pages_calloc(rows * sizeof *self->column);
-  self->highest = highest, self->widest = widest;
   return self->values && self->inverse && self->x && self->target && self->packed && self->column ? FLESH_OK
                                                                                                   : FLESH_ERR_MEMORY;
 }
@@ -153,14 +152,6 @@ void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *self)
                     self->values, self->inverse, self->x, self->target, self->packed, self->column};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   *self = (flesh_sparse_cholesky){0};
-}
-
-size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *self)
-{
-  if (!self->values) return 0;
-  return (self->start[self->panels] + 2 * (size_t)self->n + 2 * (size_t)self->highest + WIDE * (size_t)self->widest) *
-             sizeof(number) +
-         (2 * (size_t)self->n + 5 * (size_t)self->panels + (size_t)self->below_start[self->panels]) * sizeof(int);
 }
 
 void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *self)

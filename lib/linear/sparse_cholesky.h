@@ -18,7 +18,6 @@ typedef FLESH_CHOLESKY_NUMBER flesh_cholesky_number;
  * its columns has, column by column, the own rows first. */
 typedef struct flesh_sparse_cholesky {
   int n, panels;
-  int highest, widest; /* rows and columns of panels */
   double operations; /* of a factorisation */
   int *place;      /* [n] of each row in the order of elimination */
   int *first;      /* [panels+1] of the panels in that order */
@@ -30,9 +29,9 @@ typedef struct flesh_sparse_cholesky {
   flesh_cholesky_number *values;   /* of the matrix, then of L; zero above the diagonal */
   flesh_cholesky_number *inverse;  /* [n] 1/L_ii, in the order of elimination */
   flesh_cholesky_number *x;        /* [n] right-hand side and solution, likewise */
-  int *target;     /* [highest] where a panel's rows are in another */
-  flesh_cholesky_number *packed;   /* [4*widest] */
-  flesh_cholesky_number *column;   /* [highest] */
+  int *target;     /* [rows of the highest panel] where a panel's rows are in another */
+  flesh_cholesky_number *packed;   /* [4*columns of the widest panel] */
+  flesh_cholesky_number *column;   /* [rows of the highest panel] */
 } flesh_sparse_cholesky;
 
 /* All memory, for rows as flesh_dissection_create takes them. FLESH_NOT_CONVERGED where a factorisation takes more
@@ -40,7 +39,6 @@ typedef struct flesh_sparse_cholesky {
 FLESH_PER_ISA int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours, const double *points,
                                                double most, flesh_sparse_cholesky *cholesky);
 FLESH_PER_ISA void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *cholesky);
-FLESH_PER_ISA size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *cholesky);
 FLESH_PER_ISA void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *cholesky, flesh_archive *archive);
 
 /* All entries 0. */

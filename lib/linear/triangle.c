@@ -1,7 +1,6 @@
 /* triangle.c: room for the rows of a triangle. */
 #include "linear/triangle.h"
 
-
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
@@ -34,12 +33,6 @@ void flesh_triangle_clear(flesh_triangle *triangle)
   flesh_free(triangle->column);
   flesh_free(triangle->words);
   *triangle = (flesh_triangle){0};
-}
-
-size_t flesh_triangle_memory(const flesh_triangle *triangle)
-{
-  const size_t pairs = (size_t)triangle->start[triangle->rows];
-  return (3 * (size_t)triangle->rows + 1) * sizeof(int) + 2 * pairs * sizeof(int) + 9 * pairs * sizeof(uint32_t);
 }
 
 void flesh_triangle_archive(flesh_triangle *self, flesh_archive *archive)

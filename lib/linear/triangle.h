@@ -30,7 +30,6 @@ typedef struct flesh_triangle {
  * or FLESH_ERR_MEMORY. */
 int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle);
 void flesh_triangle_clear(flesh_triangle *triangle);
-size_t flesh_triangle_memory(const flesh_triangle *triangle);
 /* Its blocks; so the functions of this name below: numbers that a set-up has made, not what the pattern says. */
 void flesh_triangle_archive(flesh_triangle *triangle, flesh_archive *archive);
 

@@ -151,18 +151,6 @@ void flesh_volume_projection_destroy(flesh_volume_projection **projection)
   *projection = NULL;
 }
 
-size_t flesh_volume_projection_memory(const flesh_volume_projection *self)
-{
-  const size_t nodes = (size_t)self->nodes, entries = (size_t)self->entries, count = (size_t)self->rows->count;
-  const size_t in_team = self->team ? 4 * nodes * sizeof(float) + 3 * (size_t)self->team->reached * sizeof(double) : 0;
-  return sizeof *self + in_team + flesh_shared_rows_memory(&self->shared) +
-         nodes * (2 * sizeof(int) + 1 + 13 * sizeof(float)) +
-         entries * (3 * sizeof(int) + 6 * sizeof(float)) +
-         count * ((size_t)(self->m * (self->m + 1) / 2) * sizeof(int) + 2 * sizeof(float)) +
-         9 * (size_t)self->soft.row_start[self->nodes] * sizeof *self->soft.values +
-         flesh_row_coupling_memory(&self->S);
-}
-
 /* The rows' values, but for those of fixed dofs. */
 static void take_values(flesh_volume_projection *self, const uint8_t *fixed)
 {

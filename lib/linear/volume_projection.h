@@ -36,7 +36,6 @@ FLESH_PER_ISA int flesh_volume_projection_create(const flesh_block_matrix *A, co
                                                  const double *positions, int polynomial, const flesh_overlap *overlap,
                                                  flesh_threads *threads, flesh_volume_projection **projection);
 FLESH_PER_ISA void flesh_volume_projection_destroy(flesh_volume_projection **projection);
-FLESH_PER_ISA size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
 FLESH_PER_ISA void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_archive *archive);
 
 /* A_r = A - B^T B, the rows' values zero at the fixed dofs [3*A->rows] (NULL: none). It stays until the next call. */

@@ -92,18 +92,6 @@ void flesh_direction_clear(flesh_direction *self)
   memset(self, 0, sizeof *self);
 }
 
-size_t flesh_direction_memory(const flesh_direction *self)
-{
-  size_t bytes = 0;
-  if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
-  bytes += flesh_system_stiff_rows_memory(&self->rows);
-  if (self->factored) bytes += (size_t)self->equations->K->rows * sizeof *self->factored;
-  if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
-  if (self->direct) bytes += flesh_direct_memory(self->direct);
-  if (self->fallback) bytes += self->linear->exact->memory(self->fallback);
-  return bytes;
-}
-
 void flesh_direction_begin_stage(flesh_direction *self)
 {
   const flesh_shift *shift = &self->equations->stage.shift;

@@ -68,7 +68,6 @@ void flesh_direction_unite_rows(flesh_direction *direction);
  * where the options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
 int flesh_direction_make_solvers(flesh_direction *direction, int before);
 void flesh_direction_clear(flesh_direction *direction);
-size_t flesh_direction_memory(const flesh_direction *direction);
 
 /* A new stage: a direct fallback is no longer in use, and stiff rows are taken out or left in as the stage asks for. */
 void flesh_direction_begin_stage(flesh_direction *direction);

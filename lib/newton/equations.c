@@ -72,12 +72,6 @@ void flesh_equations_clear(flesh_equations *self)
   memset(self, 0, sizeof *self);
 }
 
-size_t flesh_equations_memory(const flesh_equations *self)
-{
-  return (size_t)self->n * (VECTORS * sizeof(double) + sizeof(int) + 1) + flesh_evaluation_memory(&self->evaluation) +
-         (size_t)self->n / 3 * sizeof(int) + (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
-}
-
 /* Lists the constrained rows and dofs. */
 static void list_constrained(flesh_equations *self)
 {

@@ -71,7 +71,6 @@ int flesh_equations_init(const flesh_system *system, const flesh_solver_options 
 /* Finds the stiffness of the constraints' rows, once all ranks have room. */
 void flesh_equations_measure(flesh_equations *equations);
 void flesh_equations_clear(flesh_equations *equations);
-size_t flesh_equations_memory(const flesh_equations *equations);
 
 /* Archives the memory that lasts from stage to stage; `matrix`: K as well. FLESH_ERR_MEMORY. */
 int flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);

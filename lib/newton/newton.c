@@ -248,15 +248,6 @@ void flesh_newton_clear(flesh_newton *self)
   memset(self, 0, sizeof *self);
 }
 
-size_t flesh_newton_memory(const flesh_newton *self)
-{
-  const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
-  return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
-         flesh_volume_arc_memory(&self->arc) + n * sizeof(double) +
-         (self->tangent.pivots ? flesh_direct_memory(self->tangent.pivots) : 0) +
-         (self->reserve ? flesh_reserve_most(self->reserve) : 0);
-}
-
 void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
 {
   const int changed = flesh_equations_set_stage(&self->equations, stage);

@@ -95,7 +95,6 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
 int flesh_newton_uses_elimination(const flesh_system *system, const flesh_solver_options *options);
 /* Also after an initialisation that failed. */
 void flesh_newton_clear(flesh_newton *newton);
-size_t flesh_newton_memory(const flesh_newton *newton);
 /* Drops matrices, factors and what is known of them; the memories of effects stay. */
 void flesh_newton_forget(flesh_newton *newton);
 /* Archives the memory that lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */

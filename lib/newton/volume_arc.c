@@ -48,12 +48,6 @@ void flesh_volume_arc_clear(flesh_volume_arc *self)
   *self = (flesh_volume_arc){0};
 }
 
-size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
-{
-  const size_t count = (size_t)self->trial.count;
-  return self->wanted ? count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) : 0;
-}
-
 /* y += weight b.q of every row, over the dofs that are not constrained. */
 static void add_products(const flesh_volume_arc *self, const float *values, double weight, const double *q, float *y)
 {

@@ -16,7 +16,6 @@ typedef struct flesh_volume_arc {
 /* FLESH_ERR_MEMORY. */
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *arc);
 void flesh_volume_arc_clear(flesh_volume_arc *arc);
-size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
 
 /* The Newton step p [n] at u, where the residual is -b, becomes s p plus what its volumes lack to second order, s = 1,
  * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight

@@ -396,14 +396,3 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
     z[n + d] = held->fixed[d] ? J->rows.identity * velocity : product[d];
   }
 }
-
-size_t flesh_ida_memory(const flesh_ida_problem *self)
-{
-  const size_t vectors = 15 + (self->room[0] ? 6 : 0);
-  size_t bytes = sizeof *self + (size_t)self->evaluation.n * (vectors * sizeof(double) + 1);
-  bytes += 2 * (size_t)self->jacobian.K->row_start[self->jacobian.K->rows] * 9 * sizeof(double);
-  if (self->solver.preconditioner) bytes += self->solver.linear->preconditioner_memory(self->solver.preconditioner);
-  if (self->solver.pcg) bytes += self->solver.linear->pcg_space_memory(self->solver.pcg);
-  if (self->solver.direct) bytes += flesh_direct_memory(self->solver.direct);
-  return bytes;
-}

@@ -129,7 +129,6 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
  * Overwrites n numbers of the solver's work, from n on. */
 void flesh_ida_add_products(flesh_ida_problem *problem, double scale, double *v, double divisor, double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
-size_t flesh_ida_memory(const flesh_ida_problem *problem);
 
 /* ||y''|| at a start (y, y'), root mean square over the free dofs in units of L and V [1/s^2], by
  * a difference along the motion, of a thousandth of the time `ahead` [s] at most: a step of h of order 1 errs by h^2/2

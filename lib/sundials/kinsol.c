@@ -130,13 +130,6 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
   *nonlinear = NULL;
 }
 
-size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
-{
-  /* KINSOL clones seven vectors of its own beside u and scale. */
-  return sizeof *self + (self->subdomain_solver ? sizeof *self->subdomain_solver : 0) + flesh_problem_memory(self->problem) +
-         9 * (size_t)self->newton->equations.n * sizeof(double);
-}
-
 void flesh_nonlinear_forget(flesh_nonlinear *self)
 {
   self->problem->staged = self->problem->zeroed = 0;

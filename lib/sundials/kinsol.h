@@ -58,7 +58,6 @@ int flesh_nonlinear_is_clear(const flesh_nonlinear *nonlinear);
 flesh_point flesh_nonlinear_point(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_reactions(const flesh_nonlinear *nonlinear, const int **constrained, int *count);
 
-size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
 /* Drops what earlier solves have left; the memories of effects stay. */
 void flesh_nonlinear_forget(flesh_nonlinear *nonlinear);
 /* Archives the memory that lasts from solve to solve. FLESH_ERR_MEMORY. */

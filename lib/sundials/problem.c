@@ -116,9 +116,3 @@ void flesh_problem_close(const flesh_problem *self, N_Vector v, const double *wr
 {
   flesh_vector_close(v, self->newton.equations.team, self->newton.equations.n, written);
 }
-
-size_t flesh_problem_memory(const flesh_problem *self)
-{
-  const size_t rooms = self->room[0] ? 3 * (size_t)self->newton.equations.n * sizeof *self->room[0] : 0;
-  return sizeof *self + rooms + flesh_newton_memory(&self->newton);
-}

@@ -30,6 +30,5 @@ int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 const double *flesh_problem_read(const flesh_problem *problem, N_Vector v, int partial, int room);
 double *flesh_problem_open(const flesh_problem *problem, N_Vector v, int room);
 void flesh_problem_close(const flesh_problem *problem, N_Vector v, const double *written);
-size_t flesh_problem_memory(const flesh_problem *problem);
 
 #endif

@@ -52,11 +52,6 @@ void flesh_clearance_clear(flesh_clearance *self)
   *self = (flesh_clearance){0};
 }
 
-size_t flesh_clearance_memory(const flesh_clearance *self)
-{
-  return self->x ? numbers_of(self) * sizeof *self->x : 0;
-}
-
 double flesh_clearance_moved(const flesh_clearance *self, double shift, const double *u)
 {
   if (!self->measures) return 0;

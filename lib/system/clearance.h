@@ -37,7 +37,6 @@ typedef struct flesh_clearance flesh_clearance;
 int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, const flesh_proximity *proximity,
                            flesh_clearance *clearance);
 void flesh_clearance_clear(flesh_clearance *clearance);
-size_t flesh_clearance_memory(const flesh_clearance *clearance);
 /* Nothing is known of how far the body is. */
 void flesh_clearance_forget(flesh_clearance *clearance);
 void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive);

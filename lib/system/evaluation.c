@@ -95,13 +95,6 @@ void flesh_evaluation_clear(flesh_evaluation *self)
   *self = (flesh_evaluation){0};
 }
 
-size_t flesh_evaluation_memory(const flesh_evaluation *self)
-{
-  const size_t vectors = 3 + (self->residual.u ? 6 : 0) + (self->frozen ? 2 : 0);
-  return (vectors * (size_t)self->n + (self->returned.x ? room_of(self) : 0)) * sizeof(double) +
-         flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity);
-}
-
 void flesh_evaluation_archive(flesh_evaluation *self, flesh_archive *archive)
 {
   flesh_state *kept = &self->returned;

@@ -72,7 +72,6 @@ int flesh_evaluation_keep_state(flesh_evaluation *evaluation);
 int flesh_evaluation_keep_places(flesh_evaluation *evaluation);
 /* Also after a creation that failed. */
 void flesh_evaluation_clear(flesh_evaluation *evaluation);
-size_t flesh_evaluation_memory(const flesh_evaluation *evaluation);
 /* Saves or loads the run's state. */
 void flesh_evaluation_archive(flesh_evaluation *evaluation, flesh_archive *archive);
 

@@ -74,13 +74,3 @@ void flesh_layout_clear(flesh_layout *self)
   flesh_pattern_clear(&self->pattern);
   *self = (flesh_layout){0};
 }
-
-size_t flesh_layout_memory(const flesh_layout *self)
-{
-  if (!self->slots) return 0;
-  const flesh_pattern *pattern = &self->pattern;
-  size_t integers = 2 * (size_t)pattern->rows + 1 + (size_t)pattern->row_start[pattern->rows] + (size_t)self->left_count;
-  for (int k = 0; k < self->system->entry_count; k++)
-    if (self->system->entries[k].owns_slots) integers += pairs_of(&self->system->entries[k]);
-  return integers * sizeof(int) + (size_t)pattern->row_start[pattern->rows];
-}

@@ -3,8 +3,6 @@
 #ifndef FLESH_SYSTEM_LAYOUT_H
 #define FLESH_SYSTEM_LAYOUT_H
 
-#include <stddef.h>
-
 #include "flesh/system.h"
 #include "system/pattern.h"
 
@@ -19,6 +17,5 @@ typedef struct flesh_layout {
 /* The pattern of a finished system with all pairs of more cells. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT. */
 int flesh_layout_create(const flesh_system *system, int count, const flesh_cells *const *cells, flesh_layout *layout);
 void flesh_layout_clear(flesh_layout *layout);
-size_t flesh_layout_memory(const flesh_layout *layout);
 
 #endif

@@ -60,17 +60,6 @@ void flesh_proximity_clear(flesh_proximity *self)
   *self = (flesh_proximity){0};
 }
 
-size_t flesh_proximity_memory(const flesh_proximity *self)
-{
-  size_t bytes = flesh_layout_memory(&self->layout);
-  for (int k = 0; self->near && k < self->effects; k++) {
-    const flesh_effect_private *can = flesh_effect_private_of(self->system->entries[k].effect);
-    if (self->near[k] && can->memory) bytes += can->memory(self->near[k]);
-  }
-  for (int k = 0; self->predicted && k < self->effects; k++) bytes += predictions_of(self, k);
-  return bytes;
-}
-
 int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, const double *x, int *changed)
 {
   int status = FLESH_OK, one = 0;

@@ -12,7 +12,6 @@
  * borrowed. FLESH_ERR_MEMORY. */
 int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *proximity);
 void flesh_proximity_clear(flesh_proximity *proximity);
-size_t flesh_proximity_memory(const flesh_proximity *proximity);
 
 /* K [of the system's pattern, or grown here] gets a pattern that has all pairs that the Jacobian at `point` couples,
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */

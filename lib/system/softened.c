@@ -56,14 +56,3 @@ void flesh_softened_destroy(flesh_system **softened)
   flesh_free(self);
   *softened = NULL;
 }
-
-size_t flesh_softened_memory(const flesh_system *softened)
-{
-  size_t bytes = sizeof *softened;
-  for (int k = 0; k < softened->entry_count; k++) {
-    const flesh_effect *effect = softened->entries[k].effect;
-    bytes += sizeof softened->entries[k];
-    if (softened->entries[k].softened) bytes += sizeof *effect + flesh_effect_figures_of(effect)->memory(effect);
-  }
-  return bytes;
-}

@@ -3,8 +3,6 @@
 #ifndef FLESH_SYSTEM_SOFTENED_H
 #define FLESH_SYSTEM_SOFTENED_H
 
-#include <stddef.h>
-
 #include "flesh/system.h"
 
 /* lambda/mu of the system's stiffest material, on any rank; 0: there is none. Collective. */
@@ -15,6 +13,5 @@ double flesh_system_stiffness_ratio(const flesh_system *system);
  * FLESH_ERR_MEMORY. */
 int flesh_system_soften(const flesh_system *system, double ratio, flesh_system **softened);
 void flesh_softened_destroy(flesh_system **softened);
-size_t flesh_softened_memory(const flesh_system *softened);
 
 #endif

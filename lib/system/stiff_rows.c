@@ -75,8 +75,3 @@ void flesh_system_stiff_values(const flesh_system *system, const flesh_point *po
     values += 3 * (size_t)own.count * (size_t)own.nodes_per_row;
   }
 }
-
-size_t flesh_system_stiff_rows_memory(const flesh_stiff_rows *rows)
-{
-  return (size_t)rows->count * (size_t)rows->nodes_per_row * (sizeof *rows->nodes + 3 * sizeof *rows->values);
-}

@@ -15,6 +15,4 @@ void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows);
 void flesh_system_stiff_values(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                flesh_stiff_rows *rows);
 
-size_t flesh_system_stiff_rows_memory(const flesh_stiff_rows *rows);
-
 #endif

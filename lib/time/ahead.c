@@ -46,11 +46,6 @@ void flesh_ahead_clear(flesh_ahead *ahead)
   *ahead = (flesh_ahead){.limit = -INFINITY};
 }
 
-size_t flesh_ahead_memory(const flesh_ahead *ahead, int n)
-{
-  return ahead->from.x ? VECTORS * sizeof(double) * (size_t)n : 0;
-}
-
 void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive)
 {
   if (!ahead->from.x) return;

@@ -24,7 +24,6 @@ int flesh_ahead_is_limited(const flesh_system *system);
 /* Makes room. FLESH_ERR_MEMORY. */
 int flesh_ahead_create(flesh_error_control *control, const uint8_t *fixed, const double *acceleration, flesh_ahead *ahead);
 void flesh_ahead_clear(flesh_ahead *ahead);
-size_t flesh_ahead_memory(const flesh_ahead *ahead, int n);
 void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive);
 
 /* A step that may lead behind the end asked for begins at the state. */

@@ -81,11 +81,6 @@ void flesh_energy_watch_clear(flesh_energy_watch *watch)
   *watch = (flesh_energy_watch){0};
 }
 
-size_t flesh_energy_watch_memory(const flesh_energy_watch *watch)
-{
-  return (size_t)watch->n * (watch->scratch ? 2 : 0) * sizeof(double);
-}
-
 int flesh_energy_watch_knows(const flesh_energy_watch *watch)
 {
   return watch->known && watch->serial == watch->evaluation->serial;

@@ -44,7 +44,6 @@ typedef struct flesh_energy_watch {
 /* Makes the watch over a run; `evaluation` is borrowed. FLESH_ERR_MEMORY. */
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch);
 void flesh_energy_watch_clear(flesh_energy_watch *watch);
-size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
 /* But for the limit. */
 void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
 

@@ -127,11 +127,6 @@ void flesh_error_control_clear(flesh_error_control *self)
   *self = (flesh_error_control){0};
 }
 
-size_t flesh_error_control_memory(const flesh_error_control *self)
-{
-  return self->e ? 3 * (size_t)self->n * sizeof(double) + (size_t)self->n / 3 + flesh_part_weights_memory(&self->weights) : 0;
-}
-
 void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->h);

@@ -50,7 +50,6 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
 /* Measures the body where the options want control, once all ranks have taken them. Collective. */
 void flesh_error_control_measure(flesh_error_control *control);
 void flesh_error_control_clear(flesh_error_control *control);
-size_t flesh_error_control_memory(const flesh_error_control *control);
 void flesh_error_control_archive(flesh_error_control *control, flesh_archive *archive);
 
 /* The energy of a motion as slow as the tolerance, J. */

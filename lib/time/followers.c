@@ -34,11 +34,6 @@ void flesh_followers_clear(flesh_followers *self)
   free(self->r);
 }
 
-size_t flesh_followers_memory(const flesh_followers *self)
-{
-  return flesh_mixing_memory(&self->mixing) + 4 * (size_t)self->mixing.n * sizeof *self->r;
-}
-
 /* r(x; x) on free dofs, and its norm. */
 static int find_residual(flesh_followers *self, const double *x, double *r, double *norm)
 {

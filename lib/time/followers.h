@@ -18,7 +18,6 @@ typedef struct flesh_followers {
 /* `wanted` 0: makes nothing. FLESH_ERR_MEMORY. */
 int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self);
 void flesh_followers_clear(flesh_followers *self);
-size_t flesh_followers_memory(const flesh_followers *self);
 
 /* Takes the state, to which the last solve has led, to where the 2-norm of the forces on free dofs is at most `target`, N, or
  * at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an error.

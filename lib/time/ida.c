@@ -141,13 +141,6 @@ void flesh_ida_steps_progress(const flesh_ida_steps *self, flesh_progress *progr
   IDAGetCurrentStep(self->ida, &progress->h);
 }
 
-size_t flesh_ida_steps_memory(const flesh_ida_steps *self)
-{
-  /* IDA clones nine vectors and max_order + 1 differences beside ours. */
-  size_t vectors = 5 + 10 + (size_t)self->options.max_order + 1;
-  return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 2) * 2 * (size_t)self->n * sizeof(double);
-}
-
 /* (Re)starts IDA from the state. `ahead`: the time to go [s], at least. */
 static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
 {

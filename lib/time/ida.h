@@ -52,7 +52,6 @@ int flesh_ida_steps_step(flesh_ida_steps *steps, flesh_state *state, double h, f
 
 /* t and h of IDA's internal step. */
 void flesh_ida_steps_progress(const flesh_ida_steps *steps, flesh_progress *progress);
-size_t flesh_ida_steps_memory(const flesh_ida_steps *steps);
 /* But for IDA's history, which it does not take back: loaded, it starts anew from the state given back last. */
 void flesh_ida_steps_archive(flesh_ida_steps *steps, flesh_archive *archive);
 

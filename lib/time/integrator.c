@@ -217,22 +217,6 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
   return &integrator->recovery.failure;
 }
 
-size_t flesh_integrator_memory(const flesh_integrator *self)
-{
-  const flesh_first_iterates *first = &self->first;
-  const size_t n = (size_t)self->evaluation->n;
-  const int vectors = 5 + self->row->vectors + (self->last_stage.at.x ? 2 : 0) + (self->lag.x ? 3 : 0) +
-                      (first->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
-  return sizeof *self + (size_t)vectors * n * sizeof(double) +
-         n * ((2 * sizeof(int) + sizeof(double)) / 3 + (first->parts.constrained ? 1 : 0)) +
-         flesh_prescribed_memory(&self->prescribed) + flesh_nonlinear_memory(self->nonlinear) +
-         flesh_energy_watch_memory(&self->watch) + flesh_recovery_memory(&self->recovery) +
-         flesh_continuation_memory(&self->continuation) + flesh_followers_memory(&self->followers) +
-         flesh_multipliers_memory(&self->multipliers) + flesh_internals_memory(&self->internals) +
-         flesh_error_control_memory(&self->control) + flesh_ahead_memory(&self->ahead, self->evaluation->n) +
-         (self->ida ? flesh_ida_steps_memory(self->ida) : 0);
-}
-
 void *flesh_integrator_kinsol(const flesh_integrator *integrator)
 {
   return integrator->nonlinear->kinsol;

@@ -27,11 +27,6 @@ void flesh_internals_clear(flesh_internals *self)
   *self = (flesh_internals){0};
 }
 
-size_t flesh_internals_memory(const flesh_internals *self)
-{
-  return (3 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
-}
-
 void flesh_internals_archive(flesh_internals *self, flesh_archive *archive)
 {
   FLESH_ARCHIVE(archive, self->restart);

@@ -17,7 +17,6 @@ typedef struct flesh_internals {
 /* FLESH_ERR_MEMORY. */
 int flesh_internals_create(const flesh_system *system, flesh_internals *internals);
 void flesh_internals_clear(flesh_internals *internals);
-size_t flesh_internals_memory(const flesh_internals *internals);
 /* Archives the internal variables of states without any. */
 void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive);
 

@@ -29,8 +29,6 @@ int flesh_mixing_create(int n, flesh_threads *threads, flesh_mixing *self)
 
 void flesh_mixing_clear(flesh_mixing *self) { free(self->x); }
 
-size_t flesh_mixing_memory(const flesh_mixing *self) { return (size_t)self->n * ARRAYS * sizeof *self->x; }
-
 void flesh_mixing_begin(flesh_mixing *self, const double *x)
 {
   self->count = 0;

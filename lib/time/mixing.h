@@ -3,8 +3,6 @@
 #ifndef FLESH_TIME_MIXING_H
 #define FLESH_TIME_MIXING_H
 
-#include <stddef.h>
-
 #include "flesh/threads.h"
 
 enum { FLESH_MIXING_DEPTH = 5 };
@@ -21,7 +19,6 @@ typedef struct flesh_mixing {
 /* Room for n > 0 numbers, else for nothing; borrows `threads`. FLESH_ERR_MEMORY. */
 int flesh_mixing_create(int n, flesh_threads *threads, flesh_mixing *self);
 void flesh_mixing_clear(flesh_mixing *self);
-size_t flesh_mixing_memory(const flesh_mixing *self);
 
 void flesh_mixing_begin(flesh_mixing *self, const double *x);
 /* Takes g(x) [n]. The next x is g(x) after the first two values, then that at which g(x) - x would be least if g were linear

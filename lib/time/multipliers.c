@@ -67,11 +67,6 @@ void flesh_multipliers_clear(flesh_multipliers *self)
   *self = (flesh_multipliers){0};
 }
 
-size_t flesh_multipliers_memory(const flesh_multipliers *self)
-{
-  return (5 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
-}
-
 int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *state, flesh_state *view)
 {
   *view = *state;

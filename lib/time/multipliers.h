@@ -34,7 +34,6 @@ int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlin
 /* Measures the body, once all ranks have made theirs. Collective, and fails on all ranks or none. */
 int flesh_multipliers_create_collective(flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
-size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
 /* The state's are others than the last solve gave it. */
 void flesh_multipliers_forget(flesh_multipliers *multipliers);
 void flesh_multipliers_archive(flesh_multipliers *multipliers, flesh_archive *archive);

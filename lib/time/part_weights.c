@@ -47,11 +47,6 @@ void flesh_part_weights_clear(flesh_part_weights *weights)
   *weights = (flesh_part_weights){0};
 }
 
-size_t flesh_part_weights_memory(const flesh_part_weights *weights)
-{
-  return (size_t)weights->count * (sizeof *weights->of + SUMS * sizeof *weights->sums + sizeof *weights->tied);
-}
-
 void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive)
 {
   flesh_archive_bytes(archive, weights->of, (size_t)weights->count * sizeof *weights->of);

@@ -28,7 +28,6 @@ typedef struct flesh_part_weights {
 /* FLESH_ERR_MEMORY. */
 int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights);
 void flesh_part_weights_clear(flesh_part_weights *weights);
-size_t flesh_part_weights_memory(const flesh_part_weights *weights);
 void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive);
 
 /* Measures the parts at rest. `length` and `period` are the body's, which serve where it is one part or a part has none.

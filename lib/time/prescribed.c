@@ -29,11 +29,6 @@ void flesh_prescribed_clear(flesh_prescribed *prescribed)
   *prescribed = (flesh_prescribed){0};
 }
 
-size_t flesh_prescribed_memory(const flesh_prescribed *prescribed)
-{
-  return (size_t)prescribed->n * ((LAST + 2) * sizeof(double) + 1);
-}
-
 void flesh_prescribed_set(flesh_prescribed *self, double begin, double end, const double *x)
 {
   self->begin = begin;

@@ -19,7 +19,6 @@ typedef struct flesh_prescribed {
 
 int flesh_prescribed_create(const flesh_system *system, flesh_prescribed *prescribed);
 void flesh_prescribed_clear(flesh_prescribed *prescribed);
-size_t flesh_prescribed_memory(const flesh_prescribed *prescribed);
 
 /* Over begin <= t <= end, both within the piece; nodes that nothing prescribes and no tet uses stay at x [n]. */
 void flesh_prescribed_set(flesh_prescribed *prescribed, double begin, double end, const double *x);

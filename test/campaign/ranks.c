@@ -1,4 +1,4 @@
-/* ranks.c: what a body on several ranks costs: iterations, messages, memory of each rank.
+/* ranks.c: what a body on several ranks costs: iterations and messages of each rank.
  *
  *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi [POISSON]]
  *   mpirun -n 4 build/test/ranks data/meshes/finger_fine.msh [auto|ic|jacobi [POISSON]]
@@ -54,14 +54,13 @@ static void measure(const flesh_mesh *whole, const flesh_rank_part *part, int mo
   const double start = seconds();
   for (int k = 0; k < (moves ? 10 : 1); k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
   const flesh_communicator_figures now = flesh_communicator_exchanged(ranks);
-  double most[6] = {seconds() - start, b.n / 3., (double)flesh_integrator_memory(integrator) / 1e6,
-                    (double)(now.messages - before.messages), (now.bytes - before.bytes) / 1e6,
+  double most[5] = {seconds() - start, b.n / 3., (double)(now.messages - before.messages), (now.bytes - before.bytes) / 1e6,
                     (double)(now.reductions - before.reductions)};
-  flesh_communicator_largest(ranks, 6, most);
+  flesh_communicator_largest(ranks, 5, most);
   if (flesh_communicator_rank(ranks) == 0)
-    printf("# %d tets, %d ranks, %s: %d Newton, %d linear iterations, %.2f s; of a rank at most %.0f nodes, %.1f MB, %.0f "
+    printf("# %d tets, %d ranks, %s: %d Newton, %d linear iterations, %.2f s; of a rank at most %.0f nodes, %.0f "
            "messages of %.1f MB, %.0f reductions\n", flesh_mesh_tet_count(whole), flesh_communicator_size(ranks),
-           moves ? "ten steps" : "statics", stats.newton, stats.linear, most[0], most[1], most[2], most[3], most[4], most[5]);
+           moves ? "ten steps" : "statics", stats.newton, stats.linear, most[0], most[1], most[2], most[3], most[4]);
   flesh_integrator_destroy(&integrator);
   b.mesh = NULL; /* the part's */
   test_body_destroy(&b);

@@ -157,7 +157,6 @@ static void neighbours_at_rest_are_left_out(void)
   check_kind(&e, 1, s.surface.node_count, s.surface.face_count, pairs.point_count, pairs.point_faces);
   check_kind(&e, 0, s.surface.edge_count, s.surface.edge_count, pairs.edge_count, pairs.edge_pairs);
   CHECK(pairs.point_count > 1000);
-  CHECK(flesh_near_finder_memory(finder) > 100 * (size_t)s.triangles && flesh_near_pairs_memory(&pairs) > 0);
   flesh_near_pairs_clear(&pairs);
   flesh_near_finder_destroy(&finder);
   soup_clear(&s);

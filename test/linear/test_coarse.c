@@ -75,7 +75,6 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
   CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
   CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &bisection, NULL, NULL, &coarse));
   CHECK_OK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, fixed));
-  CHECK(flesh_coarse_memory(coarse) > 0);
   apply(coarse, &bisection, r, z);
   CHECK_BELOW(test_distance(b->n, z, u), 1e-5 * test_norm(b->n, u)); /* in single precision */
   flesh_coarse_destroy(&coarse);
@@ -229,9 +228,13 @@ static void crumbs_share_vertices(void)
   flesh_coarse *coarse = NULL;
   flesh_bisection bisection;
   CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
+  flesh_reserve *reserve = flesh_reserve_create((size_t)1 << 30);
+  flesh_reserve_enter(reserve);
   CHECK_OK(flesh_coarse_create(A, X, 200, &bisection, NULL, NULL, &coarse));
-  CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
+  CHECK_BELOW((double)flesh_reserve_most(reserve), 1000. * b.n);
   flesh_coarse_destroy(&coarse);
+  flesh_reserve_enter(NULL);
+  flesh_reserve_destroy(&reserve);
   flesh_bisection_clear(&bisection);
   flesh_block_matrix_destroy(&A);
   free(u);

@@ -176,11 +176,6 @@ class Integrator(Handle):
         return bool(lib.flesh_integrator_saves_all(self._pointer))
 
     @property
-    def memory(self) -> int:
-        """Bytes held by now."""
-        return lib.flesh_integrator_memory(self._pointer)
-
-    @property
     def kinsol(self) -> int:
         """Address of the KINSOL memory inside, for KINSet... and KINGet... by ctypes or cffi."""
         return int(ffi.cast("uintptr_t", lib.flesh_integrator_kinsol(self._pointer)))

@@ -33,13 +33,6 @@ void flesh_continuation_clear(flesh_continuation *self)
   for (int k = 0; k < FLESH_SOFTENINGS; k++) flesh_softened_destroy(&self->softened[k]);
 }
 
-size_t flesh_continuation_memory(const flesh_continuation *self)
-{
-  size_t bytes = 0;
-  for (int k = 0; k < self->count; k++) bytes += flesh_softened_memory(self->softened[k]);
-  return bytes;
-}
-
 /* Solves a stage with the softened materials of this level. Pressures of incompressible tets belong to the true materials
  * alone. */
 static int solve_softened(const flesh_continuation *self, int level, const flesh_stage *stage, const double *const *guesses,

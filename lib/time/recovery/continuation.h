@@ -24,7 +24,6 @@ typedef struct flesh_continuation {
 int flesh_continuation_create(flesh_nonlinear *nonlinear, flesh_multipliers *multipliers, double *start,
                               flesh_continuation *continuation);
 void flesh_continuation_clear(flesh_continuation *continuation);
-size_t flesh_continuation_memory(const flesh_continuation *continuation);
 
 /* Solves a stage of a tangled body: from where solves with softened materials have led, where the true potential is lower
  * there than at the guesses, which end with NULL (at most two) and are not in `start`; *led: whether it began there.

@@ -33,11 +33,6 @@ int flesh_recovery_create_collective(flesh_recovery *self)
 
 void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self->untangler); }
 
-size_t flesh_recovery_memory(const flesh_recovery *self)
-{
-  return self->untangler ? flesh_untangler_memory(self->untangler) : 0;
-}
-
 int flesh_recovery_is_inverted(flesh_recovery *self, const double *x)
 {
   const double inverted = flesh_body_inverted(self->mesh, self->team, x);

@@ -24,7 +24,6 @@ int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_
 /* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
 int flesh_recovery_create_collective(flesh_recovery *recovery);
 void flesh_recovery_clear(flesh_recovery *recovery);
-size_t flesh_recovery_memory(const flesh_recovery *recovery);
 
 /* Whether the body at x [3*n], where a step begins, may be tangled: more than one tet in 400 is inverted; or that has been
  * so (or may have been, before the first step) and some are still strained as much as what winds once more around an

@@ -122,12 +122,6 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   *untangler = NULL;
 }
 
-size_t flesh_untangler_memory(const flesh_untangler *self)
-{
-  return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 2) +
-         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve);
-}
-
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
 {
   if (state->t == self->expected) return;

@@ -52,7 +52,6 @@ double flesh_untangler_long_step(const flesh_untangler *untangler);
 /* Whether displacements u [n] are so small that the body is at rest. */
 int flesh_untangler_is_still(const flesh_untangler *untangler, const double *u);
 
-size_t flesh_untangler_memory(const flesh_untangler *untangler);
 /* Archives the memory that lasts from step to step. */
 void flesh_untangler_archive(flesh_untangler *untangler, flesh_archive *archive);
 

@@ -247,7 +247,7 @@ def test_free_fall_is_exact_and_steps_are_told(mesh, body):
             stats = integrator.step(state, 1 / 60)
         assert np.allclose(mesh.positions[:, 2] - state.x[:, 2], fall, rtol=1e-6)
         assert state.t == pytest.approx(1 / 6) and stats.residuals >= 1 and stats.solves == 1
-        assert integrator.method == method and integrator.memory > 1000
+        assert integrator.method == method
         assert integrator.energy_balance.gain < 1e-6 and integrator.warning is None
         assert integrator.energies(state)[2] == pytest.approx(system.energies(state.x, state.v)[2])
 
