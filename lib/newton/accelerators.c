@@ -83,7 +83,7 @@ static double go_back(flesh_newton *self, double enough, double *to)
 
 static void learn(flesh_newton *self, int taken)
 {
-  flesh_watchdog *watchdog = &self->watchdog;
+  flesh_watchdog *watchdog = &self->iterations.watchdog;
   self->stats.watchdog_steps += taken;
   if (!taken) watchdog->pause = watchdog->next_pause;
   if (taken) watchdog->next_pause = 1;
@@ -97,12 +97,12 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
   const double cut = step->cut, *u = step->u, *p = step->p;
   double *r = equations->work[0], *to = equations->work[1];
   if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return;
-  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return;
-  if (self->watchdog.pause > 0) {
-    self->watchdog.pause--;
+  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->iterations.watchdog.cuts < 2) return;
+  if (self->iterations.watchdog.pause > 0) {
+    self->iterations.watchdog.pause--;
     return;
   }
-  const double length = flesh_norm(equations->threads, n, p) / cut, known = self->watchdog.length;
+  const double length = flesh_norm(equations->threads, n, p) / cut, known = self->iterations.watchdog.length;
   const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
   /* Otherwise it is nothing stiff that has cut the step. */
@@ -113,7 +113,7 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
   /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
    * length for the next try. */
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
-  self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
+  self->iterations.watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
   learn(self, value < step->value && take_proposal(self, step));
 }

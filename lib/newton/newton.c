@@ -28,9 +28,10 @@ typedef struct iteration {
 int flesh_newton_asked_to_stop(void *data)
 {
   flesh_newton *self = data;
-  if (!self->stopped) self->stopped = self->equations.fatal;
-  if (!self->stopped) self->stopped = flesh_ask_together(self->equations.team, self->stop.stop, self->stop.data);
-  return self->stopped;
+  int *stopped = &self->iterations.stopped;
+  if (!*stopped) *stopped = self->equations.fatal;
+  if (!*stopped) *stopped = flesh_ask_together(self->equations.team, self->stop.stop, self->stop.data);
+  return *stopped;
 }
 
 static int filters_always(const flesh_newton *self)
@@ -48,7 +49,7 @@ static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
   if (eigenvalue_filter == FLESH_FILTER_AUTO)
     eigenvalue_filter = self->equations.stage.shift.a != 0 ? FLESH_FILTER_TRUST_REGION : FLESH_FILTER_ABSOLUTE;
   if (eigenvalue_filter == FLESH_FILTER_TRUST_REGION)
-    return fabs(self->model_ratio - 1) < 0.01 ? FLESH_FILTER_CLAMP : FLESH_FILTER_ABSOLUTE;
+    return fabs(self->iterations.model_ratio - 1) < 0.01 ? FLESH_FILTER_CLAMP : FLESH_FILTER_ABSOLUTE;
   return eigenvalue_filter;
 }
 
@@ -65,7 +66,7 @@ static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
 {
-  self->equations.evaluation.environment.slips_to_rest = self->secant_matrices > 0;
+  self->equations.evaluation.environment.slips_to_rest = self->iterations.secant_matrices > 0;
   self->tangent.known = 0;
   int status = flesh_direction_assemble(&self->direction, u, filter);
   if (!status) flesh_matrix_policy_assembled(&self->policy);
@@ -75,7 +76,7 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
 /* Whether the next solve uses a factorisation. It needs no new preconditioner, and volume arcs use the old one. */
 static int goes_by_factors(const flesh_newton *self)
 {
-  return self->direction.fallback_state == FLESH_FALLBACK_IN_USE && !self->follow_curvature;
+  return self->direction.fallback_state == FLESH_FALLBACK_IN_USE && !self->iterations.follow_curvature;
 }
 
 /* A matrix of the iterate's own, and what solves with it need. */
@@ -93,9 +94,9 @@ static int solve(flesh_newton *self, iteration *it)
   const int gives_way = self->equations.stage.shift.a != 0 && flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK);
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = flesh_newton_asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
-                                           .follow_curvature = it->guarded && self->follow_curvature,
+                                           .follow_curvature = it->guarded && self->iterations.follow_curvature,
                                            .gives_way = gives_way,
-                                           .weights = self->weights};
+                                           .weights = self->iterations.weights};
   if (goes_by_factors(self)) return FLESH_NOT_CONVERGED;
   const int status = flesh_direction_solve(direction, &request, it->step.b, it->step.p, &it->step.kind);
   self->negative_curvature = it->step.kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
@@ -121,7 +122,7 @@ static int choose_follow(const flesh_newton *self, const flesh_step *step)
 {
   if (filters_always(self) || !flesh_uses(&self->options, FLESH_TECHNIQUE_NEGATIVE_CURVATURE)) return 0;
   if (step->kind == FLESH_DIRECTION_FILTERED) return step->too_short_locally;
-  return self->follow_curvature && !(step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && step->length < 1);
+  return self->iterations.follow_curvature && !(step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && step->length < 1);
 }
 
 /* Scales the direction so that the potential falls; FLESH_NOT_POSITIVE also where one along negative curvature leads
@@ -134,9 +135,10 @@ static int search(flesh_newton *self, iteration *it)
   if (!follows) flesh_volume_arc_bend(&self->arc, step->u, step->b, step->p);
   const int status = flesh_search_run(&self->search, step);
   if (status) return status == FLESH_NOT_CONVERGED && follows ? FLESH_NOT_POSITIVE : status;
-  self->follow_curvature = choose_follow(self, step);
-  self->secant_matrices = step->cut < 1 ? SECANT_MATRICES : self->secant_matrices > 0 ? self->secant_matrices - 1 : 0;
-  self->model_ratio = step->model_ratio;
+  flesh_newton_iterations *known = &self->iterations;
+  known->follow_curvature = choose_follow(self, step);
+  known->secant_matrices = step->cut < 1 ? SECANT_MATRICES : known->secant_matrices > 0 ? known->secant_matrices - 1 : 0;
+  known->model_ratio = step->model_ratio;
   return FLESH_OK;
 }
 
@@ -203,7 +205,7 @@ static int measure(flesh_newton *self)
 int flesh_newton_init_local(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                             flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solver = solver, .target_of_first = 1, .target_of_load = INFINITY};
+  *self = (flesh_newton){.options = *options, .solver = solver, .goal = {.of_first = 1, .of_load = INFINITY}};
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_uses_elimination(system, options);
   self->search.equations = equations;
@@ -254,10 +256,8 @@ void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
   flesh_direction_begin_stage(&self->direction);
   flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
   self->search = (flesh_search){.equations = &self->equations, .first_potential = NAN};
-  self->watchdog = (flesh_watchdog){.next_pause = 1};
-  self->follow_curvature = self->secant_matrices = self->moved_nothing = self->at_round_off = 0;
-  self->converged_by_step = self->ran_away = self->stopped = self->tangent.known = 0;
-  self->model_ratio = self->first_load = NAN;
+  self->iterations = (flesh_newton_iterations){.watchdog.next_pause = 1, .model_ratio = NAN, .first_load = NAN};
+  self->tangent.known = 0;
 }
 
 void flesh_newton_overwritten(flesh_newton *self)
@@ -270,7 +270,7 @@ void flesh_newton_overwritten(flesh_newton *self)
 void flesh_newton_freeze(flesh_newton *self, const double *u)
 {
   if (flesh_equations_freeze(&self->equations, u)) self->search.first_potential = NAN;
-  self->converged_by_step = 0;
+  self->iterations.converged_by_step = 0;
 }
 
 void flesh_newton_end_stage(flesh_newton *self, const double *u)
@@ -281,7 +281,7 @@ void flesh_newton_end_stage(flesh_newton *self, const double *u)
 
 int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 {
-  if (self->converged_by_step) return FLESH_OK;
+  if (self->iterations.converged_by_step) return FLESH_OK;
   const int usable = self->direction.filter == FLESH_FILTER_NONE && !self->negative_curvature;
   int status = FLESH_OK;
   if (!(r && flesh_matrix_policy_keep(&self->policy, usable, r))) status = assemble(self, u, first_filter(self));
@@ -291,18 +291,18 @@ int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
 
 int flesh_newton_prepare(flesh_newton *self, int usable)
 {
-  if (self->converged_by_step) return FLESH_OK;
+  if (self->iterations.converged_by_step) return FLESH_OK;
   int status = !usable ? FLESH_NOT_POSITIVE : goes_by_factors(self) ? FLESH_OK : flesh_matrix_policy_prepare(&self->policy);
-  self->must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
-  return self->must_filter ? FLESH_OK : status;
+  self->iterations.must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
+  return self->iterations.must_filter ? FLESH_OK : status;
 }
 
 /* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
  * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
 static int converges_by_step(flesh_newton *self, const flesh_step *step)
 {
-  if (!(self->given_target > 0 && self->node_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
-  const double inertia = self->node_mass * self->equations.stage.shift.a;
+  if (!(self->goal.target > 0 && self->goal.node_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
+  const double inertia = self->goal.node_mass * self->equations.stage.shift.a;
   return fmax(inertia * flesh_equations_norm(&self->equations, step->p), self->direction.residual) <= self->policy.target;
 }
 
@@ -353,7 +353,7 @@ static int runs_away(flesh_newton *self)
   flesh_team_largest(equations->team, 1, &prescribed);
   return flesh_largest(self->threads, equations->n, self->u) > runaway / 2 * prescribed &&
          is_overstretched(equations, flesh_equations_point(equations, self->u).x) &&
-         !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->first_load;
+         !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->iterations.first_load;
 }
 
 /* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
@@ -362,27 +362,28 @@ static const double beneath_round_off = 1e-6;
 
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)
 {
+  flesh_newton_iterations *known = &self->iterations;
   self->direction.iterations = 0;
-  if (flesh_newton_asked_to_stop(self)) return self->stopped;
-  self->ran_away = runs_away(self);
-  if (self->search.stalls || self->ran_away) return FLESH_NOT_CONVERGED;
+  if (flesh_newton_asked_to_stop(self)) return known->stopped;
+  known->ran_away = runs_away(self);
+  if (self->search.stalls || known->ran_away) return FLESH_NOT_CONVERGED;
   const double norm = flesh_equations_norm(&self->equations, b);
-  const int converged = self->converged_by_step;
+  const int converged = known->converged_by_step;
   const int at_round_off =
-      !converged && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || self->moved_nothing);
+      !converged && (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) || known->moved_nothing);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
   if (converged || (at_round_off && !flesh_search_makes_progress(&self->search, self->u))) {
-    self->at_round_off |= !converged;
+    known->at_round_off |= !converged;
     memset(p, 0, (size_t)self->equations.n * sizeof *p);
     return FLESH_OK;
   }
   if (at_round_off) tolerance = fmin(tolerance, beneath_round_off * norm);
-  self->weights = weights;
+  known->weights = weights;
   iteration it = {.step = {.u = self->u, .b = b, .p = p}, .tolerance = tolerance,
                   .guarded = flesh_equations_are_guarded(&self->equations),
-                  .may_filter = filters_where_indefinite(self) && !self->must_filter};
-  const int status = run(self, self->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
-  self->converged_by_step = !status && converges_by_step(self, &it.step);
-  self->moved_nothing = !status && it.guarded && moves_nothing(self, &it.step);
+                  .may_filter = filters_where_indefinite(self) && !known->must_filter};
+  const int status = run(self, known->must_filter ? assemble_and_factor(self, &it, choose_filter(self)) : FLESH_OK, &it);
+  known->converged_by_step = !status && converges_by_step(self, &it.step);
+  known->moved_nothing = !status && it.guarded && moves_nothing(self, &it.step);
   return status;
 }

@@ -42,39 +42,53 @@ typedef struct flesh_tangent {
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
 } flesh_tangent;
 
+/* What stages are solved to. The owner sets it between stages. */
+typedef struct flesh_newton_goal {
+  double target;    /* N, of the residual; 0: what the options make of it */
+  double of_first;  /* the residual falls at least to this share of the first one, where a target is given, */
+  double of_load;   /* and, where there is a load, of the larger one of it and of the first residual */
+  double node_mass; /* kg of a node: a step whose inertia is at most the target ends a solve; 0: none does */
+} flesh_newton_goal;
+
+/* What the iterations of one stage leave for the next ones: begins anew with each stage. */
+typedef struct flesh_newton_iterations {
+  const double *began;   /* the guess that the stage began at, to be told from others; NULL: u = 0 */
+  double first_load;     /* N, norm of the loads where the stage began; NaN: not known */
+  const double *weights; /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
+  int must_filter;       /* K turned out indefinite in its factorisation */
+  int follow_curvature;  /* the next direction follows negative curvature, where there is one */
+  int secant_matrices;   /* so many matrices to come have friction's secants, as a step had to be cut */
+  double model_ratio;    /* actual over predicted decrease of the last filtered step; NaN: not known */
+  flesh_watchdog watchdog;
+  int moved_nothing;     /* the last step was cut, and would have moved nothing by a digit if it had not */
+  int at_round_off;      /* a step was 0, because the residual is at round-off */
+  int converged_by_step; /* the last step was so short that no other one is needed */
+  int ran_away;          /* loads that grow with the shape stretched an equilibrium without bound */
+  int stopped;           /* what `stop` returned; FLESH_OK: go on */
+} flesh_newton_iterations;
+
 typedef struct flesh_newton {
+  /* Made once. */
   flesh_solver_options options;
-  flesh_solve_stats stats;         /* where all parts count */
   flesh_threads *threads;
+  flesh_stage_solver solver; /* of the systems of few nodes; none: no nonlinear elimination */
+  flesh_reserve *reserve;    /* memory of these systems; NULL: there are none */
+  /* Set by the owner. */
+  flesh_stop stop;
+  flesh_newton_goal goal;
+  /* Of a stage. */
+  flesh_newton_iterations iterations;
+  flesh_search search;
+  /* Lasts from stage to stage; flesh_newton_forget drops it. */
+  flesh_solve_stats stats; /* where all parts count */
   flesh_equations equations;
   flesh_direction direction;
   flesh_volume_arc arc;
-  flesh_search search;
-  flesh_watchdog watchdog;
   flesh_matrix_policy policy;
-  double edge_force;               /* N, of the softest edge (system/edge_force.h); NaN: not known yet */
   flesh_tangent tangent;
-  flesh_stage_solver solver;       /* of the systems of few nodes; none: no nonlinear elimination */
-  flesh_reserve *reserve;          /* memory of these systems; NULL: there are none */
-  double *u;                       /* [n] the iterate of K */
-  const double *weights;           /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
-  int follow_curvature;            /* the next direction follows negative curvature, where there is one */
-  int negative_curvature;          /* the last direction went along it */
-  int secant_matrices;             /* so many matrices to come have friction's secants, as a step had to be cut */
-  int must_filter;                 /* K turned out indefinite in its factorisation */
-  double model_ratio;              /* actual over predicted decrease of the last filtered step; NaN: not known */
-  int moved_nothing;               /* the last step was cut, and would have moved nothing by a digit if it had not */
-  int at_round_off;                /* the last step was 0, because the residual is at round-off */
-  int converged_by_step;           /* the last step was so short that no other one is needed */
-  double first_load;               /* N, norm of the loads where the stage began; NaN: not known */
-  int ran_away;                    /* loads that grow with the shape stretched an equilibrium without bound */
-  flesh_stop stop;
-  double given_target;             /* N; of the residual, 0: what the options make of it */
-  double target_of_first;          /* the residual falls at least to this share of the first one, where a target is given, */
-  double target_of_load;           /* and, where there is a load, of the larger one of it and of the first residual */
-  double node_mass;                /* kg of a node: a step whose inertia is at most the target ends a solve; 0: none does */
-  const double *began;             /* the guess that the stage began at, to be told from others; NULL: u = 0 */
-  int stopped;                     /* what `stop` returned in this stage; FLESH_OK: go on */
+  double edge_force;       /* N, of the softest edge (system/edge_force.h); NaN: not known yet */
+  double *u;               /* [n] the iterate of K */
+  int negative_curvature;  /* the last direction went along it */
 } flesh_newton;
 
 /* FLESH_ERR_ARGUMENT where the system is shared out among ranks, and they cannot solve it so yet. */

@@ -46,15 +46,15 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
   /* Guesses are better than the gaps before where errors choose the steps. */
-  if (!(newton->given_target > 0)) flesh_equations_keep_gaps(equations, trial);
+  if (!(newton->goal.target > 0)) flesh_equations_keep_gaps(equations, trial);
   /* Between bodies the way costs more than the potential, once the first guess has had pairs searched for. */
-  const int last = equations->evaluation.proximity.near && newton->began;
+  const int last = equations->evaluation.proximity.near && newton->iterations.began;
   if (!last && !flesh_equations_is_feasible(equations, trial, clear_way)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
   if (last && !flesh_equations_is_feasible(equations, trial, clear_way)) return;
   *value = guessed;
   flesh_copy(newton->threads, equations->n, trial, u);
-  newton->began = guess;
+  newton->iterations.began = guess;
 }
 
 double flesh_equations_norm(flesh_equations *self, const double *r)
@@ -69,16 +69,16 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
                  flesh_solve_stats *stats)
 {
   flesh_equations *equations = &newton->equations;
-  if (newton->stopped) return newton->stopped;
+  if (newton->iterations.stopped) return newton->iterations.stopped;
   if (equations->fatal) return equations->fatal;
   if (end == FLESH_ITERATION_UNDEFINED) return equations->refused ? equations->refused : FLESH_NOT_CONVERGED;
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
   if (status) return status;
   const double norm = flesh_equations_norm(equations, equations->evaluation.residual.r);
   stats->residual_last = norm;
-  if (norm <= target || newton->converged_by_step) return FLESH_OK;
+  if (norm <= target || newton->iterations.converged_by_step) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
-  if (newton->at_round_off ||
+  if (newton->iterations.at_round_off ||
       (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_makes_progress(&newton->search, u))) {
     stats->at_rounding++;
     return FLESH_OK;
@@ -129,7 +129,7 @@ static int freeze(flesh_stage_solve *self)
   enum { REPETITIONS = 60 };
   flesh_newton *newton = self->newton;
   const int unsolved = self->stats->at_rounding + self->stats->unconverged;
-  const int arrived = newton->converged_by_step;
+  const int arrived = newton->iterations.converged_by_step;
   double norm, *r = newton->equations.evaluation.residual.r, *change = newton->equations.work[0];
   if (self->frozen && (newton->stats.newton <= self->newtons + arrived || unsolved > self->unsolved)) return 0;
   if (self->frozen++ == REPETITIONS) self->status = FLESH_NOT_CONVERGED;
@@ -142,8 +142,8 @@ static int freeze(flesh_stage_solve *self)
   if (self->status) return 0;
   self->stats->residual_last = norm;
   for (int d = 0; d < newton->equations.n && arrived; d++) change[d] -= r[d];
-  newton->converged_by_step = arrived && flesh_equations_norm(&newton->equations, change) <= self->last_target;
-  return norm > self->last_target && !newton->converged_by_step && aim(self, norm);
+  newton->iterations.converged_by_step = arrived && flesh_equations_norm(&newton->equations, change) <= self->last_target;
+  return norm > self->last_target && !newton->iterations.converged_by_step && aim(self, norm);
 }
 
 /* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
@@ -227,8 +227,8 @@ static int sharpen(flesh_stage_solve *self)
 {
   flesh_newton *newton = self->newton;
   const double norm = self->stats->residual_last;
-  if (self->status || norm > self->last_target || newton->converged_by_step) return 0; /* failed, or solved */
-  if (newton->given_target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
+  if (self->status || norm > self->last_target || newton->iterations.converged_by_step) return 0; /* failed, or solved */
+  if (newton->goal.target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
   /* An equilibrium of softened materials is on the way to another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
   self->status = lower_target(self, norm);
@@ -241,7 +241,7 @@ static int sharpen(flesh_stage_solve *self)
 int flesh_stage_continue(flesh_stage_solve *self, int status, flesh_iteration_end end)
 {
   flesh_newton *newton = self->newton;
-  self->status = status && !newton->stopped ? status : judge(newton, end, self->u, self->target, self->stats);
+  self->status = status && !newton->iterations.stopped ? status : judge(newton, end, self->u, self->target, self->stats);
   if (self->status) return 0;
   return (self->freezes && freeze(self)) || sharpen(self);
 }
@@ -249,9 +249,9 @@ int flesh_stage_continue(flesh_stage_solve *self, int status, flesh_iteration_en
 /* Target of a solve with that first residual and load. */
 static double first_target(const flesh_newton *newton, double first, double load)
 {
-  const double given = newton->given_target;
+  const double given = newton->goal.target;
   if (!(given > 0)) return tolerance_of(newton) * fmax(first, load);
-  return fmin(fmin(given, newton->target_of_first * first), load > 0 ? newton->target_of_load * fmax(first, load) : INFINITY);
+  return fmin(fmin(given, newton->goal.of_first * first), load > 0 ? newton->goal.of_load * fmax(first, load) : INFINITY);
 }
 
 /* So many targets are a residual from which no iterations start that u = 0 would spare. */
@@ -261,8 +261,8 @@ static const double near_enough = 1e3;
 static int is_near(flesh_newton *newton, const double *u)
 {
   double *r = newton->equations.evaluation.residual.r;
-  return newton->began && !flesh_equations_residual(&newton->equations, u, r) &&
-         flesh_equations_norm(&newton->equations, r) <= near_enough * newton->given_target;
+  return newton->iterations.began && !flesh_equations_residual(&newton->equations, u, r) &&
+         flesh_equations_norm(&newton->equations, r) <= near_enough * newton->goal.target;
 }
 
 /* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps, a guess is seldom worse than
@@ -270,18 +270,17 @@ static int is_near(flesh_newton *newton, const double *u)
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
-  const int guessed = guesses && *guesses, trusts = guessed && newton->given_target > 0 && newton->node_mass > 0;
+  const int guessed = guesses && *guesses, trusts = guessed && newton->goal.target > 0 && newton->goal.node_mass > 0;
   double value = INFINITY, size;
-  newton->began = NULL;
   flesh_equations_start(equations, u);
   if (trusts) try_guess(newton, *guesses, &value, u);
   const int alone = trusts && (easy || is_near(newton, u));
-  if (trusts && !alone) flesh_equations_start(equations, u), newton->began = NULL;
+  if (trusts && !alone) flesh_equations_start(equations, u), newton->iterations.began = NULL;
   int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
   if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
   if (alone) guesses++; /* it was tried */
   for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
-  if (newton->began) status = FLESH_OK;
+  if (newton->iterations.began) status = FLESH_OK;
   else if (alone) status = push_out(equations, u);
   if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
   return status;
@@ -302,7 +301,7 @@ int flesh_stage_begin(flesh_newton *newton, const flesh_stage *stage, const doub
   if (!status) status = evaluate(newton, u, &self->first);
   double load = 0;
   if (!status) status = flesh_equations_load_norm(equations, u, &load);
-  newton->first_load = load;
+  newton->iterations.first_load = load;
   if (equations->fatal) status = equations->fatal;
   self->status = status;
   self->begun = !status;

@@ -101,7 +101,7 @@ int flesh_newton_solve_tangent(flesh_newton *self, double *b, double tolerance, 
   }
   flesh_direction_request request = {.tolerance = tolerance * norm, .max_iterations = most_iterations(self, tolerance),
                                      .stop = flesh_newton_asked_to_stop, .stop_data = self};
-  int status = flesh_newton_asked_to_stop(self) ? self->stopped : FLESH_NOT_POSITIVE;
+  int status = flesh_newton_asked_to_stop(self) ? self->iterations.stopped : FLESH_NOT_POSITIVE;
   if (status == FLESH_NOT_POSITIVE && !self->tangent.has_pivots)
     status = flesh_direction_solve(&self->direction, &request, b, p, &kind);
   if (status == FLESH_NOT_CONVERGED && self->tangent.kept && !(status = flesh_matrix_policy_refresh(&self->policy))) {

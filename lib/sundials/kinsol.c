@@ -152,13 +152,6 @@ void flesh_nonlinear_set_weights(flesh_nonlinear *self, const double *weights)
   equations->weights = weights ? own : NULL;
 }
 
-void flesh_nonlinear_set_depth(flesh_nonlinear *self, double of_first, double of_load, double of_node)
-{
-  self->newton->target_of_first = of_first;
-  self->newton->target_of_load = of_load;
-  self->newton->node_mass = of_node;
-}
-
 /* Translates KINSOL's return. */
 static int end_of(int flag, flesh_iteration_end *end)
 {

@@ -41,10 +41,6 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
                           int extensions, flesh_solve_stats *stats);
 /* From now on norms of residuals are by these weights [3*n], which are copied; NULL: by ones. */
 void flesh_nonlinear_set_weights(flesh_nonlinear *nonlinear, const double *weights);
-/* Solves to a given target (newton->given_target) go at least as deep as to these shares of their first residual and,
- * where there is a load, of the larger one of both: 1 and INFINITY unless they are set. They end with a step of which the inertia is such a residual, if a
- * node has the mass `of_node`, kg; 0: none does. */
-void flesh_nonlinear_set_depth(flesh_nonlinear *nonlinear, double of_first, double of_load, double of_node);
 /* FLESH_OK when every energy has a value at x, v [3*n] and t: they are in energies [effects], J. */
 int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v, double *energies,
                             flesh_solve_stats *stats);

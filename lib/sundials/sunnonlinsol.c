@@ -247,11 +247,11 @@ static int solve_stage(content *self, const equation *e, double target)
   const double *guesses[3];
   const flesh_stage stage = make_stage(self, e);
   make_guesses(self, e, guesses);
-  self->nonlinear->newton->given_target = target;
+  self->nonlinear->newton->goal.target = target;
   if (fabs(e->g - self->g) < 1e-10 * e->g) self->nonlinear->newton->policy.stage_continues = 1;
   self->g = e->g;
   const int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
-  self->nonlinear->newton->given_target = 0;
+  self->nonlinear->newton->goal.target = 0;
   self->iterations = stats->newton - before;
   self->motion->refused = status;
   if (status > 0) /* for whoever tells of it */
@@ -367,7 +367,7 @@ static int create(flesh_ida_problem *motion, SUNContext context, content **made,
     if (empty) SUNNonlinSolFreeEmpty(empty);
     return status;
   }
-  flesh_nonlinear_set_depth(self->nonlinear, depth, INFINITY, 0);
+  self->nonlinear->newton->goal = (flesh_newton_goal){.of_first = depth, .of_load = INFINITY};
   empty->content = self;
   empty->ops->gettype = solver_type;
   empty->ops->solve = solve;

@@ -134,8 +134,8 @@ static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_so
   const flesh_shift shift = shift_of(ahead);
   ahead->balances = is_off(ahead, room, state, stats);
   flesh_error_control_set_target(ahead->control, &shift);
-  ahead->target = nonlinear->newton->given_target;
-  nonlinear->newton->given_target = 0;
+  ahead->target = nonlinear->newton->goal.target;
+  nonlinear->newton->goal.target = 0;
   flesh_nonlinear_set_weights(nonlinear, NULL);
 }
 
@@ -145,9 +145,9 @@ static int balance(const flesh_ahead *ahead, flesh_state *state, flesh_solve_sta
   flesh_nonlinear *nonlinear = ahead->control->nonlinear;
   const flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1, .shift = shift_of(ahead), .x0 = state->x,
                              .v0 = state->v, .a0 = ahead->between, .t_lag = state->t, .t_from = state->t};
-  nonlinear->newton->given_target = ahead->target;
+  nonlinear->newton->goal.target = ahead->target;
   const int status = flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, stats);
-  nonlinear->newton->given_target = 0;
+  nonlinear->newton->goal.target = 0;
   for (int d = 0; d < ahead->control->n && !status; d++) {
     state->x[d] += nonlinear->u[d];
     state->v[d] += stage.shift.v * nonlinear->u[d];

@@ -202,9 +202,9 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
     stage->x_lag = stage->x_from = self->lag.x, stage->v_lag = self->lag.v;
     stage->t_lag = stage->t_from = stage->t;
     if (!flesh_system_limits_step(self->evaluation->system)) self->nonlinear->newton->policy.stage_continues = 1;
-    self->nonlinear->newton->given_target = target;
+    self->nonlinear->newton->goal.target = target;
     status = flesh_multipliers_solve(&self->multipliers, stage, state, end, guesses, 0, stats);
-    self->nonlinear->newton->given_target = 0;
+    self->nonlinear->newton->goal.target = 0;
     if (!status) status = tell_solved(self, stage);
     if (status || stats->newton == before_solve) return status;
   }
@@ -267,7 +267,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   int led = 0;
   int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, &led, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
-  self->nonlinear->newton->given_target = 0;
+  self->nonlinear->newton->goal.target = 0;
   if (led || status > 0) self->recovery.in_vain = 0;
   if (!status) status = tell_solved(self, stage);
   if (!status)

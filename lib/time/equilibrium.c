@@ -73,9 +73,9 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, double t
     if (status < 0) return status;
     if (status && !self->followers.contracts) return STILL_CHANGES;
     self->row->stage(&self->memory, state, state->t, h, &stage);
-    self->nonlinear->newton->given_target = target;
+    self->nonlinear->newton->goal.target = target;
     status = solve(self, state, &stage, h, 0, 0, stats);
-    self->nonlinear->newton->given_target = 0;
+    self->nonlinear->newton->goal.target = 0;
     if (status || stats->newton == before) return status;
     const double *u = self->nonlinear->u;
     const double change = flesh_norm(self->evaluation->threads, self->evaluation->n, u);
@@ -138,13 +138,13 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
 static int finest(const flesh_integrator *self)
 {
   const int most = self->recovery.max_cutbacks;
-  return self->nonlinear->newton->ran_away && most > 5 ? 5 : most;
+  return self->nonlinear->newton->iterations.ran_away && most > 5 ? 5 : most;
 }
 
 /* Ends increments of `loads` with that status. The last solve has tried `increment`. */
 static int end_increments(const flesh_integrator *self, const char *loads, const flesh_load_increment *increment, int status)
 {
-  if (status <= 0 || !self->nonlinear->newton->ran_away) return status;
+  if (status <= 0 || !self->nonlinear->newton->iterations.ran_away) return status;
   return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the %s would stretch the body without bound, as pressure "
                                      "beyond the largest that it bears does; with %.3g there is one", self->part.span.end,
                     increment->to, loads, increment->from);

@@ -102,7 +102,8 @@ void flesh_error_control_measure(flesh_error_control *self)
   self->nodes = team ? team->all : self->n / 3;
   flesh_part_weights_measure(&self->weights, self->system, self->length, self->period,
                              (double *[]){self->e, self->force, self->filtered});
-  flesh_nonlinear_set_depth(self->nonlinear, 1, of_load * self->options.tolerance, self->mass / self->nodes);
+  self->nonlinear->newton->goal = (flesh_newton_goal){
+      .of_first = 1, .of_load = of_load * self->options.tolerance, .node_mass = self->mass / self->nodes};
 }
 
 int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_system *system,
@@ -201,7 +202,7 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
   const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
   const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);
   if (self->weights.count > 1) flesh_nonlinear_set_weights(self->nonlinear, self->force);
-  self->nonlinear->newton->given_target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
+  self->nonlinear->newton->goal.target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
 }
 
 double flesh_error_control_slip(const flesh_error_control *self) { return fmax(1, self->impulses / self->local); }

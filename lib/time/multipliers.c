@@ -125,7 +125,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
-    nonlinear->newton->given_target = status ? 0 : deeper * stats->residual_target;
+    nonlinear->newton->goal.target = status ? 0 : deeper * stats->residual_target;
     const double gap_before = largest;
     if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
@@ -139,7 +139,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
     stats->multiplier_updates++;
     nonlinear->newton->policy.stage_continues = 1;
   }
-  nonlinear->newton->given_target = 0;
+  nonlinear->newton->goal.target = 0;
   self->left = status || settled ? 0 : largest;
   return status || settled ? status : FLESH_NOT_CONVERGED;
 }

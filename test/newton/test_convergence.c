@@ -203,8 +203,7 @@ static void guesses_that_nearly_touch_are_not_taken(void)
   }
   const flesh_stage stage = {.t = h, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
                              .x0 = x0, .v0 = v0, .a0 = a0};
-  nonlinear->newton->given_target = 1e-3;
-  flesh_nonlinear_set_depth(nonlinear, 1, INFINITY, 1e-3);
+  nonlinear->newton->goal = (flesh_newton_goal){.target = 1e-3, .of_first = 1, .of_load = INFINITY, .node_mass = 1e-3};
   CHECK_OK(flesh_nonlinear_solve(nonlinear, &stage, (const double *[]){guess, NULL}, 0, &stats));
   for (int d = 2; d < b.n; d += 3) lowest = fmin(lowest, x0[d] + nonlinear->u[d] + 0.05);
   printf("# from a residual of %.3g N the block stops %g m above the floor\n", stats.residual_first, lowest);

@@ -269,8 +269,8 @@ static void a_factor_leaves_no_residual(void)
   flesh_direction_kind kind;
   make(&b, quadratic, &options, 1);
   flesh_newton *newton = &b.newton;
-  newton->given_target = newton->policy.target = 1e-3;
-  newton->node_mass = 1;
+  newton->goal.target = newton->policy.target = 1e-3;
+  newton->goal.node_mass = 1;
   CHECK_OK(flesh_newton_matrix(newton, b.u, b.r));
   CHECK_OK(flesh_newton_prepare(newton, 1));
   CHECK(flesh_direction_solve(&newton->direction, &given_up, b.r, b.p, &kind) == FLESH_NOT_CONVERGED);
@@ -279,7 +279,7 @@ static void a_factor_leaves_no_residual(void)
   CHECK_BELOW(test_distance(b.n, b.p, b.u), 1e-12);
   CHECK_BELOW(newton->direction.residual, 1e-12);
   CHECK_OK(iterate(&b));
-  CHECK(newton->stats.direct == 2 && newton->converged_by_step);
+  CHECK(newton->stats.direct == 2 && newton->iterations.converged_by_step);
   discard(&b);
 }
 
@@ -353,7 +353,7 @@ static void no_step_is_made_at_round_off(void)
   bench b;
   make(&b, quadratic, &options, 1e-17);
   CHECK_OK(iterate(&b));
-  CHECK(b.newton.at_round_off && flesh_norm(NULL, b.n, b.p) == 0 && b.newton.stats.newton == 0);
+  CHECK(b.newton.iterations.at_round_off && flesh_norm(NULL, b.n, b.p) == 0 && b.newton.stats.newton == 0);
   discard(&b);
 }
 
@@ -378,9 +378,9 @@ static void no_step_is_made_below_the_last_digit(void)
     make(&b, bump, &options, 1e-10);
     CHECK_OK(iterate(&b));
     CHECK(b.newton.stats.newton == 1 && b.newton.stats.backtracks > 0);
-    CHECK(b.newton.moved_nothing == (k == 0));
+    CHECK(b.newton.iterations.moved_nothing == (k == 0));
     CHECK_OK(iterate(&b));
-    CHECK(b.newton.at_round_off == (k == 0) && b.newton.stats.newton == 1 + k);
+    CHECK(b.newton.iterations.at_round_off == (k == 0) && b.newton.stats.newton == 1 + k);
     discard(&b);
   }
 }
@@ -440,8 +440,8 @@ static void trusted_guesses_are_not_compared(void)
     const double *guesses[] = {b.u, NULL};
     flesh_solve_stats stats = {0};
     flesh_stage_solve solve;
-    b.newton.given_target = cases[k].target;
-    b.newton.node_mass = b.newton.target_of_first = 1;
+    b.newton.goal.target = cases[k].target;
+    b.newton.goal.node_mass = b.newton.goal.of_first = 1;
     b.newton.stats.backtracks = cases[k].cuts;
     flesh_stage_begin(&b.newton, &stage, guesses, b.p, &stats, &solve);
     CHECK_OK(solve.status);

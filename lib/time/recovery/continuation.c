@@ -62,7 +62,7 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   while (guesses[count]) candidates[count] = guesses[count], count++;
   candidates[count] = self->start;
   const int status = flesh_multipliers_solve(self->multipliers, stage, state, end, candidates, 0, stats);
-  const double *began = self->nonlinear->newton->began;
+  const double *began = self->nonlinear->newton->iterations.began;
   /* A solve that began at one of the guesses would only fail again. */
   int known = began == NULL;
   for (int k = 0; guesses[k]; k++) known |= began == guesses[k];
