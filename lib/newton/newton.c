@@ -13,8 +13,8 @@
 #include "system/ranks.h"
 #include "system/velocity_scale.h"
 
-/* After a step that the line search has cut, so many matrices have friction's secant to rest. With one such matrix, jelly
- * on stairs takes 5 % more iterations; with three, as many as with two. */
+/* After a step that the line search has cut, so many matrices have friction's secant to rest. With none, one, two and three
+ * of them, jelly_drop takes 919, 912, 949 and 976 iterations by backward Euler, 2692, 2444, 2489 and 2668 by bdf2. */
 enum { SECANT_MATRICES = 2 };
 
 /* One iteration: from where, and the step as it comes about. */

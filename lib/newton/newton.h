@@ -42,7 +42,7 @@ typedef struct flesh_tangent {
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
 } flesh_tangent;
 
-/* What stages are solved to. The owner sets it between stages. */
+/* Targets of stages. The owner of the iteration sets them between stages. */
 typedef struct flesh_newton_goal {
   double target;    /* N, of the residual; 0: what the options make of it */
   double of_first;  /* the residual falls at least to this share of the first one, where a target is given, */
@@ -50,7 +50,7 @@ typedef struct flesh_newton_goal {
   double node_mass; /* kg of a node: a step whose inertia is at most the target ends a solve; 0: none does */
 } flesh_newton_goal;
 
-/* What the iterations of one stage leave for the next ones: begins anew with each stage. */
+/* State of the iterations of one stage. It begins anew with each stage. */
 typedef struct flesh_newton_iterations {
   const double *began;   /* the guess that the stage began at, to be told from others; NULL: u = 0 */
   double first_load;     /* N, norm of the loads where the stage began; NaN: not known */
@@ -76,7 +76,7 @@ typedef struct flesh_newton {
   /* Set by the owner. */
   flesh_stop stop;
   flesh_newton_goal goal;
-  /* Of a stage. */
+  /* Begins anew with each stage. */
   flesh_newton_iterations iterations;
   flesh_search search;
   /* Lasts from stage to stage; flesh_newton_forget drops it. */
