@@ -130,7 +130,7 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
 static int check_stage(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state)
 {
   if (flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
-  find_stage(self, stage, self->part.x, self->first.rigid);
+  find_stage(self, stage, self->part.x, self->room[1]);
   return tunnelled(self, stage, state, stage->t);
 }
 
@@ -168,7 +168,7 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 {
   static const double little = 0.01;
   const flesh_evaluation *evaluation = self->evaluation;
-  double *own = self->first.rigid, *lagged = self->part.x;
+  double *own = self->room[1], *lagged = self->part.x;
   flesh_point point = flesh_nonlinear_point(self->nonlinear);
   *off = flesh_team_any(evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear));
   if (!*off) return FLESH_OK;
@@ -284,7 +284,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
 /* Tells the error control the forces of contact at the solved stage, whose errors no filtered estimate sees. */
 static int add_contact(flesh_integrator *self, const trial *trial)
 {
-  double *forces = self->first.rigid;
+  double *forces = self->room[1];
   if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
       !flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
     return FLESH_OK;
@@ -317,16 +317,16 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   return status;
 }
 
-/* The end of the step that has been solved, in room of the integrator's. */
+/* The end of the step that has been solved, in part.x and room[1]. */
 static flesh_state end_of(flesh_integrator *self, const trial *trial, const flesh_state *state)
 {
   const double *u = self->nonlinear->u;
   flesh_state end = *state;
   find_end(&(part_end){self, state}, u, self->part.x);
-  trial->row->velocity(&self->memory, state, u, trial->part->h, self->first.rigid);
+  trial->row->velocity(&self->memory, state, u, trial->part->h, self->room[1]);
   end.t = trial->part->end;
   end.x = self->part.x;
-  end.v = self->first.rigid;
+  end.v = self->room[1];
   if (self->second && trial->row == self->row) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
   return end;
@@ -404,7 +404,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   const flesh_solve_stats before_solve = *stats;
   flesh_stage stage = {.t = state->t};
   flesh_step_energy energy = {.watch = &self->watch, .nonlinear = self->nonlinear, .stage = &stage,
-                              .scratch = {self->part.x, self->first.extrapolated}, .second = second,
+                              .scratch = {self->part.x, self->room[0]}, .second = second,
                               .from = trial.from, .to = trial.to, .energies = self->part.energies};
   self->part.blocked = 0;
   self->evaluation->environment.within_step = part->end < piece->end;

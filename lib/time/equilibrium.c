@@ -43,7 +43,7 @@ static int is_far(flesh_integrator *self, const flesh_state *state, const double
  * leaves it. A tape differentiates solves of which each follows from the last alone. */
 static int improve(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
 {
-  double *x = self->first.extrapolated;
+  double *x = self->room[0];
   const size_t bytes = (size_t)self->evaluation->n * sizeof *x;
   if (self->tape || !is_far(self, state, state->x)) return FLESH_OK;
   memcpy(x, state->x, bytes);
@@ -110,7 +110,7 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
 {
   const flesh_rigid_parts *parts = &self->first.parts;
   const double *u = self->nonlinear->u;
-  double *reached = self->first.extrapolated;
+  double *reached = self->room[0];
   const int *dofs;
   int count;
   const flesh_system *system = self->evaluation->system;

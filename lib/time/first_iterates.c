@@ -6,11 +6,10 @@
  * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
 static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
 {
-  double *const room[2] = {self->first.extrapolated, self->first.rigid};
   int count = 0;
   if (self->memory.at > 0 || self->memory.before < 0) self->nonlinear->newton->policy.stage_continues = 1;
   for (int which = 1; which >= 0; which--)
-    if (self->row->guess(&self->memory, stage, h, which, room[which])) guesses[count++] = room[which];
+    if (self->row->guess(&self->memory, stage, h, which, self->room[which])) guesses[count++] = self->room[which];
   guesses[count] = NULL;
 }
 
@@ -27,14 +26,14 @@ void flesh_integrator_guess(flesh_integrator *self, const flesh_method_row *row,
   const int holds = flesh_team_any(evaluation->team, flesh_system_holds(evaluation->system, stage->t));
   int count = 0;
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_EXTRAPOLATION) &&
-      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, first->extrapolated)) {
+      flesh_extrapolation_guess(&first->extrapolation, evaluation->serial, state->t, h, self->room[0])) {
     self->nonlinear->newton->policy.stage_continues = 1;
-    guesses[count++] = first->extrapolated;
+    guesses[count++] = self->room[0];
   }
   uint8_t *constrained = first->parts.constrained; /* of several parts */
   if (holds && constrained) flesh_system_fixed(evaluation->system, stage->t, constrained);
   if (flesh_uses(&self->options, FLESH_TECHNIQUE_RIGID_GUESS) && !(holds && !constrained) &&
-      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, first->rigid))
-    guesses[count++] = first->rigid;
+      flesh_rigid_guess(&first->parts, holds ? constrained : NULL, state, h, nearest, self->room[1]))
+    guesses[count++] = self->room[1];
   guesses[count] = NULL;
 }

@@ -79,7 +79,7 @@ static int create_memory(flesh_integrator *self)
   const size_t effects = (size_t)flesh_system_effect_count(system) + 1;
   flesh_first_iterates *first = &self->first;
   flesh_method_memory *memory = &self->memory;
-  double **vectors[] = {&memory->v0, &memory->a0, &self->part.x, &first->extrapolated, &first->rigid};
+  double **vectors[] = {&memory->v0, &memory->a0, &self->part.x, &self->room[0], &self->room[1]};
   memory->n = self->evaluation->n;
   flesh_method_options_default(&memory->options);
   self->costs.effects = calloc(effects, sizeof *self->costs.effects);

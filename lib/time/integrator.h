@@ -28,7 +28,6 @@
 typedef struct flesh_first_iterates {
   flesh_extrapolation extrapolation; /* of stages, which IDA has none of */
   flesh_rigid_parts parts;
-  double *extrapolated, *rigid; /* [n] displacements over a step */
 } flesh_first_iterates;
 
 /* Solves of a stage with what is lagged as the last one has left it. */
@@ -51,7 +50,9 @@ typedef struct flesh_part_tried {
   int softer;              /* its stages go through softer materials */
   int blocked;             /* an obstacle bars its end, though not its stage */
   double gap;              /* of constraints, that a step may leave whose error is not judged; 0: that of the options */
-  double *x;               /* [n] the end that a stage leads to; where a static solve with increments began */
+  /* [n] Where a static solve with increments began; where a solve of softer materials has ended, until that of the true ones
+   * ends. Else room, as `room` below: mostly for the end that a solved stage leads to. */
+  double *x;
   double *energies;        /* [effects] at the end of a step that is not its stage, J */
   double *energies_before; /* [effects] where the step began, J */
 } flesh_part_tried;
@@ -68,6 +69,8 @@ struct flesh_integrator {
   flesh_continuation continuation;
   flesh_prescribed prescribed; /* order > 1 */
   flesh_first_iterates first;
+  /* [n] The first iterates of a stage, until its solve ends. Else room: whoever fills it is done with it on return. */
+  double *room[2];
   flesh_lag lag;
   flesh_followers followers; /* of equilibria */
   flesh_last_stage last_stage;

@@ -112,7 +112,7 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
   stage.t_lag = stage.t_from = state->t;
   stage.internal = state->internal;
   /* Bodies in free flight are solved by it: from 0, a residual of their momentum over h would be left in the acceleration. */
-  double *flight = self->first.extrapolated;
+  double *flight = self->room[0];
   const double *const guesses[] = {memory->at ? flight : NULL, NULL};
   for (int d = 0; d < memory->n; d++) flight[d] = h * state->v[d];
   int status = flesh_multipliers_solve(&self->multipliers, &stage, state, NULL, guesses, 0, stats);
@@ -168,7 +168,7 @@ static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_pi
     flesh_error_control_start(&self->control, state, self->row->acceleration ? self->memory.vectors[0] : NULL);
   if (!self->row->acceleration) return FLESH_OK;
   return flesh_step_energy_begin(&self->watch, &self->prescribed, state, piece->begin, h, self->memory.vectors[0],
-                                 self->first.extrapolated);
+                                 self->room[0]);
 }
 
 /* Whether backward Euler takes the part of which the method's own try has failed. A stage within the step balances what
