@@ -120,14 +120,14 @@ void flesh_team_update_ghosts_of(const flesh_team *team, int width, double *valu
   if (team) team->operations->update_ghosts(team->data, &(flesh_team_vector){width, width, NULL, values, 0});
 }
 
-void flesh_team_update_reached(const flesh_team *team, int width, double *values)
+void flesh_team_update_overlap(const flesh_team *team, int width, double *values)
 {
   if (team) team->operations->update_ghosts(team->data, &(flesh_team_vector){width, width, NULL, values, 1});
 }
 
-static void sum_at(const flesh_team *team, int reached, int width, double *values)
+static void sum_at(const flesh_team *team, int overlap, int width, double *values)
 {
-  const flesh_team_vector vector = {width, width, NULL, values, reached};
+  const flesh_team_vector vector = {width, width, NULL, values, overlap};
   if (!team) return;
   team->operations->add_ghosts(team->data, &vector);
   team->operations->update_ghosts(team->data, &vector);
@@ -135,11 +135,11 @@ static void sum_at(const flesh_team *team, int reached, int width, double *value
 
 void flesh_team_sum_nodes(const flesh_team *team, int width, double *values) { sum_at(team, 0, width, values); }
 
-void flesh_team_sum_reached(const flesh_team *team, int width, double *values) { sum_at(team, 1, width, values); }
+void flesh_team_sum_overlap(const flesh_team *team, int width, double *values) { sum_at(team, 1, width, values); }
 
 void flesh_exchange_begin(const flesh_team *team, const flesh_exchange *exchange)
 {
-  team->operations->exchange_begin(team->data, team->reach.count, team->reach.ranks, exchange);
+  team->operations->exchange_begin(team->data, team->neighbours.count, team->neighbours.ranks, exchange);
 }
 
 void flesh_exchange_end(const flesh_team *team) { team->operations->exchange_end(team->data); }
@@ -152,7 +152,7 @@ void flesh_exchange_now(const flesh_team *team, const flesh_exchange *exchange)
 
 void flesh_exchange_counts(const flesh_team *team, const int *first_sent, double *counts, int *first_received)
 {
-  const int ranks = team->reach.count;
+  const int ranks = team->neighbours.count;
   for (int r = 0; r < ranks; r++) counts[r] = first_sent[r + 1] - first_sent[r];
   flesh_exchange_now(team, &(flesh_exchange){1, NULL, NULL, counts, counts + ranks});
   first_received[0] = 0;

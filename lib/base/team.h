@@ -17,7 +17,7 @@ typedef struct flesh_team_vector {
   int width, stride;
   const int *place;
   double *values;
-  int reached; /* 1: of all nodes that the rank reaches; 0: of those that its tets have */
+  int overlap; /* 1: of all nodes in the rank's overlap; 0: of those that its tets have */
 } flesh_team_vector;
 
 /* Numbers for other ranks, one rank after the other, and room for those that they send: `width` of each entry. Either
@@ -29,14 +29,14 @@ typedef struct flesh_exchange {
   double *received;
 } flesh_exchange;
 
-/* Nodes that other ranks reach and this one has, and the other way round, one rank after the other. Both ranks have the
- * nodes between them in the same order. */
-typedef struct flesh_team_reach {
+/* The ranks whose overlaps have nodes of this one, or it of theirs. Both ranks have the nodes between them in the same
+ * order. */
+typedef struct flesh_team_neighbours {
   int count, before; /* other ranks, and those of them whose numbers are lower than this one's */
   const int *ranks;  /* rising */
   const int *first_given, *given; /* [count+1]; nodes of this rank's */
-  const int *first_taken, *taken; /* [count+1]; nodes that this rank reaches */
-} flesh_team_reach;
+  const int *first_taken, *taken; /* [count+1]; nodes of theirs in this rank's overlap */
+} flesh_team_neighbours;
 
 struct flesh_team;
 
@@ -64,11 +64,11 @@ typedef struct flesh_team_operations {
 typedef struct flesh_team {
   int rank, ranks; /* which it is, of how many */
   int nodes, own; /* of this rank; those from `own` on are ghosts */
-  int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
+  int overlap;    /* nodes of its preconditioner: those, then a layer beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */
-  flesh_team_reach reach; /* none where `narrows` */
+  flesh_team_neighbours neighbours; /* none where `narrows` */
   int narrows; /* 1: some ghosts are of effects that see the whole surface: solvers take a narrow team */
-  const uint8_t *left_out; /* [reached] of a narrow team 1: a ghost that nothing is exchanged of; of others NULL */
+  const uint8_t *left_out; /* [overlap] of a narrow team 1: a ghost that nothing is exchanged of; of others NULL */
   const int *tets, *numbers; /* of this rank's tets, and of its nodes, the numbers in the body */
   const void *comm; /* the ranks' MPI_Comm, for solvers that have messages of their own; NULL without MPI */
   const void *data;
@@ -109,13 +109,13 @@ void flesh_team_update_ghosts(const flesh_team *team, double *vector);
 void flesh_team_add_ghosts(const flesh_team *team, double *vector);
 /* Ghosts take `width` numbers each from their owners. */
 void flesh_team_update_ghosts_of(const flesh_team *team, int width, double *values);
-/* Nodes that the rank reaches take `width` numbers each from their owners. */
-void flesh_team_update_reached(const flesh_team *team, int width, double *values);
-/* Each of `width` numbers a node becomes its sum over the ranks that have the node, or that reach it, with the same bits on
- * all of them. */
+/* Nodes of the rank's overlap take `width` numbers each from their owners. */
+void flesh_team_update_overlap(const flesh_team *team, int width, double *values);
+/* Each of `width` numbers a node becomes its sum over the ranks that have the node, or whose overlap does, with the same bits
+ * on all of them. */
 void flesh_team_sum_nodes(const flesh_team *team, int width, double *values);
-void flesh_team_sum_reached(const flesh_team *team, int width, double *values);
-/* Exchanges with the ranks that `reach` has, in its order; `team` is not NULL. Between the two nothing else is exchanged
+void flesh_team_sum_overlap(const flesh_team *team, int width, double *values);
+/* Exchanges with the neighbours, in their order; `team` is not NULL. Between the two nothing else is exchanged
  * or added up. */
 void flesh_exchange_begin(const flesh_team *team, const flesh_exchange *exchange);
 void flesh_exchange_end(const flesh_team *team);

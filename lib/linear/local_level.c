@@ -1,4 +1,4 @@
-/* local_level.c: a coarse level over what a rank reaches: places and constraints come from the nodes' owners. */
+/* local_level.c: a coarse level over a rank's overlap: places and constraints come from the nodes' owners. */
 #include "linear/local_level.h"
 
 #include <string.h>
@@ -9,9 +9,9 @@
 int flesh_local_level_create(const flesh_overlap *overlap, int vertices, const flesh_bisection *bisection,
                              flesh_threads *threads, flesh_local_level *self)
 {
-  *self = (flesh_local_level){.fixed = flesh_malloc(3 * (size_t)overlap->team->reached + 1)};
+  *self = (flesh_local_level){.fixed = flesh_malloc(3 * (size_t)overlap->team->overlap + 1)};
   if (!self->fixed)
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", overlap->team->reached);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space of %d nodes", overlap->team->overlap);
   return flesh_coarse_create(&overlap->matrix, overlap->vector, vertices, bisection, threads, NULL, &self->coarse);
 }
 
@@ -28,8 +28,8 @@ void flesh_local_level_setup(flesh_local_level *self, const flesh_overlap *overl
   if (!self->coarse) return;
   double *x = overlap->vector;
   for (int d = 0; d < 3 * rows; d++) x[d] = fixed && fixed[d];
-  flesh_overlap_update_reached(overlap);
-  for (int d = 0; d < 3 * overlap->team->reached; d++) self->fixed[d] = x[d] > 0;
+  flesh_overlap_update_vector(overlap);
+  for (int d = 0; d < 3 * overlap->team->overlap; d++) self->fixed[d] = x[d] > 0;
   self->serves = flesh_coarse_setup(self->coarse, all, scale, self->fixed) == FLESH_OK;
 }
 

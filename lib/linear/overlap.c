@@ -1,4 +1,4 @@
-/* overlap.c: the pattern of what a rank reaches, and the exchange of blocks. */
+/* overlap.c: the pattern of the overlap's matrix, and the exchange of blocks. */
 #include "linear/overlap.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, in
   return flesh_team_narrow(team, status, needed, narrow);
 }
 
-void flesh_overlap_update_reached(const flesh_overlap *self) { flesh_team_update_reached(self->team, 3, self->vector); }
+void flesh_overlap_update_vector(const flesh_overlap *self) { flesh_team_update_overlap(self->team, 3, self->vector); }
 
 /* Blocks of A that other ranks get. */
 typedef struct listing {
@@ -28,12 +28,13 @@ typedef struct listing {
 } listing;
 
 /* `place` [rows] is room. */
-static void list_given(const flesh_block_matrix *A, const flesh_team_reach *reach, int *place, listing *list)
+static void list_given(const flesh_block_matrix *A, const flesh_team_neighbours *neighbours, int *place, listing *list)
 {
   memset(place, -1, (size_t)A->rows * sizeof *place);
   list->count = 0;
-  for (int r = 0; r < reach->count; r++) {
-    const int *nodes = reach->given + reach->first_given[r], count = reach->first_given[r + 1] - reach->first_given[r];
+  for (int r = 0; r < neighbours->count; r++) {
+    const int first = neighbours->first_given[r], count = neighbours->first_given[r + 1] - first;
+    const int *nodes = neighbours->given + first;
     list->first[r] = list->count;
     for (int k = 0; k < count; k++) place[nodes[k]] = k;
     for (int k = 0; k < count; k++)
@@ -48,7 +49,7 @@ static void list_given(const flesh_block_matrix *A, const flesh_team_reach *reac
       }
     for (int k = 0; k < count; k++) place[nodes[k]] = -1;
   }
-  list->first[reach->count] = list->count;
+  list->first[neighbours->count] = list->count;
 }
 
 /* So many numbers for each block of `sent`, and into `received`. */
@@ -58,7 +59,7 @@ static void exchange(const flesh_overlap *self, int width)
                      &(flesh_exchange){width, self->first_given, self->first_taken, self->sent, self->received});
 }
 
-/* A block of what a rank reaches. */
+/* A block of the overlap's matrix. */
 typedef struct entry {
   int row, column;
 } entry;
@@ -66,7 +67,7 @@ typedef struct entry {
 /* The place of a received block; `flipped` if it is to be transposed. */
 static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
 {
-  const int *nodes = self->team->reach.taken + self->team->reach.first_taken[rank];
+  const int *nodes = self->team->neighbours.taken + self->team->neighbours.first_taken[rank];
   const int row = nodes[(int)self->received[2 * block]], column = nodes[(int)self->received[2 * block + 1]];
   *flipped = row > column;
   return *flipped ? (entry){column, row} : (entry){row, column};
@@ -75,7 +76,7 @@ static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipp
 /* The matrix's pattern: A's, and `extra` blocks, which are sorted, that A has not. */
 static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int extra, const entry *entries)
 {
-  const size_t rows = (size_t)self->team->reached, blocks = (size_t)A->row_start[A->rows] + (size_t)extra;
+  const size_t rows = (size_t)self->team->overlap, blocks = (size_t)A->row_start[A->rows] + (size_t)extra;
   int next = 0, count = 0;
   self->row_start = flesh_malloc((rows + 1) * sizeof *self->row_start);
   self->column = flesh_malloc((blocks + 1) * sizeof *self->column);
@@ -102,7 +103,7 @@ static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int ex
 /* Whether this rank has nodes that others have, too, or ghosts without any: the matrix is another one than A. */
 static int has_others(const flesh_overlap *self)
 {
-  return self->team && (self->team->reach.count > 0 || self->team->left_out);
+  return self->team && (self->team->neighbours.count > 0 || self->team->left_out);
 }
 
 /* From the places that were received; A itself where it serves. */
@@ -112,11 +113,11 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
     self->matrix = *A;
     return FLESH_OK;
   }
-  const int taken = self->first_taken[self->team->reach.count];
+  const int taken = self->first_taken[self->team->neighbours.count];
   entry *entries = flesh_malloc(((size_t)taken + 1) * sizeof *entries);
   int extra = 0, kept = 0, flipped;
   if (!entries) return FLESH_ERR_MEMORY;
-  for (int r = 0, k = 0; r < self->team->reach.count; r++)
+  for (int r = 0, k = 0; r < self->team->neighbours.count; r++)
     for (; k < self->first_taken[r + 1]; k++) {
       const entry e = entry_of(self, r, k, &flipped);
       if (e.column >= A->rows || flesh_block_find(A, e.row, e.column) < 0) entries[extra++] = e;
@@ -126,7 +127,7 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
     if (k == 0 || flesh_compare_two_ints(&entries[k], &entries[kept - 1])) entries[kept++] = entries[k];
   const int status = make_pattern(self, A, kept, entries);
   flesh_free(entries);
-  for (int r = 0, k = 0; !status && r < self->team->reach.count; r++)
+  for (int r = 0, k = 0; !status && r < self->team->neighbours.count; r++)
     for (; k < self->first_taken[r + 1]; k++) {
       const entry e = entry_of(self, r, k, &flipped);
       const int at = flesh_block_find(&self->matrix, e.row, e.column);
@@ -145,39 +146,39 @@ static size_t room_for(int blocks, int nodes)
 /* Numbers of all vectors. */
 static size_t vector_room(const flesh_team *team)
 {
-  return 6 * (size_t)team->reached + 6 * (size_t)(team->reached - team->own);
+  return 6 * (size_t)team->overlap + 6 * (size_t)(team->overlap - team->own);
 }
 
 static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int *place)
 {
-  const size_t ranks = (size_t)self->team->reach.count, blocks = has_others(self) ? (size_t)A->row_start[A->rows] : 0;
+  const size_t ranks = (size_t)self->team->neighbours.count, blocks = has_others(self) ? (size_t)A->row_start[A->rows] : 0;
   self->first_given = flesh_calloc(ranks + 1, sizeof *self->first_given);
   self->first_taken = flesh_calloc(ranks + 1, sizeof *self->first_taken);
   self->own_place = flesh_malloc((blocks + 1) * sizeof *self->own_place);
   self->vector = flesh_malloc((vector_room(self->team) + 1) * sizeof *self->vector);
-  self->weight = flesh_malloc(((size_t)self->team->reached + 1) * sizeof *self->weight);
+  self->weight = flesh_malloc(((size_t)self->team->overlap + 1) * sizeof *self->weight);
   if (!place || !self->first_given || !self->first_taken || !self->own_place || !self->vector || !self->weight)
     return FLESH_ERR_MEMORY;
-  self->found = self->vector + 3 * (size_t)self->team->reached;
-  self->r = self->found + 3 * (size_t)self->team->reached;
-  self->s = self->r + 3 * (size_t)(self->team->reached - self->team->own);
+  self->found = self->vector + 3 * (size_t)self->team->overlap;
+  self->r = self->found + 3 * (size_t)self->team->overlap;
+  self->s = self->r + 3 * (size_t)(self->team->overlap - self->team->own);
   listing list = {.first = self->first_given};
-  list_given(A, &self->team->reach, place, &list);
+  list_given(A, &self->team->neighbours, place, &list);
   self->given = flesh_malloc(((size_t)list.count + 1) * sizeof *self->given);
-  self->sent = flesh_malloc(room_for(list.count, self->team->reach.first_taken[ranks]) * sizeof *self->sent);
+  self->sent = flesh_malloc(room_for(list.count, self->team->neighbours.first_taken[ranks]) * sizeof *self->sent);
   if (!self->given || !self->sent) return FLESH_ERR_MEMORY;
   list.blocks = self->given;
   list.places = self->sent;
-  list_given(A, &self->team->reach, place, &list);
+  list_given(A, &self->team->neighbours, place, &list);
   return FLESH_OK;
 }
 
 static int allocate_taken(flesh_overlap *self)
 {
-  const flesh_team_reach *reach = &self->team->reach;
-  const size_t blocks = (size_t)self->first_taken[reach->count];
+  const flesh_team_neighbours *neighbours = &self->team->neighbours;
+  const size_t blocks = (size_t)self->first_taken[neighbours->count];
   self->taken = flesh_malloc((blocks + 1) * sizeof *self->taken);
-  self->received = flesh_malloc(room_for(self->first_taken[reach->count], reach->first_given[reach->count]) *
+  self->received = flesh_malloc(room_for(self->first_taken[neighbours->count], neighbours->first_given[neighbours->count]) *
                                 sizeof *self->received);
   return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
@@ -186,27 +187,27 @@ static int allocate_taken(flesh_overlap *self)
 static int list_shared(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
-  const flesh_team_reach *reach = &team->reach;
-  char *is_shared = flesh_calloc((size_t)team->reached + 1, sizeof *is_shared);
-  for (int k = 0; is_shared && k < reach->first_given[reach->count]; k++) is_shared[reach->given[k]] = 1;
-  for (int k = 0; is_shared && k < reach->first_taken[reach->count]; k++) is_shared[reach->taken[k]] = 1;
-  for (int i = 0; is_shared && i < team->reached; i++) self->shared_count += is_shared[i];
+  const flesh_team_neighbours *neighbours = &team->neighbours;
+  char *is_shared = flesh_calloc((size_t)team->overlap + 1, sizeof *is_shared);
+  for (int k = 0; is_shared && k < neighbours->first_given[neighbours->count]; k++) is_shared[neighbours->given[k]] = 1;
+  for (int k = 0; is_shared && k < neighbours->first_taken[neighbours->count]; k++) is_shared[neighbours->taken[k]] = 1;
+  for (int i = 0; is_shared && i < team->overlap; i++) self->shared_count += is_shared[i];
   self->shared = flesh_malloc(((size_t)self->shared_count + 1) * sizeof *self->shared);
-  for (int i = 0, k = 0; is_shared && self->shared && i < team->reached; i++)
+  for (int i = 0, k = 0; is_shared && self->shared && i < team->overlap; i++)
     if (is_shared[i]) self->shared[k++] = i;
   flesh_free(is_shared);
   return is_shared && self->shared ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Sets the weights from the number of ranks k that reach each node, as k^(-1/4) on either side. Weights 1 would count
+/* Sets the weights from the number of ranks k whose overlaps have each node, as k^(-1/4) on either side. Weights 1 would count
  * corrections twice where two ranks overlap, k^(-1/2) would average them; the middle took fewer iterations than either
  * (lib/parallel/README.md). */
 static void set_weights(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
-  for (int i = 0; i < team->reached; i++) self->vector[i] = 1;
-  flesh_team_sum_reached(team, 1, self->vector);
-  for (int i = 0; i < team->reached; i++) self->weight[i] = (float)pow(self->vector[i], -0.25);
+  for (int i = 0; i < team->overlap; i++) self->vector[i] = 1;
+  flesh_team_sum_overlap(team, 1, self->vector);
+  for (int i = 0; i < team->overlap; i++) self->weight[i] = (float)pow(self->vector[i], -0.25);
 }
 
 int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, const double *x, flesh_overlap *self)
@@ -215,7 +216,7 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, co
   if (!team) return FLESH_OK;
   self->matrix = (flesh_block_matrix){0};
   int *place = flesh_malloc(((size_t)A->rows + 1) * sizeof *place);
-  double *counts = flesh_malloc((2 * (size_t)team->reach.count + 1) * sizeof *counts);
+  double *counts = flesh_malloc((2 * (size_t)team->neighbours.count + 1) * sizeof *counts);
   int status = counts ? list_shared(self) : FLESH_ERR_MEMORY;
   status = flesh_team_agree(team, status ? status : allocate_given(self, A, place));
   if (!status) {
@@ -226,7 +227,7 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, co
   if (!status) {
     exchange(self, 2);
     if (x) memcpy(self->vector, x, 3 * (size_t)A->rows * sizeof *x);
-    if (x) flesh_overlap_update_reached(self);
+    if (x) flesh_overlap_update_vector(self);
     status = make_matrix(self, A);
   }
   flesh_free(place);
@@ -234,9 +235,9 @@ int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, co
   return status ? flesh_fail(status, "no memory for the overlap of %d nodes", A->rows) : FLESH_OK;
 }
 
-int flesh_overlap_set_orders(flesh_overlap *self, const int *nodes, const int *reached)
+int flesh_overlap_set_orders(flesh_overlap *self, const int *nodes, const int *overlap_order)
 {
-  const size_t own = (size_t)self->team->nodes, all = (size_t)self->team->reached;
+  const size_t own = (size_t)self->team->nodes, all = (size_t)self->team->overlap;
   self->there = flesh_malloc((2 * all + 2 * own + 1) * sizeof *self->there);
   if (!self->there) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the overlap of %zu nodes", own);
   self->here = self->there + all;
@@ -244,8 +245,8 @@ int flesh_overlap_set_orders(flesh_overlap *self, const int *nodes, const int *r
   self->from = self->place + own;
   for (size_t p = 0; p < own; p++) self->place[nodes[p]] = (int)p;
   for (size_t p = 0; p < all; p++) {
-    self->there[reached[p]] = (int)p;
-    self->here[p] = (size_t)reached[p] < own ? self->place[reached[p]] : 0;
+    self->there[overlap_order[p]] = (int)p;
+    self->here[p] = (size_t)overlap_order[p] < own ? self->place[overlap_order[p]] : 0;
   }
   for (size_t p = 0; p < own; p++) self->from[p] = self->there[nodes[p]];
   return FLESH_OK;
@@ -272,7 +273,7 @@ static void set_left_out(flesh_overlap *self)
 const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_block_matrix *A)
 {
   if (!has_others(self)) return A;
-  const int ranks = self->team->reach.count;
+  const int ranks = self->team->neighbours.count;
   double *values = self->matrix.values;
   memset(values, 0, 9 * (size_t)self->row_start[self->matrix.rows] * sizeof *values);
   for (int i = 0; i < A->rows; i++)

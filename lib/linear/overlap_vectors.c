@@ -1,13 +1,13 @@
-/* overlap_vectors.c: vectors to those who reach a node, and sums of what ranks have of it. */
+/* overlap_vectors.c: vectors to those whose overlap has a node, and sums of what ranks have of it. */
 #include "linear/overlap_vectors.h"
 
 #include <string.h>
 
-void flesh_overlap_widen(const flesh_overlap *self, const int *reached, float *wide)
+void flesh_overlap_widen(const flesh_overlap *self, const int *overlap_order, float *wide)
 {
-  for (size_t p = 0; p < (size_t)self->team->reached; p++)
+  for (size_t p = 0; p < (size_t)self->team->overlap; p++)
     for (size_t c = 0; c < 3; c++)
-      wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
+      wide[4 * p + c] = self->weight[overlap_order[p]] * (float)self->vector[3 * (size_t)overlap_order[p] + c];
 }
 
 /* Copies the values at the nodes of a rank's tets, by their numbers. */
@@ -20,28 +20,28 @@ static void unwind(const flesh_overlap *self, const int *nodes, const float *fro
 void flesh_overlap_fetch(const flesh_overlap *self, const int *nodes, const float *r)
 {
   unwind(self, nodes, r, self->vector);
-  flesh_overlap_update_reached(self);
+  flesh_overlap_update_vector(self);
 }
 
-void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
+void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *overlap_order,
                             float *wide)
 {
   flesh_overlap_fetch(self, nodes, r);
-  flesh_overlap_widen(self, reached, wide);
+  flesh_overlap_widen(self, overlap_order, wide);
 }
 
 void flesh_overlap_fetch_kept(const flesh_overlap *self, const int *nodes, const float *r, double scale)
 {
   const flesh_team *team = self->team;
   unwind(self, nodes, r, self->vector);
-  for (size_t d = 3 * (size_t)team->own, k = 0; d < 3 * (size_t)team->reached; d++, k++)
+  for (size_t d = 3 * (size_t)team->own, k = 0; d < 3 * (size_t)team->overlap; d++, k++)
     self->vector[d] = scale * self->r[k];
 }
 
 void flesh_overlap_restrict_kept(const flesh_overlap *self, const float *r, double scale, float *wide)
 {
   const int own = self->team->own;
-  for (size_t p = 0; p < (size_t)self->team->reached; p++)
+  for (size_t p = 0; p < (size_t)self->team->overlap; p++)
     memcpy(wide + 4 * p, r + 4 * (size_t)self->here[p], 4 * sizeof *wide);
   for (int k = 0; k < self->shared_count; k++) {
     const int node = self->shared[k];
@@ -52,12 +52,13 @@ void flesh_overlap_restrict_kept(const flesh_overlap *self, const float *r, doub
   }
 }
 
-/* Sends `found` at the nodes that the team's reach has as given, or as taken, to those who have them the other way. */
+/* Sends `found` at the nodes that the neighbours have as given, or as taken, to those who have them the other way. */
 static void send(const flesh_overlap *self, int taken)
 {
-  const flesh_team_reach *reach = &self->team->reach;
-  const int *first[2] = {reach->first_given, reach->first_taken}, *nodes = taken ? reach->taken : reach->given;
-  for (int k = 0; k < first[taken][reach->count]; k++)
+  const flesh_team_neighbours *neighbours = &self->team->neighbours;
+  const int *first[2] = {neighbours->first_given, neighbours->first_taken};
+  const int *nodes = taken ? neighbours->taken : neighbours->given;
+  for (int k = 0; k < first[taken][neighbours->count]; k++)
     memcpy(self->sent + 3 * (size_t)k, self->found + 3 * (size_t)nodes[k], 3 * sizeof *self->found);
   flesh_exchange_begin(self->team, &(flesh_exchange){3, first[taken], first[!taken], self->sent, self->received});
 }
@@ -73,16 +74,16 @@ static void add_received(const flesh_overlap *self, int rank, const int *first, 
 static void add_up(const flesh_overlap *self, int taken)
 {
   const flesh_team *team = self->team;
-  const int *first = taken ? team->reach.first_taken : team->reach.first_given;
-  const int *nodes = taken ? team->reach.taken : team->reach.given;
+  const int *first = taken ? team->neighbours.first_taken : team->neighbours.first_given;
+  const int *nodes = taken ? team->neighbours.taken : team->neighbours.given;
   const size_t bytes = 3 * sizeof *self->vector;
   flesh_exchange_end(team);
   for (int k = 0; k < self->shared_count; k++) memset(self->vector + 3 * (size_t)self->shared[k], 0, bytes);
-  for (int r = 0; r < team->reach.before; r++) add_received(self, r, first, nodes);
+  for (int r = 0; r < team->neighbours.before; r++) add_received(self, r, first, nodes);
   for (int k = 0; k < self->shared_count; k++)
     for (size_t c = 0; c < 3; c++)
       self->vector[3 * (size_t)self->shared[k] + c] += self->found[3 * (size_t)self->shared[k] + c];
-  for (int r = team->reach.before; r < team->reach.count; r++) add_received(self, r, first, nodes);
+  for (int r = team->neighbours.before; r < team->neighbours.count; r++) add_received(self, r, first, nodes);
 }
 
 void flesh_overlap_add_begin(const flesh_overlap *self, const float *wide)
@@ -118,21 +119,21 @@ static void read_node(const flesh_overlap *self, int single, const void *vector,
 void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
 {
   const flesh_team *team = self->team;
-  const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->reached - own;
+  const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->overlap - own;
   for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
   memset(self->vector + own, 0, others * sizeof *self->vector); /* also what is left out */
-  flesh_overlap_update_reached(self);
+  flesh_overlap_update_vector(self);
   memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);
 }
 
 void flesh_overlap_sum(const flesh_overlap *self, const int *nodes, const float *y)
 {
-  const size_t all = 3 * (size_t)self->team->nodes, reached = 3 * (size_t)self->team->reached;
+  const size_t all = 3 * (size_t)self->team->nodes, overlap = 3 * (size_t)self->team->overlap;
   unwind(self, nodes, y, self->found);
-  memset(self->found + all, 0, (reached - all) * sizeof *self->found);
+  memset(self->found + all, 0, (overlap - all) * sizeof *self->found);
   send(self, 0);
-  memcpy(self->vector, self->found, reached * sizeof *self->vector);
+  memcpy(self->vector, self->found, overlap * sizeof *self->vector);
   add_up(self, 1);
 }
 
@@ -165,7 +166,7 @@ void flesh_overlap_collect_end(const flesh_overlap *self, int single, void *y)
 
 void flesh_overlap_advance(const flesh_overlap *self, int single, double alpha, double beta)
 {
-  const size_t own = 3 * (size_t)self->team->own, others = 3 * (size_t)self->team->reached - own;
+  const size_t own = 3 * (size_t)self->team->own, others = 3 * (size_t)self->team->overlap - own;
   for (size_t k = 0; k < others; k++) {
     const double s = self->vector[own + k] + beta * self->s[k];
     self->s[k] = single ? (float)s : s;

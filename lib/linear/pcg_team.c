@@ -10,7 +10,7 @@
  *   in it are relative to residuals of the past, so it is made anew where r has become much smaller than these.
  *
  * u is consistent, so that x and p are. r, A u and s are collected, zero at ghosts. An iteration has two exchanges: what
- * the ranks' factors have found of u, and A u, which goes to all who reach a node, so that r follows there as it does at
+ * the ranks' factors have found of u, and A u, which goes to all whose overlap has a node, so that r follows there as it does at
  * its owner. While the first is on its way, the coarse level is solved; its next load, while the second is.
  *
  * In single precision vectors are those of a scaled system, as on one rank (pcg.c). */
@@ -156,7 +156,7 @@ static double look(iteration *now)
   return sqrt(now->sums[PRODUCTS + RR]);
 }
 
-/* A u, which is partial, to its owners, and to all who reach it; and what the coarse level gets of it. */
+/* A u, which is partial, to its owners, and to all whose overlap has it; and what the coarse level gets of it. */
 static void collect(iteration *now)
 {
   flesh_pcg_work *w = now->work;

@@ -19,7 +19,7 @@ static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *te
   return flesh_levels_for(nodes, flesh_team_total(team, A->row_start[A->rows]), team ? team->ranks : 1);
 }
 
-/* The factor of what a rank reaches, which has an order of its own; `own` nodes to a vertex of the rank's own level, 0:
+/* The factor of the overlap, which has an order of its own; `own` nodes to a vertex of the rank's own level, 0:
  * there is none. `positions` NULL: there is no coarse level at all. */
 static int create_wide(flesh_preconditioner_data *self, const double *positions, double own)
 {
@@ -27,12 +27,12 @@ static int create_wide(flesh_preconditioner_data *self, const double *positions,
   const size_t rows = (size_t)A->rows;
   flesh_bisection bisection = {0};
   int status = flesh_bisection_create(A, self->overlap.team->numbers, &bisection);
-  self->reached = flesh_malloc((rows + 1) * sizeof *self->reached);
+  self->overlap_order = flesh_malloc((rows + 1) * sizeof *self->overlap_order);
   self->wide = flesh_calloc(4 * rows + 1, sizeof *self->wide);
-  if (!status && (!self->reached || !self->wide))
+  if (!status && (!self->overlap_order || !self->wide))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
-  if (!status) memcpy(self->reached, bisection.order, rows * sizeof *self->reached);
-  if (!status) status = flesh_overlap_set_orders(&self->overlap, self->order, self->reached);
+  if (!status) memcpy(self->overlap_order, bisection.order, rows * sizeof *self->overlap_order);
+  if (!status) status = flesh_overlap_set_orders(&self->overlap, self->order, self->overlap_order);
   if (!status) status = flesh_cholesky_create(A, &bisection, !positions, self->threads, &self->cholesky);
   if (!status && positions && own > 0)
     status = flesh_local_level_create(&self->overlap, (int)((double)rows / own), &bisection, self->threads, &self->local);
@@ -137,7 +137,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   if (!preconditioner || !*preconditioner) return;
   flesh_overlap_clear(&(*preconditioner)->overlap);
   flesh_team_narrow_end(&(*preconditioner)->team);
-  flesh_free((*preconditioner)->reached);
+  flesh_free((*preconditioner)->overlap_order);
   flesh_free((*preconditioner)->wide);
   flesh_free((*preconditioner)->room);
   flesh_free((*preconditioner)->blocks);

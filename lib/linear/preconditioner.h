@@ -19,7 +19,7 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia);
 /* Whether so many rows that are so stiff are taken out in less time by polynomials than exactly. */
 int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows);
-/* Coarse levels: of the one that all ranks share, the most vertices; of each rank's own, over what it reaches, nodes to
+/* Coarse levels: of the one that all ranks share, the most vertices; of each rank's own, over its overlap, nodes to
  * a vertex, 0: there is none. */
 typedef struct flesh_levels {
   int shared;
@@ -73,7 +73,7 @@ FLESH_PER_ISA double flesh_preconditioner_scale(const flesh_preconditioner_data 
 FLESH_PER_ISA void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end,
                                                float *z);
 
-/* For conjugate gradients of a team (pcg_team.c), which keep the residual where ranks reach it and add up the coarse
+/* For conjugate gradients of a team (pcg_team.c), which keep the residual in the overlap and add up the coarse
  * level's load P^T r with their own sums.
  *
  * The overlap in which the residual is kept; NULL: it is not, nothing is found at ghosts, and there is no load. */

@@ -32,8 +32,8 @@ struct flesh_preconditioner_data {
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   float *r;         /* [4*rows] where vectors come in the mesh's order */
   float *z;         /* [4*rows] of the last solve by blocks or with a team; the others keep it themselves */
-  int *reached;     /* [nodes reached] in the order of the factor; NULL: there is no team */
-  float *wide;      /* [4*nodes reached] */
+  int *overlap_order; /* [team->overlap] in the order of the factor; NULL: there is no team */
+  float *wide;      /* [4*team->overlap] */
   double *room;     /* of a team's conjugate gradients */
 };
 

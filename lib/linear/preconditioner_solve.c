@@ -42,7 +42,7 @@ static double product_of(const flesh_preconditioner_data *self, const float *r)
  * left to it more than on one rank (lib/parallel/README.md). */
 static float share_of(const flesh_team *team) { return team->ranks > 1 ? 1 : FLESH_COARSE_SHARE; }
 
-/* Applies all ranks' factors, each where its rank reaches, to the residual that `wide` has there. The coarse level's
+/* Applies all ranks' factors, each in its rank's overlap, to the residual that `wide` has there. The coarse level's
  * solve hides the exchange: it is for `scale` times `load`, which the ranks have summed up; NULL: for r, which it then
  * sums up, after. */
 static void solve_in_team(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
@@ -51,8 +51,8 @@ static void solve_in_team(flesh_preconditioner_data *self, const float *r, const
   const flesh_team *team = self->overlap.team;
   flesh_coarse *local = flesh_local_level_coarse(&self->local);
   flesh_cholesky_solve(self->cholesky, local, self->wide);
-  flesh_cholesky_result(self->cholesky, NULL, 0, team->reached, self->wide);
-  if (local) flesh_coarse_add(local, 0, team->reached, share_of(team), self->wide, self->wide);
+  flesh_cholesky_result(self->cholesky, NULL, 0, team->overlap, self->wide);
+  if (local) flesh_coarse_add(local, 0, team->overlap, share_of(team), self->wide, self->wide);
   flesh_overlap_add_begin(&self->overlap, self->wide);
   if (coarse && load) flesh_coarse_solve_for(coarse, load, scale);
   flesh_overlap_add_end(&self->overlap, self->wide, self->z);
@@ -68,12 +68,12 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (by_blocks(self)) return solve_blocks(self, r);
   if (!self->overlap.team) return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
-  flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide); /* r is zero at ghosts */
+  flesh_overlap_restrict(&self->overlap, self->order, r, self->overlap_order, self->wide); /* r is zero at ghosts */
   solve_in_team(self, r, NULL, 1);
   return product_of(self, r);
 }
 
-/* With a team's projection, of the residual that the overlap's vector has where it is reached. What the coarse level
+/* With a team's projection, of the residual that the overlap's vector has. What the coarse level
  * gets is known only once the rows are taken out of it, so that its load takes a sum of its own. */
 static void solve_projected(flesh_preconditioner_data *self)
 {
@@ -84,7 +84,7 @@ static void solve_projected(flesh_preconditioner_data *self)
   } else {
     for (int p = 0; p < self->rows; p++)
       if (self->order[p] >= own) memset(r + 4 * (size_t)p, 0, 4 * sizeof *r);
-    flesh_overlap_widen(&self->overlap, self->reached, self->wide);
+    flesh_overlap_widen(&self->overlap, self->overlap_order, self->wide);
     solve_in_team(self, r, NULL, 1);
   }
   flesh_volume_projection_after_in_team(self->projection, self->z);

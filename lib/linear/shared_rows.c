@@ -8,7 +8,7 @@
 
 /* Nodes that this rank and another have, in an order that both know: those of the team's lists that are given and taken. */
 typedef struct common {
-  const flesh_team_reach *reach;
+  const flesh_team_neighbours *neighbours;
   int nodes;  /* of this rank */
   int *given; /* [nodes] 1 + the last of the ranks at hand that is given each */
   int *first; /* [ranks+1] where those of each rank begin */
@@ -18,24 +18,24 @@ typedef struct common {
 /* Before is_common for a rank. */
 static void turn_to(const common *c, int rank)
 {
-  for (int k = c->reach->first_given[rank]; k < c->reach->first_given[rank + 1]; k++)
-    c->given[c->reach->given[k]] = rank + 1;
+  for (int k = c->neighbours->first_given[rank]; k < c->neighbours->first_given[rank + 1]; k++)
+    c->given[c->neighbours->given[k]] = rank + 1;
 }
 
 static int is_common(const common *c, int rank, int k)
 {
-  const int node = c->reach->taken[k];
+  const int node = c->neighbours->taken[k];
   return node < c->nodes && c->given[node] == rank + 1;
 }
 
 /* Finds whether this rank and the other have rows at each common node. */
 static void exchange_flags(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, const common *c)
 {
-  for (int r = 0, count = 0; r < c->reach->count; r++) {
+  for (int r = 0, count = 0; r < c->neighbours->count; r++) {
     turn_to(c, r);
-    for (int k = c->reach->first_taken[r]; k < c->reach->first_taken[r + 1]; k++) {
+    for (int k = c->neighbours->first_taken[r]; k < c->neighbours->first_taken[r + 1]; k++) {
       if (!is_common(c, r, k)) continue;
-      const int p = place_of[c->reach->taken[k]];
+      const int p = place_of[c->neighbours->taken[k]];
       c->here[count++] = lists->main[p] && lists->start[p + 1] > lists->start[p];
     }
     c->first[r + 1] = count;
@@ -47,11 +47,11 @@ static void exchange_flags(const flesh_row_lists *lists, const int *place_of, co
 static void for_shared(flesh_shared_rows *self, const int *place_of, const common *c, int *marks,
                        void (*add)(flesh_shared_rows *self, int rank, int place, int *marks))
 {
-  for (int r = 0, next = 0; r < c->reach->count; r++) {
+  for (int r = 0, next = 0; r < c->neighbours->count; r++) {
     turn_to(c, r);
-    for (int k = c->reach->first_taken[r]; k < c->reach->first_taken[r + 1]; k++) {
+    for (int k = c->neighbours->first_taken[r]; k < c->neighbours->first_taken[r + 1]; k++) {
       if (!is_common(c, r, k)) continue;
-      if (c->here[next] > 0 && c->there[next] > 0) add(self, r, place_of[c->reach->taken[k]], marks);
+      if (c->here[next] > 0 && c->there[next] > 0) add(self, r, place_of[c->neighbours->taken[k]], marks);
       next++;
     }
   }
@@ -113,8 +113,8 @@ int flesh_shared_rows_create(const flesh_row_lists *lists, const int *place_of, 
 {
   *self = (flesh_shared_rows){.team = team};
   if (!team) return status;
-  const size_t ranks = (size_t)(self->ranks = team->reach.count), taken = (size_t)team->reach.first_taken[ranks];
-  common c = {.reach = &team->reach, .nodes = team->nodes};
+  const size_t ranks = (size_t)(self->ranks = team->neighbours.count), taken = (size_t)team->neighbours.first_taken[ranks];
+  common c = {.neighbours = &team->neighbours, .nodes = team->nodes};
   c.given = flesh_calloc((size_t)team->nodes + 1, sizeof *c.given);
   c.first = flesh_calloc(ranks + 1, sizeof *c.first);
   c.here = flesh_malloc((taken + 1) * sizeof *c.here);

@@ -33,7 +33,7 @@ struct flesh_volume_projection {
   float *w, *q, *t;        /* [4*nodes]; [rows] S^-1 P^T r; [rows] what z lacks along the rows */
   flesh_shared_rows shared; /* with a team, and: */
   float *r;                 /* [4*nodes] the residual, at ghosts too */
-  double *reached;          /* [3*nodes reached] the same */
+  double *r_overlap;        /* [3*team->overlap] the same */
 };
 
 static int find_slot(const flesh_block_matrix *A, int i, int j)
@@ -68,7 +68,7 @@ static int allocate_projection(flesh_volume_projection *self, const flesh_block_
   failed |= !(self->t = flesh_huge_pages_calloc((count + 1) * sizeof *self->t));
   if (self->team) {
     failed |= !(self->r = flesh_huge_pages_calloc((4 * nodes + NODE_SLACK) * sizeof *self->r));
-    failed |= !(self->reached = flesh_malloc((3 * (size_t)self->team->reached + 1) * sizeof *self->reached));
+    failed |= !(self->r_overlap = flesh_malloc((3 * (size_t)self->team->overlap + 1) * sizeof *self->r_overlap));
   }
   self->soft = *A;
   self->soft.values = flesh_huge_pages_alloc((9 * (size_t)A->row_start[A->rows] + 1) * sizeof *self->soft.values);
@@ -143,7 +143,7 @@ void flesh_volume_projection_destroy(flesh_volume_projection **projection)
   flesh_row_lists *lists = &self->lists;
   void *arrays[] = {self->order, lists->place, lists->start, lists->row, lists->at, lists->main, self->slots,
                     self->values, self->by_node, self->inverse, self->w, self->q, self->t, self->soft.values,
-                    self->r, self->reached};
+                    self->r, self->r_overlap};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_shared_rows_clear(&self->shared);
   flesh_row_coupling_clear(&self->S);
@@ -328,16 +328,16 @@ static inline flesh_float4 summed(const flesh_volume_projection *self, int p)
 
 float *flesh_volume_projection_before_in_team(flesh_volume_projection *self)
 {
-  const size_t numbers = 3 * (size_t)self->team->reached;
+  const size_t numbers = 3 * (size_t)self->team->overlap;
   double *vector = self->overlap->vector;
   row_pass now = {.self = self, .r = self->r};
   for (int p = 0; p < self->nodes; p++) *(flesh_float4 *)(self->r + 4 * (size_t)p) = summed(self, p);
-  memcpy(self->reached, vector, numbers * sizeof *vector);
+  memcpy(self->r_overlap, vector, numbers * sizeof *vector);
   flesh_parallel_parts(self->threads, self->nodes, divide_nodes, &now);
   flesh_parallel_parts(self->threads, self->rows->count, rows_of_w, &now);
   flesh_row_coupling_solve(&self->S, self->t, self->q);
   sum_rows(self, self->q);
-  for (size_t d = 0; d < numbers; d++) vector[d] = self->reached[d] - vector[d];
+  for (size_t d = 0; d < numbers; d++) vector[d] = self->r_overlap[d] - vector[d];
   for (int p = 0; p < self->nodes; p++) *(flesh_float4 *)(self->w + 4 * (size_t)p) = summed(self, p);
   return self->w;
 }

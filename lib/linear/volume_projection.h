@@ -52,7 +52,7 @@ FLESH_PER_ISA int flesh_volume_projection_setup(flesh_volume_projection *project
  * with M_r^-1 times that in z, `after` makes the whole of it and returns r.z. */
 FLESH_PER_ISA const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
 FLESH_PER_ISA double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
-/* Like those two, for a team: r and the result are in `vector` of the overlap, at all nodes that are reached. `before`
+/* Like those two, for a team: r and the result are in `vector` of the overlap, at all its nodes. `before`
  * returns the result at the rank's nodes, ghosts included, which may be overwritten. z is consistent, and becomes
  * so. */
 FLESH_PER_ISA float *flesh_volume_projection_before_in_team(flesh_volume_projection *projection);

@@ -19,13 +19,13 @@ static int links_agree(const void *data, int status)
 static void links_update_ghosts(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
-  flesh_halo_update_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+  flesh_halo_update_ghosts(vector->overlap ? &self->overlap : &self->halo, self->communicator, vector);
 }
 
 static void links_add_ghosts(const void *data, const flesh_team_vector *vector)
 {
   const flesh_links *self = data;
-  flesh_halo_add_ghosts(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+  flesh_halo_add_ghosts(vector->overlap ? &self->overlap : &self->halo, self->communicator, vector);
 }
 
 static void links_exchange_begin(const void *data, int count, const int *ranks, const flesh_exchange *exchange)
@@ -41,19 +41,19 @@ const flesh_team_operations flesh_links_operations = {
     .exchange_begin = links_exchange_begin, .exchange_end = links_exchange_end, .narrow = flesh_links_narrow,
     .narrow_end = flesh_links_narrow_end};
 
-flesh_team_reach flesh_links_reach(const flesh_links *self, int rank)
+flesh_team_neighbours flesh_links_neighbours(const flesh_links *self, int rank)
 {
   const flesh_halo *rows = &self->rows;
-  flesh_team_reach reach = {.count = rows->count, .ranks = rows->ranks, .first_given = rows->first_own, .given = rows->own,
-                            .first_taken = rows->first_ghost, .taken = rows->ghosts};
-  for (int k = 0; k < rows->count; k++) reach.before += rows->ranks[k] < rank;
-  return reach;
+  flesh_team_neighbours neighbours = {.count = rows->count, .ranks = rows->ranks, .first_given = rows->first_own,
+                                      .given = rows->own, .first_taken = rows->first_ghost, .taken = rows->ghosts};
+  for (int k = 0; k < rows->count; k++) neighbours.before += rows->ranks[k] < rank;
+  return neighbours;
 }
 
 void flesh_links_clear(flesh_links *self)
 {
   flesh_halo_clear(&self->halo);
-  flesh_halo_clear(&self->reached);
+  flesh_halo_clear(&self->overlap);
   flesh_halo_clear(&self->rows);
   *self = (flesh_links){0};
 }

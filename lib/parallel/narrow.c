@@ -1,8 +1,8 @@
 /* narrow.c: exchanges of solves that leave out the ghosts of effects that see the whole surface, but for those that the
  * rank's matrix has blocks of.
  *
- * Every rank tells the owners of its ghosts what it has to do with them. An owner tells all who have or reach a node of
- * the others. So nobody has to know of all ranks, and what is exchanged is as much as what is near. */
+ * Every rank tells the owners of its ghosts what it has to do with them. An owner tells all who have a node, or
+ * whose overlap does, of the others. So nobody has to know of all ranks, and what is exchanged is as much as what is near. */
 #include "base/error.h"
 #include "base/memory.h"
 #include "parallel/links.h"
@@ -21,13 +21,13 @@ typedef struct link {
 typedef struct search {
   const flesh_team *team; /* that is narrowed */
   const flesh_links *links; /* its */
-  double *is; /* [team->reached] what this rank has to do with its nodes */
+  double *is; /* [team->overlap] what this rank has to do with its nodes */
   int *first; /* [team->own+1] where each own node's links begin */
   link *others; /* of other ranks with own nodes */
   double *counts; /* [2][neighbours] of numbers that go to and come from each */
   int *first_sent, *first_received; /* [neighbours+1] where those of each begin */
   double *sent, *received;
-  flesh_shared_nodes shared[3]; /* halo, reached, rows */
+  flesh_shared_nodes shared[3]; /* halo, overlap, rows */
 } search;
 
 enum { HALO, REACHED, ROWS };
@@ -35,17 +35,17 @@ enum { HALO, REACHED, ROWS };
 static int open_search(const uint8_t *needed, search *s)
 {
   const flesh_team *team = s->team;
-  const size_t ranks = (size_t)s->links->reached.count, own = (size_t)team->own;
-  s->is = flesh_malloc(((size_t)team->reached + 1) * sizeof *s->is);
+  const size_t ranks = (size_t)s->links->overlap.count, own = (size_t)team->own;
+  s->is = flesh_malloc(((size_t)team->overlap + 1) * sizeof *s->is);
   s->first = flesh_calloc(own + 2, sizeof *s->first);
-  s->others = flesh_malloc(((size_t)s->links->reached.first_own[ranks] + 1) * sizeof *s->others);
+  s->others = flesh_malloc(((size_t)s->links->overlap.first_own[ranks] + 1) * sizeof *s->others);
   s->counts = flesh_calloc(2 * ranks + 1, sizeof *s->counts);
   s->first_sent = flesh_calloc(ranks + 1, sizeof *s->first_sent);
   s->first_received = flesh_calloc(ranks + 1, sizeof *s->first_received);
   if (!s->is || !s->first || !s->others || !s->counts || !s->first_sent || !s->first_received) return FLESH_ERR_MEMORY;
-  for (int i = 0; i < team->reached; i++) {
+  for (int i = 0; i < team->overlap; i++) {
     const int is = s->links->always[i], by_matrix = i < team->own || (i < team->nodes && needed[i]);
-    s->is[i] = by_matrix ? FLESH_LINK_HAS | FLESH_LINK_REACHES : is;
+    s->is[i] = by_matrix ? FLESH_LINK_HAS | FLESH_LINK_OVERLAPS : is;
   }
   return FLESH_OK;
 }
@@ -62,31 +62,31 @@ static void share(search *s, int list, int rank, int ghost, int i)
   flesh_shared_nodes_add(&s->shared[list], rank, ghost, s->team->numbers[i], i);
 }
 
-/* Between this rank and another that have to do with node i: both may have it, and reach it. */
+/* Between this rank and another that have to do with node i: both may have it, in their overlaps as well. */
 static void share_rows(search *s, int i, int rank, int is)
 {
   const int mine = (int)s->is[i];
-  if (mine & FLESH_LINK_HAS && is & FLESH_LINK_REACHES) share(s, ROWS, rank, 0, i);
-  if (mine & FLESH_LINK_REACHES && is & FLESH_LINK_HAS) share(s, ROWS, rank, 1, i);
+  if (mine & FLESH_LINK_HAS && is & FLESH_LINK_OVERLAPS) share(s, ROWS, rank, 0, i);
+  if (mine & FLESH_LINK_OVERLAPS && is & FLESH_LINK_HAS) share(s, ROWS, rank, 1, i);
 }
 
 /* Between owners and others, from what the halo has told; and the links of own nodes, as neighbours rise. */
 static void link_owners(search *s)
 {
-  const flesh_halo *all = &s->links->reached;
+  const flesh_halo *all = &s->links->overlap;
   for (int n = 0; n < all->count; n++) {
     for (int k = all->first_own[n]; k < all->first_own[n + 1]; k++) {
       const int is = (int)all->of_own[k], i = all->own[k];
       if (is & FLESH_LINK_HAS) share(s, HALO, all->ranks[n], 0, i);
-      if (is & FLESH_LINK_REACHES) share(s, REACHED, all->ranks[n], 0, i);
+      if (is & FLESH_LINK_OVERLAPS) share(s, REACHED, all->ranks[n], 0, i);
       share_rows(s, i, all->ranks[n], is);
       s->first[i + 2] += is != 0;
     }
     for (int k = all->first_ghost[n]; k < all->first_ghost[n + 1]; k++) {
       const int i = all->ghosts[k], is = (int)s->is[i];
       if (is & FLESH_LINK_HAS) share(s, HALO, all->ranks[n], 1, i);
-      if (is & FLESH_LINK_REACHES) share(s, REACHED, all->ranks[n], 1, i);
-      share_rows(s, i, all->ranks[n], FLESH_LINK_HAS | FLESH_LINK_REACHES);
+      if (is & FLESH_LINK_OVERLAPS) share(s, REACHED, all->ranks[n], 1, i);
+      share_rows(s, i, all->ranks[n], FLESH_LINK_HAS | FLESH_LINK_OVERLAPS);
     }
   }
   for (int i = 0; i < s->team->own; i++) s->first[i + 2] += s->first[i + 1];
@@ -99,7 +99,7 @@ static void link_owners(search *s)
  * numbers into `counts`; nothing is written where `sent` is NULL. */
 static size_t list_sent(search *s)
 {
-  const flesh_halo *all = &s->links->reached;
+  const flesh_halo *all = &s->links->overlap;
   size_t count = 0;
   for (int n = 0; n < all->count; n++) {
     const size_t begin = count;
@@ -121,14 +121,14 @@ static size_t list_sent(search *s)
 
 static void exchange(const search *s, const flesh_exchange *exchange)
 {
-  const flesh_halo *all = &s->links->reached;
+  const flesh_halo *all = &s->links->overlap;
   flesh_communicator_begin(s->links->communicator, all->count, all->ranks, exchange);
   flesh_communicator_end(s->links->communicator);
 }
 
 static int exchange_counts(search *s)
 {
-  const int count = s->links->reached.count;
+  const int count = s->links->overlap.count;
   exchange(s, &(flesh_exchange){1, NULL, NULL, s->counts, s->counts + count});
   for (int n = 0; n < count; n++) {
     s->first_sent[n + 1] = s->first_sent[n] + (int)s->counts[n];
@@ -141,7 +141,7 @@ static int exchange_counts(search *s)
 /* Between ranks neither of which owns the node, from what its owner has sent. */
 static void link_others(search *s)
 {
-  const flesh_halo *all = &s->links->reached;
+  const flesh_halo *all = &s->links->overlap;
   const double *next = s->received;
   for (int k = 0; k < all->first_ghost[all->count]; k++) {
     const int i = all->ghosts[k];
@@ -153,19 +153,19 @@ static void link_others(search *s)
 static int make(search *s, narrowed *self)
 {
   flesh_links *links = &self->links;
-  flesh_halo *const halos[] = {&links->halo, &links->reached, &links->rows};
+  flesh_halo *const halos[] = {&links->halo, &links->overlap, &links->rows};
   int status = FLESH_OK;
   links->communicator = s->links->communicator;
-  self->left_out = flesh_malloc((size_t)s->team->reached + 1);
+  self->left_out = flesh_malloc((size_t)s->team->overlap + 1);
   if (!self->left_out) return FLESH_ERR_MEMORY;
-  for (int i = 0; i < s->team->reached; i++) self->left_out[i] = s->is[i] == 0;
+  for (int i = 0; i < s->team->overlap; i++) self->left_out[i] = s->is[i] == 0;
   for (int k = 0; k < 3 && !status; k++) status = flesh_halo_create(links->communicator, &s->shared[k], halos[k]);
   if (status) return status;
   self->team = *s->team;
   self->team.narrows = 0;
   self->team.left_out = self->left_out;
   self->team.data = links;
-  self->team.reach = flesh_links_reach(links, s->team->rank);
+  self->team.neighbours = flesh_links_neighbours(links, s->team->rank);
   return FLESH_OK;
 }
 
@@ -174,7 +174,7 @@ static int find(search *s, const uint8_t *needed, narrowed *self)
 {
   int status = flesh_team_agree(s->team, self ? open_search(needed, s) : FLESH_ERR_MEMORY);
   if (status) return status;
-  flesh_halo_tell(&s->links->reached, s->links->communicator, &(flesh_team_vector){1, 1, NULL, s->is, 1});
+  flesh_halo_tell(&s->links->overlap, s->links->communicator, &(flesh_team_vector){1, 1, NULL, s->is, 1});
   link_owners(s);
   s->sent = flesh_malloc((list_sent(s) + 1) * sizeof *s->sent);
   status = flesh_team_agree(s->team, s->sent ? FLESH_OK : FLESH_ERR_MEMORY);

@@ -13,7 +13,7 @@ typedef struct flesh_node_ranks {
 /* Finds the ranks whose tets have each node of the whole; `part` [tets] the rank of each. FLESH_ERR_MEMORY. To be
  * cleared also when it fails. */
 int flesh_node_ranks_create(const flesh_mesh *whole, const int *part, flesh_node_ranks *lists);
-/* One layer more: every rank of a tet's nodes reaches all of the tet's nodes. The same errors; `lists` is kept then. */
+/* One layer more: every rank of a tet's nodes has all of the tet's nodes. The same errors; `lists` is kept then. */
 int flesh_node_ranks_grow(const flesh_mesh *whole, flesh_node_ranks *lists);
 /* Also of the nodes of cells [count*width]: of each cell the rank that owns its first node or, where `everywhere` is
  * not 0, the ranks below that. owner [nodes]: -1 where no tet has the node, which is passed over. The same errors. */

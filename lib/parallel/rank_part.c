@@ -17,18 +17,18 @@ struct flesh_rank_part {
   flesh_communicator *communicator;
   flesh_mesh *mesh;
   int whole_nodes, tet_count;
-  int *nodes, *tets; /* [team.reached], [tet_count] numbers in the mesh that it was made of */
+  int *nodes, *tets; /* [team.overlap], [tet_count] numbers in the mesh that it was made of */
   int *node_numbers, *tet_numbers; /* the same in the whole, where that mesh is a part of a split one; else NULL */
-  uint8_t *always; /* [team.reached] see links.h */
+  uint8_t *always; /* [team.overlap] see links.h */
   flesh_links links;
   flesh_team team;
 };
 
-/* Layers of nodes beyond those of a rank's tets that it reaches. */
+/* Layers of nodes beyond those of a rank's tets that are its overlap. */
 enum { LAYERS = 1 };
-_Static_assert((int)LAYERS < (int)FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes that its rank reaches");
+_Static_assert((int)LAYERS < (int)FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes of its rank's overlap");
 
-/* Who has which node of the whole, and who reaches it. */
+/* Who has which node of the whole, and whose overlap does. */
 typedef struct search {
   const int *part;
   int rank, tie_count;
@@ -47,20 +47,20 @@ static int list_nodes(flesh_rank_part *self, const search *s)
   for (int i = 0; i < self->whole_nodes; i++) {
     if (s->owner[i] < 0) continue;
     team->all++;
-    team->reached += flesh_node_ranks_has(&s->overlap, i, s->rank);
+    team->overlap += flesh_node_ranks_has(&s->overlap, i, s->rank);
     team->nodes += is_mine(s, i);
     team->own += s->owner[i] == s->rank;
   }
-  self->nodes = flesh_malloc(((size_t)team->reached + 1) * sizeof *self->nodes);
+  self->nodes = flesh_malloc(((size_t)team->overlap + 1) * sizeof *self->nodes);
   team->numbers = self->nodes;
-  if (s->always) self->always = flesh_malloc((size_t)team->reached + 1);
+  if (s->always) self->always = flesh_malloc((size_t)team->overlap + 1);
   if (!self->nodes || (s->always && !self->always)) return FLESH_ERR_MEMORY;
   int own = 0, ghost = team->own, beyond = team->nodes;
   for (int i = 0; i < self->whole_nodes; i++) {
     if (!flesh_node_ranks_has(&s->overlap, i, s->rank)) continue;
     self->nodes[!is_mine(s, i) ? beyond++ : s->owner[i] == s->rank ? own++ : ghost++] = i;
   }
-  for (int i = 0; i < team->reached && s->always; i++) self->always[i] = s->always[self->nodes[i]];
+  for (int i = 0; i < team->overlap && s->always; i++) self->always[i] = s->always[self->nodes[i]];
   return FLESH_OK;
 }
 
@@ -138,7 +138,7 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_node_ra
 {
   const flesh_node_ranks *have = &s->have;
   flesh_shared_nodes shared = {0};
-  for (int i = 0; i < self->team.reached; i++) {
+  for (int i = 0; i < self->team.overlap; i++) {
     const int node = self->nodes[i], owner = s->owner[node];
     const int gives = owners ? owner == s->rank : is_mine(s, node), takes = flesh_node_ranks_has(take, node, s->rank);
     if (owners && takes && !gives) flesh_shared_nodes_add(&shared, owner, 1, node, i);
@@ -155,7 +155,7 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_node_ra
 /* For a part of a split mesh, takes the numbers and the count of nodes of the whole. */
 static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
 {
-  const size_t nodes = (size_t)self->team.reached, tets = (size_t)self->tet_count;
+  const size_t nodes = (size_t)self->team.overlap, tets = (size_t)self->tet_count;
   if (!split) return FLESH_OK;
   self->team.numbers = self->node_numbers = flesh_malloc((nodes + 1) * sizeof(int));
   self->team.tets = self->tet_numbers = flesh_malloc((tets + 1) * sizeof(int));
@@ -179,7 +179,7 @@ static int add_ties(search *s, int everywhere, int ranks)
   return status;
 }
 
-/* Marks the nodes that the rank has and reaches before the ties add those that every rank has. */
+/* Marks the nodes that its overlap has before the ties add those that every rank has. */
 static int mark_always(const flesh_rank_part *self, search *s)
 {
   int some = 0;
@@ -188,7 +188,7 @@ static int mark_always(const flesh_rank_part *self, search *s)
   s->always = flesh_malloc((size_t)self->whole_nodes + 1);
   for (int i = 0; i < self->whole_nodes && s->always; i++)
     s->always[i] = (uint8_t)((is_mine(s, i) ? FLESH_LINK_HAS : 0) |
-                             (flesh_node_ranks_has(&s->overlap, i, s->rank) ? FLESH_LINK_REACHES : 0));
+                             (flesh_node_ranks_has(&s->overlap, i, s->rank) ? FLESH_LINK_OVERLAPS : 0));
   return s->always ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
@@ -216,12 +216,12 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = make_mesh(self, whole);
   if (!status) status = take_numbers(self, whole->split);
   if (!status) status = make_halo(self, s, &s->have, 1, &self->links.halo);
-  if (!status) status = make_halo(self, s, &s->overlap, 1, &self->links.reached);
+  if (!status) status = make_halo(self, s, &s->overlap, 1, &self->links.overlap);
   self->team.narrows = s->always != NULL;
   self->links.always = self->always;
   if (self->team.narrows) return status; /* what all ranks have would go from each to each */
   if (!status) status = make_halo(self, s, &s->overlap, 0, &self->links.rows);
-  if (!status) self->team.reach = flesh_links_reach(&self->links, s->rank);
+  if (!status) self->team.neighbours = flesh_links_neighbours(&self->links, s->rank);
   return status;
 }
 

@@ -3,7 +3,7 @@
  *   mpirun -n 4 build/test/scaling 20
  *
  * A cube of so many cells an edge, in six tets each, held at one face, in statics. Prints a line for each rank: nodes
- * that it owns, has and reaches; how many of those that it has other ranks reach, and how many of those that it reaches
+ * that it owns, that it has, and in its overlap; how many that it has are in overlaps of others, and how many of its overlap
  * they have, once for each; its neighbours; and messages, bytes and reductions of one iteration, by the difference of two
  * solves. */
 #include "ranks.h"
@@ -93,8 +93,9 @@ static void counts(void)
   const flesh_team *team = flesh_rank_part_team(p.part);
   const flesh_communicator_figures few = solve(&p, FEW), more = solve(&p, MORE);
   const int size = flesh_communicator_size(ranks), rank = flesh_communicator_rank(ranks), steps = MORE - FEW;
-  double line[] = {team->own, team->nodes, team->reached, team->reach.count ? team->reach.first_given[team->reach.count] : 0,
-                   team->reach.count ? team->reach.first_taken[team->reach.count] : 0, team->reach.count,
+  const flesh_team_neighbours *others = &team->neighbours;
+  double line[] = {team->own, team->nodes, team->overlap, others->count ? others->first_given[others->count] : 0,
+                   others->count ? others->first_taken[others->count] : 0, others->count,
                    (double)(more.messages - few.messages) / steps, (more.bytes - few.bytes) / steps, (double)(more.reductions - few.reductions) / steps};
   enum { WIDTH = sizeof line / sizeof *line };
   double *all = calloc((size_t)(WIDTH * size), sizeof *all);

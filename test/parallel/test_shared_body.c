@@ -132,7 +132,7 @@ static void check_sums(const bodies *b, const flesh_point points[2])
   free(r[1]);
 }
 
-/* The matrix among the nodes that a rank reaches is the whole's, every block of it, wherever it was computed. */
+/* The matrix of a rank's overlap is the whole's, every block of it, wherever it was computed. */
 static void check_overlap(const bodies *b, const flesh_block_matrix *whole, const flesh_block_matrix *own)
 {
   const flesh_team *team = flesh_rank_part_team(b->part);
@@ -142,7 +142,7 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
   flesh_overlap overlap;
   CHECK_OK(flesh_overlap_create(own, team, NULL, &overlap));
   const flesh_block_matrix *A = flesh_overlap_update(&overlap, own);
-  CHECK(A->rows == team->reached);
+  CHECK(A->rows == team->overlap);
   memset(place, -1, (size_t)b->nodes * sizeof *place);
   for (int i = 0; i < A->rows; i++) place[nodes[i]] = i;
   for (int i = 0; i < whole->rows; i++)
@@ -162,18 +162,18 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
 }
 
 /* The ranks' corrections are added up, for owners and ghosts alike, with weights k^(-1/4) on either side, of a node
- * that k ranks reach. */
+ * in the overlaps of k ranks. */
 static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own)
 {
   const flesh_team *team = flesh_rank_part_team(b->part);
   const int *nodes = flesh_rank_part_nodes(b->part);
-  const size_t reached = (size_t)team->reached;
+  const size_t count = (size_t)team->overlap;
   double *times = vector(b->nodes);
-  int *order = malloc(reached * sizeof *order);
-  float *r = calloc(4 * reached, sizeof *r), *wide = calloc(4 * reached, sizeof *wide);
+  int *order = malloc(count * sizeof *order);
+  float *r = calloc(4 * count, sizeof *r), *wide = calloc(4 * count, sizeof *wide);
   flesh_overlap overlap;
   CHECK_OK(flesh_overlap_create(own, team, NULL, &overlap));
-  for (int i = 0; i < team->reached; i++) times[nodes[i]] = 1, order[i] = i;
+  for (int i = 0; i < team->overlap; i++) times[nodes[i]] = 1, order[i] = i;
   flesh_communicator_sum(ranks, b->nodes, times);
   for (int i = 0; i < 4 * team->own; i++) r[i] = (float)(i % 4 < 3 ? 100 * nodes[i / 4] + i % 4 : 0);
   flesh_overlap_restrict(&overlap, order, r, order, wide);

@@ -100,8 +100,8 @@ static void find_together(int places)
   CHECK_OK(flesh_equations_residual(equations, u, r));
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
   CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
-  for (int k = 0; k < team->reach.first_taken[team->reach.count]; k++) /* what others have */
-    for (int c = 0; c < 3 && team->reach.taken[k] < team->nodes; c++) CHECK(w[3 * team->reach.taken[k] + c] == 0);
+  for (int k = 0; k < team->neighbours.first_taken[team->neighbours.count]; k++) /* what others have */
+    for (int c = 0; c < 3 && team->neighbours.taken[k] < team->nodes; c++) CHECK(w[3 * team->neighbours.taken[k] + c] == 0);
   for (int d = 0; d < n; d++) {
     u[d] += w[d];
     found[0] += w[d] != 0;

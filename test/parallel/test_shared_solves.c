@@ -58,7 +58,7 @@ static void make(double inertia, problem *p)
   make_of((const int[]){24, 5, 5}, (const double[]){1, 0.2, 0.2}, inertia, p);
 }
 
-/* Holds a face along the body, so that ranks reach constrained nodes that only others have. */
+/* Holds a face along the body, so that overlaps have constrained nodes that only other ranks have. */
 static void hold(problem *p)
 {
   const test_body *bodies[2] = {&p->whole, &p->own};
@@ -157,7 +157,7 @@ static void check_messages(const problem *p, const solve *s)
 {
   int digits = 0;
   while (flesh_communicator_size(ranks) >> digits) digits++;
-  const int neighbours = flesh_rank_part_team(p->part)->reach.count;
+  const int neighbours = flesh_rank_part_team(p->part)->neighbours.count;
   CHECK(s->messages <= neighbours * (2 * s->result.iterations + 1) + digits * s->reductions);
 }
 

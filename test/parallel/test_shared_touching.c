@@ -352,7 +352,7 @@ static void close_matrices(matrices *m)
 /* Ghosts that nothing is exchanged of keep what they have; all others get what their owners have. */
 static void check_share(const matrices *m)
 {
-  const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(m->shared.share)), count = m->team->reached;
+  const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(m->shared.share)), count = m->team->overlap;
   double *x = malloc(3 * (size_t)count * sizeof *x);
   for (int d = 0; d < 3 * count; d++) x[d] = d < 3 * m->team->own ? 3 * nodes[d / 3] + d % 3 : -1;
   m->narrow->operations->update_ghosts(m->narrow->data, &(flesh_team_vector){3, 3, NULL, x, 1});
@@ -361,7 +361,7 @@ static void check_share(const matrices *m)
   free(x);
 }
 
-/* The matrix among the nodes that a rank reaches is the whole's, with what contact adds, and one at what is left out. */
+/* The matrix of a rank's overlap is the whole's, with what contact adds, and one at what is left out. */
 static void check_overlap(const matrices *m)
 {
   const flesh_block_matrix *whole = m->K[0];

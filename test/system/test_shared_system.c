@@ -85,7 +85,7 @@ static void an_evaluation_within_another_changes_nothing(void)
   lone data = {NULL};
   const flesh_team_operations operations = {.sum = sum, .largest = sum_alone, .agree = agree, .update_ghosts = exchange,
                                             .add_ghosts = exchange};
-  flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .reached = 27, .all = 27, .data = &data,
+  flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .overlap = 27, .all = 27, .data = &data,
                      .operations = &operations};
   evaluation all[2];
   test_body b;
@@ -114,7 +114,7 @@ static void threads_evaluate_one_system(void)
 {
   const flesh_team_operations operations = {.sum = sum_alone, .largest = sum_alone, .agree = agree, .update_ghosts = exchange,
                                             .add_ghosts = exchange};
-  const flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .reached = 27, .all = 27, .operations = &operations};
+  const flesh_team team = {.ranks = 1, .nodes = 27, .own = 27, .overlap = 27, .all = 27, .operations = &operations};
   evaluation all[2];
   pthread_t other;
   test_body b;
