@@ -137,9 +137,9 @@ FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
 /* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
 
-/* A run: steps of h from state->t to `end` (the last one is shortened to end there exactly; rounding
- * never adds a tiny step), calling the observers, first with the start. A static integrator on a
- * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
+/* A run: steps of h from state->t to `end` (the last one is shortened to end there exactly, or longer by a
+ * thousandth, so that times of few digits never add a tiny step), calling the observers, first with the start. A
+ * static integrator on a system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
  * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
  * the accepted steps. The state is always that of the last success. Steps whose errors choose their lengths are not cut
  * to h where they are easy to solve, nothing limits them (contact), no tet has a multiplier and no effect internal

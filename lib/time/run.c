@@ -176,9 +176,9 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
   if (!status) status = ask(w);
   for (int step = *steps + 1; !status && !done; step++) {
     /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
-     * within a millionth of h of the end ends there. */
+     * within a thousandth of h of the end ends there. */
     double target = single ? end : start + step * options->h, h = options->h;
-    done = target > end - 1e-6 * options->h;
+    done = target > end - 1e-3 * options->h;
     if (done) target = end;
     if (single || fabs(target - state->t - h) > 1e-9 * h) h = target - state->t;
     stats = (flesh_solve_stats){0};

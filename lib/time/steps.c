@@ -403,6 +403,16 @@ static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_pla
   return status;
 }
 
+/* Events that are so near to a state [s] are at it. A brief piece would close the gaps that incompressible tets may have, at a
+ * speed that grows with its briefness. */
+static double near_events(const flesh_integrator *self, double begin, double h)
+{
+  static const double brief = 1e-3; /* of the step; so that a third of a second may have four digits */
+  const double step = self->control.on && self->control.h > 0 ? fmin(h, self->control.h) : h;
+  const int held = flesh_team_any(self->evaluation->team, self->multipliers.count);
+  return fmax(flesh_rounding_of_time(begin, h), held ? brief * step : 0);
+}
+
 int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, flesh_step_place *place,
                                   flesh_solve_stats *stats)
 {
@@ -414,7 +424,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, fl
     if (place->at_begin) status = flesh_integrator_pass(self, state, place);
     return status ? status : walk(self, state, place, place->h, stats);
   }
-  const double tolerance = flesh_rounding_of_time(begin, place->h);
+  const double tolerance = near_events(self, begin, place->h);
   if (place->at_begin && self->memory.serial != self->evaluation->serial)
     self->memory.known = self->last_stage.known = 0;
   while (!status && state->t < end) status = take_piece(self, state, place, end, tolerance, stats);
