@@ -128,7 +128,7 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
   /* The loop takes the same times as flesh_run, so that `flesh run` repeats it bit for bit. */
   for (long step = 1; !done && !status; step++) {
     double target = grid->start + (double)step * h, length = h;
-    done = target > grid->end - 1e-6 * h;
+    done = target > grid->end - 1e-3 * h;
     if (done) target = grid->end;
     if (fabs(target - state->t - h) > 1e-9 * h) length = target - state->t;
     flesh_solve_stats stats = {0};
