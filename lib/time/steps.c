@@ -42,7 +42,9 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   flesh_method_memory *memory = &self->memory;
   double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
   const double seen = self->control.on ? 1e-2 : 1; /* of the piece, whose steps errors make short */
-  const double end = piece->begin + seen * (flesh_before(piece->end, piece->event) - piece->begin);
+  const double least = self->control.on ? 1e-2 * self->control.period : 0; /* rounding has no acceleration in shorter ones */
+  const double until = flesh_before(fmax(piece->end, piece->begin + least), piece->event);
+  const double end = piece->begin + seen * (until - piece->begin);
   if (self->tape) self->tape->seen = end;
   flesh_prescribed_set(&self->prescribed, piece->begin, end, state->x);
   flesh_prescribed_begin(&self->prescribed, memory->v0, a);

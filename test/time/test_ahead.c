@@ -269,9 +269,44 @@ static void no_step_is_what_rounding_leaves(void)
   }
 }
 
+/* How many steps a bar takes whose end turns otherwise from the time `kink` on. */
+static int steps_through(flesh_method method, double kink)
+{
+  const flesh_keyframe turn[] = {{0, {0}, {0}}, {kink, {0, 0, 0.02}, {0}}, {end, {0, 0.05, 0}, {0}}};
+  flesh_solve_stats stats = {0};
+  test_body b;
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+  CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXES_ALL, &(flesh_motion){3, turn, {0, 0.5, 0.5}, 0}, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_integrator *integrator = controlled(&b, method, 1e-4);
+  for (int k = 1; k <= OUTPUTS; k++) go_to(integrator, k, &b.state, &stats);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return stats.steps;
+}
+
+/* A motion that is prescribed begins with the acceleration that it has, not with that of its rounding in the time that is left
+ * until a state is shown. */
+static void kinks_just_before_states_cost_nothing(void)
+{
+  static const flesh_method methods[] = {FLESH_METHOD_RUNGE_KUTTA, FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT};
+  for (int k = 0; k < 3; k++) {
+    const double shown = 12 * end / OUTPUTS;
+    const int there = steps_through(methods[k], shown);
+    for (double before = 1e-9; before < 1e-4; before *= 100) {
+      const int steps = steps_through(methods[k], shown - before);
+      printf("# %s: %d steps with a kink %g s before a state, %d with one there\n", flesh_method_name(methods[k]), steps, before,
+             there);
+      CHECK(steps <= there + 2);
+    }
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(states_between_steps_balance),
                    TEST(changes_between_steps_count),
-                   TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves));
+                   TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves),
+                   TEST(kinks_just_before_states_cost_nothing));
 }
