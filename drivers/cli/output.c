@@ -20,7 +20,7 @@
 static const struct {
   const char *name, *begin;
 } written[] = {{"scene.yaml", "# Every key in force"},
-               {"history.csv", "t,step,h,newton"},
+               {"history.csv", "t,step,h,"},
                {"probes.csv", "t [s],"},
                {"state.txt", "# t "},
                {"result.json", "{\n  \"status\""},

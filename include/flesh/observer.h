@@ -45,8 +45,8 @@ typedef struct flesh_observer {
 } flesh_observer;
 
 /* history.csv: a header and a row per step, flushed as it is written, so that an interrupted run
- * leaves a valid file. Columns: t, step, h, newton, linear, assemblies, projections, backtracks,
- * residual, residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity
+ * leaves a valid file. Columns: t, step, h, internal_steps, newton, linear, assemblies, projections,
+ * backtracks, residual, residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity
  * relative to rest; a second effect of a name is energy_<effect>_2), volume [m^3], volume_ratio,
  * J_min, J_min_tet, J_bound, inverted, and what effects report of themselves: contact_gap [m] (the smallest
  * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of

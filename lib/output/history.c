@@ -81,7 +81,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
     flesh_history_close(&history);
     return status;
   }
-  fputs("t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
+  fputs("t,step,h,internal_steps,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
         history->rows.stream);
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     if (!flesh_system_effect(system, e)->operations->energy) continue;
@@ -150,7 +150,7 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
   put(stream, record->state->t);
   fprintf(stream, "%d,", record->step);
   put(stream, record->h);
-  fprintf(stream, "%d,%d,%d,%d,%d,", stats->newton, stats->linear, stats->assemblies,
+  fprintf(stream, "%d,%d,%d,%d,%d,%d,", stats->steps, stats->newton, stats->linear, stats->assemblies,
           stats->projections, stats->backtracks);
   put(stream, stats->residual_last);
   put(stream, stats->residual_target);

@@ -195,10 +195,7 @@ int flesh_integrator_set_method_options(flesh_integrator *integrator,
   return FLESH_OK;
 }
 
-flesh_method flesh_integrator_method(const flesh_integrator *integrator)
-{
-  return integrator->memory.method;
-}
+flesh_method flesh_integrator_method(const flesh_integrator *integrator) { return integrator->memory.method; }
 
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
@@ -212,15 +209,9 @@ flesh_progress flesh_integrator_progress(const flesh_integrator *self)
   return progress;
 }
 
-const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator)
-{
-  return &integrator->recovery.failure;
-}
+const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator) { return &integrator->recovery.failure; }
 
-void *flesh_integrator_kinsol(const flesh_integrator *integrator)
-{
-  return integrator->nonlinear->kinsol;
-}
+void *flesh_integrator_kinsol(const flesh_integrator *integrator) { return integrator->nonlinear->kinsol; }
 
 void *flesh_integrator_ida(const flesh_integrator *integrator)
 {
@@ -371,7 +362,6 @@ static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_plac
 
 static int step_alone(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  flesh_solve_stats ignored = {0};
   flesh_state view;
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->memory.method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
@@ -396,7 +386,6 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
   }
   const double begin = view.t;
   int shown;
-  if (!stats) stats = &ignored;
   status = flesh_ahead_go_on(&self->ahead, begin + h, rounding, self->part.x, &view, &shown, stats);
   if (!status && !shown) {
     flesh_step_place place = {.begin = view.t, .h = view.t > begin ? begin + h - view.t : h, .at_begin = 1};
@@ -414,7 +403,15 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (atomic_exchange(&self->steps, 1))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is making a step, for another thread or around this call; each "
                                           "thread needs an integrator of its own");
-  const int status = step_alone(self, state, h, stats);
+  flesh_solve_stats ignored = {0};
+  if (!stats) stats = &ignored;
+  const int solves = stats->solves, status = step_alone(self, state, h, stats);
+  if (stats->solves > solves) {
+    self->residual_last = stats->residual_last;
+    self->residual_target = stats->residual_target;
+  }
+  stats->residual_last = self->residual_last; /* also of a state within a step that had been taken before */
+  stats->residual_target = self->residual_target;
   atomic_store(&self->steps, 0);
   return status;
 }

@@ -82,6 +82,7 @@ struct flesh_integrator {
   flesh_energy_watch watch; /* of methods that step in time */
   flesh_multipliers multipliers;
   flesh_internals internals;
+  double residual_last, residual_target; /* N, of the last solve */
   flesh_tape *tape; /* borrowed; NULL: nobody listens */
 };
 

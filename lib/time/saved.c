@@ -93,6 +93,8 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.in_vain);
   FLESH_ARCHIVE(archive, self->recovery.failure);
+  FLESH_ARCHIVE(archive, self->residual_last);
+  FLESH_ARCHIVE(archive, self->residual_target);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);
   flesh_error_control_archive(&self->control, archive);
   flesh_ahead_archive(&self->ahead, self->evaluation->n, archive);

@@ -113,7 +113,7 @@ END
 }
 
 what_is_not_there_is_told() {
-  refused 2 'one has no column foo; it has t, step, h, newton, .*, inverted, tip.position_x, .*, clamp.reaction_moment_z$' \
+  refused 2 'one has no column foo; it has t, step, h, internal_steps, newton, .*, inverted, tip.position_x, .*, clamp.reaction_moment_z$' \
     one --y foo &&
     refused 2 'one has no column bar; it has t' one --y J_min --x bar &&
     refused 2 'one has no column law; it has t' one --y J_min --by law &&

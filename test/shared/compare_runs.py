@@ -6,7 +6,8 @@ import os
 import sys
 
 # How the solver got there, and of several tets with the same J any.
-ITS_OWN = {"newton", "linear", "assemblies", "projections", "backtracks", "residual", "residual_target", "J_min_tet"}
+ITS_OWN = {"internal_steps", "newton", "linear", "assemblies", "projections", "backtracks", "residual", "residual_target",
+           "J_min_tet"}
 
 
 def read_state(path):

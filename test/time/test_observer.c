@@ -235,36 +235,36 @@ static void the_history_has_a_row_per_step(void)
   char header[1024], line[1024];
   CHECK(stream && fgets(header, sizeof header, stream));
   CHECK(!strcmp(header,
-                "t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,"
+                "t,step,h,internal_steps,newton,linear,assemblies,projections,backtracks,residual,residual_target,"
                 "energy_inertia,energy_elasticity,energy_gravity,energy_gravity_2,energy_gravity_3,"
                 "energy_total,volume,volume_ratio,J_min,J_min_tet,J_bound,inverted\n"));
   const char *columns[32];
   int rows = 0;
   double value[32] = {0};
   for (; fgets(line, sizeof line, stream); rows++) {
-    CHECK(split(line, columns, 32) == 22);
-    for (int c = 0; c < 22; c++) value[c] = strtod(columns[c], NULL);
+    CHECK(split(line, columns, 32) == 23);
+    for (int c = 0; c < 23; c++) value[c] = strtod(columns[c], NULL);
     if (!rows)
-      CHECK_NEAR(value[11], 0, 1e-9); /* elastic energy relative to rest: S is not 0 there */
-    CHECK_NEAR(value[15], value[10] + value[11] + value[12] + value[13] + value[14], 1e-9);
-    CHECK(value[1] == rows);
+      CHECK_NEAR(value[12], 0, 1e-9); /* elastic energy relative to rest: S is not 0 there */
+    CHECK_NEAR(value[16], value[11] + value[12] + value[13] + value[14] + value[15], 1e-9);
+    CHECK(value[1] == rows && value[3] == (rows > 0));
   }
   fclose(stream);
   CHECK(rows == 6);
   /* The last row is the final state, to the last bit. */
   CHECK(value[0] == b.state.t && value[0] == 0.5);
-  CHECK(value[16] == flesh_mesh_volume(b.mesh, b.state.x));
-  CHECK(value[17] == value[16] / flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh)));
+  CHECK(value[17] == flesh_mesh_volume(b.mesh, b.state.x));
+  CHECK(value[18] == value[17] / flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh)));
   int worst, inverted;
-  CHECK(value[18] == flesh_mesh_jacobians(b.mesh, b.state.x, NULL, &worst, &inverted));
-  CHECK(value[19] == worst && value[20] == value[18] && value[21] == inverted);
-  CHECK(value[3] > 0 && value[8] <= value[9]);
+  CHECK(value[19] == flesh_mesh_jacobians(b.mesh, b.state.x, NULL, &worst, &inverted));
+  CHECK(value[20] == worst && value[21] == value[19] && value[22] == inverted);
+  CHECK(value[4] > 0 && value[9] <= value[10]);
   const double *v = b.state.v;
   double mass[16], kinetic = 0;
   flesh_mesh_lumped_mass(b.mesh, b.density, mass);
   for (int d = 0; d < 3 * flesh_mesh_node_count(b.mesh); d++)
     kinetic += 0.5 * mass[d / 3] * v[d] * v[d];
-  CHECK_NEAR(value[10], kinetic, 1e-12 * kinetic);
+  CHECK_NEAR(value[11], kinetic, 1e-12 * kinetic);
   CHECK_OK(flesh_history_close(&history));
   CHECK_OK(flesh_history_close(&history));
   close_bar(&b);
