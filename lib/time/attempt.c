@@ -246,6 +246,15 @@ static int is_controlled(const flesh_integrator *self, const trial *trial)
   return self->control.on && trial->row->error != NULL;
 }
 
+/* How far constraints may be off at the stage; 0: as the options say. What stands in where errors choose steps leaves no more
+ * than these, whose own stages would close it at once. */
+static double gap_of(const flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage, int controlled)
+{
+  if (!self->control.on || self->part.gap > 0) return self->part.gap;
+  const double gap = flesh_error_control_gap(&self->control, &stage->shift, row->swings);
+  return controlled ? gap : fmin(gap, self->multipliers.tolerance);
+}
+
 /* Makes and solves the stage memory->at. The constraints of multipliers hold where the last one leads, and at others
  * themselves, which go on from the pressures of the one before. */
 static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_state *state, int last,
@@ -260,8 +269,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   const int controlled = is_controlled(self, trial);
   /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
   if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
-  self->multipliers.allowed = controlled ? flesh_error_control_gap(&self->control, &stage->shift, trial->row->swings)
-                                         : self->part.gap;
+  self->multipliers.allowed = gap_of(self, trial->row, stage, controlled);
   if (controlled && !self->part.softer)
     flesh_error_control_set_target(&self->control, &stage->shift);
   int led = 0;

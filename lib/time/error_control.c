@@ -342,9 +342,9 @@ void flesh_error_control_change(flesh_error_control *self, int longer)
 }
 
 /* The length of the step after one that was accepted, over that one's. */
-static double change(const flesh_error_control *self)
+static double change(const flesh_error_control *self, double h)
 {
-  if (isnan(self->error)) return 1;
+  if (isnan(self->error)) return flesh_error_control_brief(self, 2 * h) / h >= 2 ? 2 : 1; /* out of what rounding gains */
   const double error = fmax(self->error, least_error);
   const double factor = safety * pow(error, -0.7 / self->falls) * pow(self->before, 0.4 / self->falls);
   const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;
@@ -373,7 +373,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     return;
   }
   self->weights.forget = h;
-  if (h >= 0.9 * self->h) self->h = h * change(self);
+  if (h >= 0.9 * self->h) self->h = h * change(self, h);
   else if (!isnan(self->error)) {
     /* An output or an event has cut the step where it is shorter than was wanted: the change is none that a controller has
      * made, and only the error tells what is allowed. */
