@@ -56,6 +56,7 @@ static const double negligible = 1e-3;       /* an unfiltered error below this n
 static const double of_prescribed = 12;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double least_power = 0.1;
+static const double rounded = 0.01; /* of what is brief: a shorter step that was not judged is of rounding, and the next doubled */
 enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
@@ -344,7 +345,7 @@ void flesh_error_control_change(flesh_error_control *self, int longer)
 /* The length of the step after one that was accepted, over that one's. */
 static double change(const flesh_error_control *self, double h)
 {
-  if (isnan(self->error)) return flesh_error_control_brief(self, 2 * h) / h >= 2 ? 2 : 1; /* out of what rounding gains */
+  if (isnan(self->error)) return h < rounded * flesh_error_control_brief(self, self->period) ? 2 : 1;
   const double error = fmax(self->error, least_error);
   const double factor = safety * pow(error, -0.7 / self->falls) * pow(self->before, 0.4 / self->falls);
   const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;
