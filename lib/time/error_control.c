@@ -56,7 +56,7 @@ static const double negligible = 1e-3;       /* an unfiltered error below this n
 static const double of_prescribed = 12;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double least_power = 0.1;
-static const double rounded = 0.01; /* of what is brief: a shorter step that was not judged is of rounding, and the next doubled */
+static const double rounded = 0.01; /* of what is brief: a shorter step that is not judged is of rounding, and the next doubled */
 enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
