@@ -2,9 +2,10 @@
  * h^4, faster than that which the steps of a method of order 3 add up to.
  *
  * However little a nearly incompressible body is off, its volumes are others, and with them its stresses, reactions and energy.
- * Where the imbalance of forces at half the step is worth an energy of more than 9 tolerance^2 of the elastic one, states that
- * are shown are solved for: as stages whose base is the cubic, with an acceleration that is exact but for h^3, so that what
- * steps resolve stays as it is, and all else balances. */
+ * Where the imbalance of forces at half the step is worth an energy of more than 9 tolerance^2 mu/lambda of the elastic one,
+ * states that are shown are solved for: as stages whose base is the cubic, with an acceleration that is exact but for h^3, so
+ * that what steps resolve stays as it is, and all else balances. An error p of the pressure is worth p^2/(2 lambda), a shear
+ * stress s has the energy s^2/(2 mu): hence mu/lambda. */
 #include "time/ahead.h"
 
 #include <math.h>
@@ -16,6 +17,7 @@
 #include "math/hermite.h"
 #include "system/feasible_step.h"
 #include "system/one_effect.h"
+#include "system/softened.h"
 
 enum { VECTORS = 6 };
 static const double most_off = 3;      /* tolerances, that stresses may be off by: no more than steps make them */
@@ -117,7 +119,8 @@ static int is_off(const flesh_ahead *ahead, double *room, flesh_state *state, fl
   interpolate(ahead, (ahead->from.t + ahead->to.t) / 2, room, state);
   const flesh_point point = flesh_evaluation_point(evaluation, state->t, state->x, state->v, ahead->between);
   const double off = flesh_error_control_imbalance(control, ahead->fixed, &point, stats);
-  return !(off <= pow(most_off * control->options.tolerance, 2) * (elastic[0] + elastic[1] - 2 * elastic[2]));
+  const double stiff = fmax(1, flesh_system_stiffness_ratio(control->system));
+  return !(off * stiff <= pow(most_off * control->options.tolerance, 2) * (elastic[0] + elastic[1] - 2 * elastic[2]));
 }
 
 /* The shift of a stage that is shown. */
