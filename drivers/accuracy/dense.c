@@ -1,7 +1,8 @@
 /* dense.c: a track between its times, and how well it is known there.
  *
- * Hermite interpolation of positions and velocities at up to four times (math/hermite.h), never across a break, at which the motion has a kink: between the two times around one that is
- * no time of the track nothing is known. The velocity at a break is that before it, as every method leaves it. */
+ * Hermite interpolation of positions and velocities at up to four times (math/hermite.h), never across a break, at which the
+ * motion has a kink: between the two times around one that is no time of the track nothing is known. The velocity at a break
+ * is that before it, as every method leaves it. */
 #include <math.h>
 #include <stdlib.h>
 

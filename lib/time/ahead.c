@@ -16,8 +16,6 @@
 #include "base/memory.h"
 #include "math/hermite.h"
 #include "system/feasible_step.h"
-#include "system/one_effect.h"
-#include "system/softened.h"
 
 enum { VECTORS = 6 };
 static const double most_off = 3;      /* tolerances, that stresses may be off by: no more than steps make them */
@@ -103,24 +101,17 @@ static void interpolate(const flesh_ahead *ahead, double t, double *room, flesh_
   flesh_system_prescribe_velocity(system, t, state->v, room);
 }
 
-static int has_role(const flesh_effect *effect, int role) { return (int)effect->operations->role == role; }
-
 /* Whether the forces at half the step would be off by much, were its state an interpolated one. Overwrites the state. */
 static int is_off(const flesh_ahead *ahead, double *room, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_error_control *control = ahead->control;
-  const flesh_evaluation *evaluation = &control->nonlinear->newton->equations.evaluation;
-  const double *places[] = {ahead->from.x, ahead->to.x, flesh_mesh_positions(flesh_system_mesh(control->system))};
-  double elastic[3];
-  for (int k = 0; k < 3; k++) {
-    const flesh_point point = flesh_evaluation_point(evaluation, ahead->to.t, places[k], ahead->to.v, ahead->a);
-    if (flesh_system_some_energies(control->system, has_role, FLESH_ROLE_ELASTICITY, &point, NULL, &elastic[k])) return 1;
-  }
+  const double elastic =
+      flesh_error_control_elastic(control, ahead->from.x) + flesh_error_control_elastic(control, ahead->to.x);
   interpolate(ahead, (ahead->from.t + ahead->to.t) / 2, room, state);
-  const flesh_point point = flesh_evaluation_point(evaluation, state->t, state->x, state->v, ahead->between);
+  const flesh_point point = flesh_evaluation_point(&control->nonlinear->newton->equations.evaluation, state->t, state->x,
+                                                   state->v, ahead->between);
   const double off = flesh_error_control_imbalance(control, ahead->fixed, &point, stats);
-  const double stiff = fmax(1, flesh_system_stiffness_ratio(control->system));
-  return !(off * stiff <= pow(most_off * control->options.tolerance, 2) * (elastic[0] + elastic[1] - 2 * elastic[2]));
+  return !(off * control->stiffness <= pow(most_off * control->options.tolerance, 2) * elastic);
 }
 
 /* The shift of a stage that is shown. */

@@ -36,6 +36,7 @@
 #include "base/error.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
+#include "system/softened.h"
 #include "system/system.h"
 #include "system/velocity_scale.h"
 
@@ -92,6 +93,17 @@ static double velocity_scale(flesh_newton *newton)
   return flesh_system_velocity_scale(e->system, equations->K, room, &mass);
 }
 
+static int has_role(const flesh_effect *effect, int role) { return (int)effect->operations->role == role; }
+
+double flesh_error_control_elastic(const flesh_error_control *self, const double *x)
+{
+  const flesh_evaluation *evaluation = &self->nonlinear->newton->equations.evaluation;
+  const flesh_point point = flesh_evaluation_point(evaluation, 0, x, self->e, self->e); /* whatever the velocities are */
+  double energy = 0;
+  const int status = flesh_system_some_energies(self->system, has_role, FLESH_ROLE_ELASTICITY, &point, NULL, &energy);
+  return status ? NAN : energy - self->rest;
+}
+
 void flesh_error_control_measure(flesh_error_control *self)
 {
   const flesh_team *team = flesh_system_team(self->system);
@@ -101,6 +113,9 @@ void flesh_error_control_measure(flesh_error_control *self)
   for (int d = 0; d < self->n; d++) self->e[d] = d % 3 == 0;
   self->mass = mass_square(self, self->e);
   self->nodes = team ? team->all : self->n / 3;
+  self->rest = 0;
+  self->rest = flesh_error_control_elastic(self, flesh_mesh_positions(flesh_system_mesh(self->system)));
+  self->stiffness = fmax(1, flesh_system_stiffness_ratio(self->system));
   flesh_part_weights_measure(&self->weights, self->system, self->length, self->period,
                              (double *[]){self->e, self->force, self->filtered});
   self->nonlinear->newton->goal = (flesh_newton_goal){
@@ -345,7 +360,7 @@ void flesh_error_control_change(flesh_error_control *self, int longer)
 /* The length of the step after one that was accepted, over that one's. */
 static double change(const flesh_error_control *self, double h)
 {
-  if (isnan(self->error)) return h < rounded * flesh_error_control_brief(self, self->period) ? 2 : 1;
+  if (isnan(self->error)) return h < rounded * flesh_error_control_brief(self, self->period) ? longest : 1;
   const double error = fmax(self->error, least_error);
   const double factor = safety * pow(error, -0.7 / self->falls) * pow(self->before, 0.4 / self->falls);
   const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;

@@ -29,6 +29,7 @@ typedef struct flesh_error_control {
   flesh_part_weights weights;     /* how often errors of each of its parts count */
   double largest;                 /* of the weights of a step */
   double nodes;                   /* of the body */
+  double rest, stiffness;         /* J, its elastic energy at rest; lambda/mu of its stiffest material, at least 1 */
   double falls;                   /* the power of h with which the estimate falls */
   double local;                   /* the error of positions that a step may make, over the length */
   double impulses;                /* and that of velocities, which contact makes, times the period */
@@ -87,6 +88,8 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint
 flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,
                                                const double *next, double h, const flesh_shift *shift,
                                                flesh_solve_stats *stats);
+/* The elastic energy of the body at x [n], J, less that at rest; NaN where it has none. */
+double flesh_error_control_elastic(const flesh_error_control *control, const double *x);
 /* The energy, J, that one iteration from the point, of which forces do not balance with its accelerations, would take, by the
  * matrix of the last stage; NaN where that is not known. Overwrites control->force and ->filtered. */
 double flesh_error_control_imbalance(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,

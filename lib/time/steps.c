@@ -411,8 +411,7 @@ static double near_events(const flesh_integrator *self, double begin, double h)
 {
   static const double brief = 1e-3; /* of the step; so that a third of a second may have four digits */
   const double step = self->control.on && self->control.h > 0 ? fmin(h, self->control.h) : h;
-  const int held = flesh_team_any(self->evaluation->team, self->multipliers.count);
-  return fmax(flesh_rounding_of_time(begin, h), held ? brief * step : 0);
+  return fmax(flesh_rounding_of_time(begin, h), self->multipliers.count ? brief * step : 0);
 }
 
 int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, flesh_step_place *place,
