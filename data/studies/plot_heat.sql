@@ -6,17 +6,22 @@ SELECT *, valued AND abs(mean) < 9e999 AS has_value, number('%.3g', mean) AS tex
 CREATE TEMP TABLE map AS
 SELECT *, iif(most > least, most, least + 1) AS high, log LIKE '%z%' AND least > 0 AS is_log,
   (SELECT count FROM axes WHERE axis = 's') AS panels, (SELECT count FROM axes WHERE axis = 'x') AS along,
-  (SELECT count FROM axes WHERE axis = 'y') AS up
+  (SELECT count FROM axes WHERE axis = 'y') AS up, (SELECT letters FROM axes WHERE axis = 'x') AS x_letters,
+  (SELECT letters FROM axes WHERE axis = 'y') AS y_letters
 FROM asked, (SELECT min(mean) AS least, max(mean) AS most, max(length(text)) AS letters FROM cells WHERE has_value);
 
--- Panels side by side, and below one another where they are many; sizes in pixels. A cell is as wide as its number.
+-- Panels side by side, and below one another where they are many; sizes in pixels. A cell is as wide as its number. A letter
+-- of a tic takes 8 pixels; tics of x that are many or long are turned by 60 degrees.
 CREATE TEMP TABLE canvas AS
-SELECT *, 90 + columns * panel_width + (columns - 1) * 24 + 135 AS width, 40 + rows * (panel_height + 34) + 60 AS height FROM (
+SELECT *, at_left + columns * panel_width + (columns - 1) * 24 + 135 AS width, 40 + rows * (panel_height + 34) + below AS height
+FROM (
   SELECT *, (panels + columns - 1) / columns AS rows, max(220, (54 + 7 * max(0, letters - 6)) * min(along, 40)) AS panel_width,
-    max(180, 34 * min(up, 30)) AS panel_height
-  FROM (SELECT *, iif(panels <= 3, panels, CAST(ceil(sqrt(panels)) AS INT)) AS columns FROM map));
+    max(180, 34 * min(up, 30)) AS panel_height, max(90, 44 + 8 * y_letters, iif(is_turned, 5 * x_letters, 0)) AS at_left,
+    iif(is_turned, max(60, 40 + 7 * x_letters), 60) AS below
+  FROM (SELECT *, iif(panels <= 3, panels, CAST(ceil(sqrt(panels)) AS INT)) AS columns, along > 12 OR x_letters > 6 AND
+    (8 * x_letters + 8) * along > 220 AS is_turned FROM map));
 CREATE TEMP TABLE frame AS
-SELECT *, 90.0 / width AS left, 1 - 135.0 / width AS right, 60.0 / height AS low, 1 - 74.0 / height AS top FROM canvas;
+SELECT *, 1.0 * at_left / width AS left, 1 - 135.0 / width AS right, 1.0 * below / height AS low, 1 - 74.0 / height AS top FROM canvas;
 
 -- The labels of x and y are written once for all panels, the tics at the left and below only. Dark cells get light numbers.
 -- to *.gp
@@ -57,7 +62,7 @@ set label 2 %s at screen %.5f,%.5f center rotate noenhanced', right + 20.0 / wid
       substr("by", 1, 100) || ' = ' || label)) || char(10)) ||
     iif(place % columns, 'set ytics ('''' 0)', (SELECT tics FROM axes WHERE axis = 'y')) || char(10) ||
     iif(place + columns < panels, 'set xtics ('''' 0)', (SELECT tics FROM axes WHERE axis = 'x')) || char(10) ||
-    iif(place + columns >= panels AND along > 12, 'set xtics rotate by 60 right' || char(10), '') ||
+    iif(place + columns >= panels AND is_turned, 'set xtics rotate by 60 right' || char(10), '') ||
     iif(place = 1, 'unset colorbox
 unset label
 ', '') || printf('plot $panel%d using 1:2:(0.49):(0.49) with boxxyerror lc rgb ''#d8d8d8'', \

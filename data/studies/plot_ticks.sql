@@ -40,6 +40,6 @@ SELECT axis, place, value, is_number, iif(is_number,
 FROM neighbours;
 
 CREATE TEMP TABLE axes AS
-SELECT axis, count(*) AS count, max(NOT is_number) AS words, printf('set %stics noenhanced (', axis) ||
+SELECT axis, count(*) AS count, max(NOT is_number) AS words, max(length(label)) AS letters, printf('set %stics noenhanced (', axis) ||
   group_concat(printf('%s %d', quoted_tick(label), place), ', ') || ')' AS tics
 FROM (SELECT * FROM ticks ORDER BY axis, place) GROUP BY axis;

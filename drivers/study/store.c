@@ -70,6 +70,7 @@ int flesh_study_store_check(const flesh_study *study)
   flesh_study_store store;
   int bad = -1, status = open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, &store);
   if (!status) status = flesh_study_tables_create(&store, study);
+  if (!status) status = flesh_study_derived_write(&store, study);
   if (!status) status = flesh_study_views_write(&store, &bad);
   if (status && bad >= 0) status = flesh_node_fail_within(status, study->derived[bad].node, "%s", "");
   flesh_study_store_close(&store);
@@ -83,7 +84,7 @@ static int set_extent(flesh_study_store *store, const flesh_study *study)
   snprintf(count, sizeof count, "%d", study->case_count);
   int status = set_meta(store, "cases", count);
   if (!status && study->text) status = set_meta(store, "spec", study->text);
-  return status;
+  return status ? status : flesh_study_derived_write(store, study);
 }
 
 static int create(flesh_study_store *store, const flesh_study *study)

@@ -100,15 +100,21 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
   for (int c = 0; !status && c < study->column_count; c++)
     status = flesh_study_store_execute(store, "INSERT INTO parameters VALUES (%d, %Q, %Q)", c, study->columns[c].name,
                                        study->columns[c].key);
-  for (int d = 0; !status && d < study->derived_count; d++)
-    status = flesh_study_store_execute(store, "INSERT INTO derived VALUES (%d, %Q, %Q)", d, study->derived[d].name,
-                                       study->derived[d].expression);
   size_t index;
   json_t *value;
   json_array_foreach(names, index, value)
     if (!status)
       status = flesh_study_store_execute(store, "INSERT INTO figures VALUES (%d, %Q)", (int)index, json_string_value(value));
   json_decref(names);
+  return status;
+}
+
+int flesh_study_derived_write(flesh_study_store *store, const flesh_study *study)
+{
+  int status = flesh_study_store_execute(store, "DELETE FROM derived");
+  for (int d = 0; !status && d < study->derived_count; d++)
+    status = flesh_study_store_execute(store, "INSERT INTO derived VALUES (%d, %Q, %Q)", d, study->derived[d].name,
+                                       study->derived[d].expression);
   return status;
 }
 

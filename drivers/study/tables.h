@@ -7,6 +7,9 @@
 /* Makes the tables, within a transaction. Refuses columns named as others are. */
 int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study);
 
+/* Writes the derived columns in place of those that are there, within a transaction. */
+int flesh_study_derived_write(flesh_study_store *store, const flesh_study *study);
+
 /* Makes the views, within a transaction. *bad is the derived column that is not valid, -1 if none; the views are then
  * made without it and those after it. */
 int flesh_study_views_write(flesh_study_store *store, int *bad);

@@ -165,7 +165,7 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                                         ? "the spec or the scene it names has changed since, and cases that keep folders "
                                           "cannot get further values; undo the change"
                                         : "the spec or the scene it names has changed since, in more than the values of "
-                                          "axes; undo the change",
+                                          "axes and derived columns; undo the change",
                        .column_count = sweep->column_count,
                        .columns = sweep->described,
                        .repeats = sweep->repeats,

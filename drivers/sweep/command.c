@@ -135,7 +135,7 @@ int flesh_command_sweep(int argc, char **argv)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
   settings set = {.options = {.out = "out/sweep"}};
   const flesh_option rows[] = {
-      FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with values that an axis has got"),
+      FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with further values of axes and other derived columns"),
       FLESH_STUDY_OPTION_JOBS(&set.options),
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},

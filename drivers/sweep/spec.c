@@ -66,14 +66,16 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
   return FLESH_OK;
 }
 
+/* Between the ends of a range are numbers of 15 digits, without the rounding of the arithmetic: 0.45, not
+ * 0.45000000000000007. */
 static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
 {
   char digits[FLESH_NUMBER_SIZE];
-  double value = part <= 0   ? a->from
-                 : part >= 1 ? a->to
-                 : a->spacing == FLESH_SWEEP_LOGARITHMIC ? a->from * pow(a->to / a->from, part)
-                                             : a->from + part * (a->to - a->from);
-  return flesh_arena_print(&sweep->arena, "%s", flesh_number_text(value, digits));
+  if (part <= 0 || part >= 1)
+    return flesh_arena_print(&sweep->arena, "%s", flesh_number_text(part > 0 ? a->to : a->from, digits));
+  return flesh_arena_print(&sweep->arena, "%.15g", a->spacing == FLESH_SWEEP_LOGARITHMIC
+                                                       ? a->from * pow(a->to / a->from, part)
+                                                       : a->from + part * (a->to - a->from));
 }
 
 /* The axis's own values, in order. */

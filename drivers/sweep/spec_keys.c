@@ -129,26 +129,28 @@ static void hash_text(SHA2_CTX *context, const char *text)
   SHA256Update(context, (const uint8_t *)text, strlen(text) + 1);
 }
 
-/* Hashes what all cases have in common. */
-static void hash_common(SHA2_CTX *context, const flesh_sweep *sweep)
+/* Hashes what no sweep that is gone on with may change: what all cases have in common, and the values of axes where the
+ * cases keep folders, whose numbers follow from the values. */
+static void hash_plan(SHA2_CTX *context, const flesh_sweep *sweep)
 {
   char numbers[120];
-  snprintf(numbers, sizeof numbers, "0 %d %d %.17g", sweep->repeats > 1, sweep->seed, sweep->max_seconds);
+  snprintf(numbers, sizeof numbers, "%d %d %d %.17g", sweep->keep, sweep->keep ? sweep->repeats : sweep->repeats > 1,
+           sweep->seed, sweep->max_seconds);
   hash_text(context, numbers);
   for (int k = 0; k < sweep->set.count; k++) hash_text(context, sweep->set.texts[k]);
   for (int k = 0; k < sweep->column_count; k++)
     hash_text(context, sweep->columns[k].name), hash_text(context, sweep->columns[k].key);
-  for (int k = 0; k < sweep->derived_count; k++)
-    hash_text(context, sweep->derived[k].name), hash_text(context, sweep->derived[k].expression);
+  for (int g = 0; sweep->keep && g < sweep->group_count; g++)
+    for (int c = 0; c < sweep->groups[g].columns; c++)
+      for (int k = 0; k < sweep->groups[g].count; k++)
+        hash_text(context, sweep->columns[sweep->groups[g].first + c].values[k]);
 }
 
 int flesh_sweep_make_fingerprint(flesh_sweep *sweep)
 {
   SHA2_CTX context;
   SHA256Init(&context);
-  /* Folders of cases have the numbers of the spec's cases, which must stay. */
-  if (sweep->keep) hash_text(&context, sweep->text);
-  else hash_common(&context, sweep);
+  hash_plan(&context, sweep);
   int status = flesh_settings_hash_file(&context, sweep->scene);
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {

@@ -125,6 +125,26 @@ an_axis_may_grow() {
   expect 2 "$flesh" sweep spec.yaml --out kept --resume && has stderr.txt 'cases that keep folders cannot get further'
 }
 
+# No case runs again for another derived column, a title or a comment, also where cases keep folders.
+derived_columns_may_change() {
+  for keep in false true; do
+    axes='axes: [{key: time.step, values: [1/60, 1/80]}]'
+    spec "keep: $keep" "$axes" 'columns: [{name: work, is: newton * tets}, {name: old, is: 1}]'
+    expect 0 "$flesh" sweep spec.yaml --out "derived_$keep" && ask "derived_$keep/sweep.db" id,started >before || return 1
+    spec "keep: $keep" 'title: the same' "$axes  # the same" 'columns: [{name: work, is: newton + tets}, {name: next, is: 2 * work}]'
+    expect 0 "$flesh" sweep spec.yaml --out "derived_$keep" --resume || return 1
+    ask "derived_$keep/sweep.db" id,started >after && cmp before after &&
+      [ "$(ask "derived_$keep/sweep.db" 'next = 2 * (newton + tets)' 'id = 2')" = 1 ] &&
+      expect 2 "$flesh" sweep export "derived_$keep/sweep.db" --columns old || return 1
+  done
+}
+
+numbers_of_a_range_are_round() {
+  spec 'axes: [{key: body.density, from: 0.1, to: 0.8, count: 3}, {key: body.material.young, from: 0.1, to: 0.9, count: 9}]'
+  expect 0 "$flesh" sweep spec.yaml --dry-run && has stdout.txt 'density.*: 0.1, 0.45, 0.8$' &&
+    has stdout.txt 'young.*: 0.1, 0.2, 0.3, 0.4, \.\.\., 0.9$'
+}
+
 shards_join_to_the_same_bits() {
   undisturbed || return 1
   for shard in 1 2 3; do
@@ -199,6 +219,27 @@ near_values_are_told_apart() {
     [ "$(grep -c '^[01] [012] 0' heat.gp)" -eq 6 ] && [ "$(grep '^[01] [012] 0' heat.gp | cut -d ' ' -f 1,2 | sort -u | wc -l)" -eq 6 ]
 }
 
+# The words beside and below a heat map have room between the picture's edges and the map.
+words_beside_a_heat_map_have_room() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  spec 'axes: [{key: time.method, values: [generalized-alpha, bdf2]}, {key: body.density, values: [1, 2]}]'
+  "$flesh" sweep spec.yaml --out words --quiet || return 1
+  expect 0 "$flesh" sweep plot words/sweep.db --x density --y method --z newton --out words.png &&
+    expect 0 "$flesh" sweep plot words/sweep.db --x method --y density --z newton --out turned.png || return 1
+  python3 - <<'END'
+import re
+def canvas(name):
+    text = open(name + ".gp").read()
+    width, height = map(int, re.search(r"size (\d+),(\d+)", text).groups())
+    left, right, low, top = map(float, re.search(r"margins ([\d.,]+)", text)[1].split(","))
+    return width * left, height * low, "rotate by 60" in text
+left, low, turned = canvas("words")
+assert left >= 30 + 7.5 * len("generalized-alpha") and not turned, (left, turned)
+left, low, turned = canvas("turned")
+assert turned and low >= 30 + 0.87 * 7.5 * len("generalized-alpha"), (low, turned)
+END
+}
+
 pictures_are_drawn() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   undisturbed || return 1
@@ -265,7 +306,8 @@ snakemake_runs_the_shards() {
 }
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
-  an_older_sweep_is_not_overwritten an_axis_may_grow shards_join_to_the_same_bits tables_are_exported a_finished_sweep_needs_no_log \
-  near_values_are_told_apart pictures_are_drawn \
+  an_older_sweep_is_not_overwritten an_axis_may_grow derived_columns_may_change \
+  numbers_of_a_range_are_round shards_join_to_the_same_bits tables_are_exported a_finished_sweep_needs_no_log \
+  near_values_are_told_apart words_beside_a_heat_map_have_room pictures_are_drawn \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards
