@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "math/differences.h"
 #include "scene/scene.h"
+#include "scene/schema.h"
 #include "sensitivity/sensitivity.h"
 #include "system/system.h"
 
@@ -74,8 +75,22 @@ static const flesh_node *node_at(const flesh_node *root, const char *path)
   return node;
 }
 
-/* The size of a value: of a vector's component the largest one's, of a motion's that of the body or a radian at least, as a
- * small one's own would leave round-off; 1: all are 0. */
+/* Whether a key is a length or a place. */
+static int is_length(const char *key)
+{
+  char path[sizeof((flesh_varied *)0)->key], *text = NULL;
+  size_t count = 0;
+  for (; *key; key += strcspn(key, "]") + (*key == '['))
+    while (*key && *key != '[') path[count++] = *key++;
+  path[count] = 0;
+  const int is = !flesh_scene_schema_section(FLESH_SCHEMA_MARKDOWN, path, &text) && strstr(text, "[m] |");
+  free(text);
+  return is;
+}
+
+/* The size of a value: of a vector's component the largest one's, of a rotation a radian at least, as a small one's own would
+ * leave round-off; 1: all are 0. A place's is the body's, whatever the origin, a length's the nearest to its own from a
+ * thousandth of the body's on. Near 1/2 lambda changes with what Poisson's ratio is off it. */
 static double size_of(const flesh_scene *scene, const flesh_node *root, const char *key, double value)
 {
   char list[sizeof((flesh_varied *)0)->key];
@@ -84,16 +99,20 @@ static double size_of(const flesh_scene *scene, const flesh_node *root, const ch
   char *bracket = strrchr(list, '[');
   if (bracket && !strchr(bracket, '.')) *bracket = 0;
   const flesh_node *vector = node_at(root, list);
-  for (int k = 0; vector && vector->kind == FLESH_NODE_LIST && k < vector->count; k++) {
+  const int is_vector = vector && vector->kind == FLESH_NODE_LIST;
+  for (int k = 0; is_vector && k < vector->count; k++) {
     const flesh_node *item = flesh_node_item(vector, k);
     if (item->kind == FLESH_NODE_SCALAR && !flesh_option_number(item->text, &other) && isfinite(other))
       size = fmax(size, fabs(other));
   }
-  if (strstr(key, ".translation[")) {
+  if (is_length(key)) {
     flesh_mesh_info body;
+    double side = 0;
     flesh_mesh_inspect(flesh_system_mesh(flesh_scene_system(scene)), &body);
-    for (int c = 0; c < 3; c++) size = fmax(size, body.high[c] - body.low[c]);
+    for (int c = 0; c < 3; c++) side = fmax(side, body.high[c] - body.low[c]);
+    size = is_vector ? side : fmin(fmax(size, 1e-3 * side), side);
   }
+  if (strstr(key, ".poisson") && value < 0.5) size = fmin(size, 1e3 * (0.5 - value));
   return size > 0 ? size : 1;
 }
 

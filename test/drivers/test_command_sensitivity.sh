@@ -174,7 +174,40 @@ narrow_keys_have_small_differences() {
       --set solver.newton_tolerance=1e-11 || return 1
   done
   by_runs=$(tail -qn 1 0.49988/probes.csv 0.49992/probes.csv | awk -F, 'NR == 1 { z = $4 } NR == 2 { printf "%.9g", ($4 - z) / 4e-5 }')
-  derivatives "abs(d['tip.position_z', 'body.material.poisson'] / $by_runs - 1) < 1e-3"
+  derivatives "abs(d['tip.position_z', 'body.material.poisson'] / $by_runs - 1) < 1e-3" || return 1
+  for ratio in 0.4999965 0.4999975 0.499997; do
+    expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=$ratio --of tip.position_z \
+      --to body.material.poisson --out found.csv || return 1
+    mv found.csv $ratio.csv
+  done
+  python3 - <<'END'
+import csv
+above, below, own = ([float(row[name]) for name in ("value", "derivative")] for row in
+                     (next(csv.DictReader(open(f"{ratio}.csv"))) for ratio in ("0.4999975", "0.4999965", "0.499997")))
+by_values = (above[0] - below[0]) / 1e-6
+print(own, by_values)
+assert abs(own[1] / by_values - 1) < 5e-3
+END
+}
+
+# Places at 0 beside a body of millimetres, whose gaps are of hundredths.
+places_have_differences_of_the_size_of_the_body() {
+  "$flesh" mesh box --cells 4,1,1 --size 0.004,0.001,0.001 --origin 0,0,3e-5 --out small.mesh >/dev/null || return 1
+  cat >small.yaml <<'END'
+body: {mesh: small.mesh, density: 1000, material: {energy: S, young: 1e4, poisson: 0.4}}
+effects:
+  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}
+  - contact: {plane: {point: [0, 0, 0]}}
+  - traction: {box: [[0.00399, -1, -1], [1, 1, 1]], traction: [0, 0, -20]}
+time: {method: static}
+output: {probes: [{name: tip, point: [0.0039, 0.0005, 0.0005], quantities: [position]}]}
+END
+  expect 0 "$flesh" sensitivity small.yaml --of tip.position_z --to 'effects.contact.plane.point[2]' --out found.csv || return 1
+  for place in -2e-7 2e-7; do
+    "$flesh" run small.yaml --out at$place --quiet --set "effects.contact.plane.point[2]=$place" --set solver.newton_tolerance=1e-11 || return 1
+  done
+  by_runs=$(tail -qn 1 at-2e-7/probes.csv at2e-7/probes.csv | awk -F, 'NR == 1 { z = $4 } NR == 2 { printf "%.9g", ($4 - z) / 4e-7 }')
+  derivatives "abs(d['tip.position_z', 'effects.contact.plane.point[2]'] / $by_runs - 1) < 1e-3"
 }
 
 # Keys at an end of their range: the differences lie within.
@@ -219,4 +252,4 @@ END
 
 run_tests the_wall_carries_the_weight keys_that_are_not_given_have_derivatives the_start_has_derivatives \
   equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
-  small_components_have_wide_differences narrow_keys_have_small_differences ends_of_ranges_have_differences
+  small_components_have_wide_differences places_have_differences_of_the_size_of_the_body narrow_keys_have_small_differences ends_of_ranges_have_differences
