@@ -140,7 +140,9 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   free(j.ends);
   free(j.regions);
   flesh_mesh_sets_clear(&j.sets);
-  if (status) return status;
+  if (status)
+    return flesh_node_fail_within(status, flesh_scene_place(scene->root, flesh_scene_table, list_key()->offset),
+                                  "%s: the mesh of all bodies in their places: ", list_key()->name);
   flesh_mesh_destroy(&scene->mesh);
   scene->mesh = joined;
   return FLESH_OK;

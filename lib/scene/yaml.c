@@ -123,6 +123,8 @@ static int take_key(builder *b, struct fy_token *token, int quoted)
   top->key_line = top->node->line;
   top->key_column = top->node->column;
   token_place(token, quoted, &top->key_line, &top->key_column);
+  if (!*top->key)
+    return fail_at(b, top->key_line, top->key_column, "a key of this mapping is empty; keys are words");
   const flesh_node *twin = flesh_node_find(top->node, top->key);
   char path[256], sentence[400];
   if (twin) {
