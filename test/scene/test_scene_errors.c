@@ -52,8 +52,7 @@ static const bad_scene scenes[] = {
     {BODY ": 3\n", {"bad.yaml:1:1: a key of this mapping is empty"}},
     {GRAVITY, {"bad.yaml:1:1: body is missing"}},
     {GRAVITY "body:\n", {"bad.yaml:2:", "body.mesh is missing; it must be the path of a file"}},
-    {GRAVITY "body:\n  density: 3\n",
-     {"bad.yaml:3:3: body.mesh is missing; it must be the path of a file"}},
+    {GRAVITY "body:\n  density: 3\n", {"bad.yaml:3:3: body.mesh is missing; it must be the path of a file"}},
     /* Values. */
     {GRAVITY "body: 3\n",
      {"bad.yaml:2:7: body is 3; it must be a mapping of the keys mesh, density"}},
