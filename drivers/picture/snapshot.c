@@ -30,8 +30,7 @@ static int choose_camera(flesh_snapshot *s)
   s->up_origin = origins[flesh_scene_up(s->runs[0].folder.scene, camera->up)];
   if (s->up) {
     s->up_origin = "as --up says";
-    if (flesh_list_parse(s->up, 3, camera->up) != 3 ||
-        !(fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) > 0))
+    if (flesh_list_parse(s->up, 3, camera->up) != 3 || !flesh_scene_direction(camera->up, camera->up))
       return flesh_fail(FLESH_ERR_ARGUMENT, "--up is '%s'; it must be a direction, such as 0,1,0", s->up);
   }
   if (s->camera) {

@@ -109,6 +109,34 @@ static int fail_at(int status, const flesh_node *node, int line, int column)
   return flesh_fail_within(status, "%s:%d:%d: ", node->source, line, column);
 }
 
+/* The value of that key in a mapping or in the mappings below it; NULL if it is not there. */
+static const flesh_node *find_below(const flesh_node *mapping, const char *key, size_t size)
+{
+  if (mapping->kind != FLESH_NODE_MAPPING) return NULL;
+  for (const flesh_node *child = mapping->first; child; child = child->next)
+    if (!child->removed && !strncmp(child->key, key, size) && !child->key[size]) return child;
+  const flesh_node *found = NULL;
+  for (const flesh_node *child = mapping->first; child && !found; child = child->next)
+    if (!child->removed) found = find_below(child, key, size);
+  return found;
+}
+
+/* The node that a sentence about a mapping is about: that of the last key in it with which one of its parts begins, as in
+ * "effects[0].pin: axes is ..." or "time.gamma is ..."; the mapping where none is. */
+static const flesh_node *subject(const flesh_node *node, const char *sentence)
+{
+  const flesh_node *best = node;
+  for (const char *part = sentence; node && part; part = strstr(part, ": ")) {
+    if (part != sentence) part += 2;
+    const size_t size = strcspn(part, " :");
+    size_t start = size;
+    while (start && part[start - 1] != '.') start--;
+    const flesh_node *found = find_below(node, part + start, strcspn(part + start, "[ :"));
+    if (found && strncmp(part + size, " is missing", strlen(" is missing"))) best = found;
+  }
+  return best;
+}
+
 /* Longer than any error text that is kept. */
 enum { SENTENCE_SIZE = 2048 };
 
@@ -123,6 +151,7 @@ int flesh_node_fail(const flesh_node *node, const char *format, ...)
 {
   READ_SENTENCE(sentence);
   flesh_fail(FLESH_ERR_ARGUMENT, "%s", sentence);
+  node = subject(node, sentence);
   return fail_at(FLESH_ERR_ARGUMENT, node, node ? node->line : 0, node ? node->column : 0);
 }
 
@@ -139,6 +168,7 @@ int flesh_node_fail_within(int status, const flesh_node *node, const char *forma
 {
   READ_SENTENCE(sentence);
   flesh_fail_within(status, "%s", sentence);
+  node = subject(node, flesh_error_text());
   return fail_at(status, node, node ? node->line : 0, node ? node->column : 0);
 }
 

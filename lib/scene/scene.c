@@ -81,7 +81,6 @@ static int read_mesh(flesh_scene *scene)
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, body->offset);
   const flesh_key *mesh =
       flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
-  place = flesh_scene_place(place, body->children, mesh->offset);
   int status = flesh_scene_read_body_mesh(scene, &scene->mesh);
   if (!status)
     status = flesh_scene_fit_mesh(scene, body->name, (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
@@ -121,7 +120,6 @@ static int read_start(flesh_scene *scene)
   const flesh_key *state =
       flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
-  place = flesh_scene_place(place, start->children, state->offset);
   int status = flesh_scene_read_state(scene, &scene->start);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
@@ -130,18 +128,13 @@ static int read_start(flesh_scene *scene)
 
 static int check_solver(const flesh_scene *scene)
 {
-  const flesh_key *solver = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, solver)), *key = solver->children;
+  const flesh_key *solver = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, solver));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, solver->offset);
   const int status = flesh_solver_options_check(&scene->keys.solver);
-  if (status) { /* its text begins with the key's name */
-    while (key->name && strncmp(key->name, flesh_error_text(), strcspn(flesh_error_text(), " "))) key++;
-    if (key->name) place = flesh_scene_place(place, solver->children, key->offset);
-    return flesh_node_fail_within(status, place, "%s.", solver->name);
-  }
+  if (status) return flesh_node_fail_within(status, place, "%s.", solver->name);
 #ifndef FLESH_HAVE_CHOLMOD
   if (scene->keys.solver.linear_solver == FLESH_LINEAR_CHOLMOD) {
-    key = flesh_key_at(solver->children, offsetof(flesh_solver_options, linear_solver));
-    place = flesh_scene_place(place, solver->children, key->offset);
+    const flesh_key *key = flesh_key_at(solver->children, offsetof(flesh_solver_options, linear_solver));
     return flesh_node_fail(place, "%s.%s is %s, which is not built in; it must be %s or %s",
                            solver->name, key->name, key->choices[FLESH_LINEAR_CHOLMOD],
                            key->choices[FLESH_LINEAR_PCG], key->choices[FLESH_LINEAR_KLU]);
@@ -156,10 +149,11 @@ static int check_output(flesh_scene *scene)
   const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
   const flesh_camera *camera = &scene->keys.output.given.camera;
-  if (fabs(camera->elevation) > 90 || camera->field_of_view >= 120)
-    return flesh_node_fail(place, "%s.camera: the elevation is %g and the field of view %g degrees; "
-                                  "they must be -90 to 90 and 0 to less than 120",
-                           output->name, camera->elevation, camera->field_of_view);
+  if (fabs(camera->elevation) > 90)
+    return flesh_node_fail(place, "%s.camera.elevation is %g degrees; it must be -90 to 90", output->name, camera->elevation);
+  if (camera->field_of_view >= 120)
+    return flesh_node_fail(place, "%s.camera.field_of_view is %g degrees; it must be 0 to less than 120", output->name,
+                           camera->field_of_view);
   if (fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) == 0)
     return flesh_node_fail(place, "%s.camera.up is zero; it must be a direction, such as [0, 1, 0]", output->name);
   if (!scene->keys.output.given.skin.surface) return FLESH_OK;

@@ -94,6 +94,8 @@ typedef enum flesh_up_origin {
   FLESH_UP_Z        /* neither says: z */
 } flesh_up_origin;
 
+/* Fills in a unit vector along v, which may be v itself; 0 where v is zero or not finite. */
+int flesh_scene_direction(const double v[3], double unit[3]);
 /* Fills in up [3]. */
 flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
 

@@ -19,8 +19,7 @@ static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_no
   if (by_name ? said : said != 1 || known || flesh_method_order(method) == 0) return FLESH_OK;
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
-  return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
-                         "%s.%s is %s; with method %s, whose error %s, it must be %s, or choose another method",
+  return flesh_node_fail(place, "%s.%s is %s; with method %s, whose error %s, it must be %s, or choose another method",
                          time->name, key->name, by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
                          by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
 }
@@ -59,8 +58,7 @@ int flesh_scene_settle_time(flesh_scene *scene)
   if (scene->keys.time.adaptive.max_order > 5) {
     const flesh_key *order =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.adaptive.max_order) - time->offset);
-    return flesh_node_fail(flesh_scene_place(place, time->children, order->offset),
-                           "%s.%s is %d; it must be 1 to 5", time->name, order->name,
+    return flesh_node_fail(place, "%s.%s is %d; it must be 1 to 5", time->name, order->name,
                            scene->keys.time.adaptive.max_order);
   }
   const flesh_method method = (flesh_method)scene->keys.time.method;
@@ -74,8 +72,7 @@ int flesh_scene_settle_time(flesh_scene *scene)
   if (refused && method == FLESH_METHOD_IDA) {
     const flesh_key *key =
         flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
-    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset), "%s.%s is %s, %s", time->name,
-                           key->name, flesh_method_name(method), refused);
+    return flesh_node_fail(place, "%s.%s is %s, %s", time->name, key->name, flesh_method_name(method), refused);
   }
   flesh_adaptive_options taken;
   status = settle_adaptive(scene, by_name, place, &taken);

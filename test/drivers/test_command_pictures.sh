@@ -205,6 +205,8 @@ what_is_wrong_is_said() {
   expect 2 "$flesh" snap soft --out x.png --frame 7 && has stderr.txt 'the frames of soft are 0, 1, 2 to 6,' || return 1
   expect 2 "$flesh" snap soft --out x.png --frame 1.5 && has stderr.txt 'numbers of frames, as in the names' || return 1
   expect 2 "$flesh" snap soft --out x.png --up 0,0,0 && has stderr.txt "it must be a direction, such as 0,1,0" || return 1
+  expect 0 "$flesh" snap soft --out x.png --up 0,3e200,4e200 && has stdout.txt '^up: (0, 0.6, 0.8), as --up says$' || return 1
+  rm x.png
   expect 2 "$flesh" snap soft --out x.png --width 9 && has stderr.txt '\--width is 9; it must be 16 to 8192 pixels' || return 1
   expect 2 "$flesh" film soft --out x.avi && has stderr.txt 'a video named .mp4, .mkv, .webm or .gif' && [ ! -e x.avi ] || return 1
   expect 2 "$flesh" snap --out x.png && has stderr.txt 'missing RUN...;' || return 1

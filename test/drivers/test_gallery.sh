@@ -79,20 +79,20 @@ what_hangs_pulls_with_its_weight() {
   done
 }
 
-# refused WORDS KEYS [EDIT]: the welded bar with another weld, edited.
+# refused COLUMN WORDS KEYS [EDIT]: the welded bar with another weld, edited.
 refused() {
-  sed "s|- weld: .*|- weld: $2|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" |
-    sed "${3:-}" >weld.yaml
-  expect 2 "$flesh" run weld.yaml --set time.end=0.1 --quiet && grep -qF "weld.yaml:19:11: effects[3].weld: $1" stderr.txt
+  sed "s|- weld: .*|- weld: $3|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" |
+    sed "${4:-}" >weld.yaml
+  expect 2 "$flesh" run weld.yaml --set time.end=0.1 --quiet && grep -qF "weld.yaml:19:$1: effects[3].weld: $2" stderr.txt
 }
 
 welds_that_make_no_sense_are_refused() {
-  refused 'bodies is [soft]; it must be the names of two bodies' '{bodies: [soft]}' &&
-    refused 'bodies is [soft, soft]; a weld ties two different bodies' '{bodies: [soft, soft]}' &&
-    refused "body is 'hard'; the scene has no body of that name" '{bodies: [soft, hard]}' &&
-    refused 'give bodies: [a, b]' '{first: {body: soft}}' &&
-    refused 'bodies is given beside first or second' '{bodies: [soft, stiff], first: {body: soft}}' &&
-    refused 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
+  refused 20 'bodies is [soft]; it must be the names of two bodies' '{bodies: [soft]}' &&
+    refused 20 'bodies is [soft, soft]; a weld ties two different bodies' '{bodies: [soft, soft]}' &&
+    refused 11 "body is 'hard'; the scene has no body of that name" '{bodies: [soft, hard]}' &&
+    refused 11 'give bodies: [a, b]' '{first: {body: soft}}' &&
+    refused 20 'bodies is given beside first or second' '{bodies: [soft, stiff], first: {body: soft}}' &&
+    refused 11 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
 }
 
 # A traction that is none, and a method that cannot have it.

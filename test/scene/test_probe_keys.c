@@ -10,7 +10,7 @@ static const struct {
   const char *probe, *parts[3];
 } bad[] = {
     {"name: tip, point: [9, 0, 0]",
-     {"bad.yaml:4:19: output.probes[0]: point is [9, 0, 0], which no tet holds at rest; the nearest is 5 m away"}},
+     {"bad.yaml:4:38: output.probes[0]: point is [9, 0, 0], which no tet holds at rest; the nearest is 5 m away"}},
     {"name: 3, point: [1, 0, 0]",
      {"output.probes[0]: name is '3'; it must be a letter, then letters, digits, _ and -"}},
     {"point: [1, 0, 0]",
@@ -64,7 +64,7 @@ static void what_bears_is_found_by_its_name(void)
       {"{probes: [{name: a, effect: 'pin[1'}]}", "effect is 'pin[1'; of this scene"},
       {"{probes: [{name: a, effect: elasticity}]}", "effect is 'elasticity'; of this scene"},
       {"{probes: [{name: a, effect: contact, quantities: [reaction]}]}",
-       "bad.yaml:7:19: output.probes[0]: quantities has reaction, but contact has contact_force"},
+       "bad.yaml:7:58: output.probes[0]: quantities has reaction, but contact has contact_force"},
       {"{probes: [{name: pin, nodes: [1]}], reactions: true}",
        "output.reactions: the probe pin: its name is pin, as that of probes[0]; names must differ"}};
   char text[1000];

@@ -210,7 +210,7 @@ static void names_that_there_are_not_are_refused(void)
 {
   static const struct {
     const char *mesh, *effect, *expected;
-  } bad[] = {{"bar.inp", "pin: {set: Clamp}", "s.yaml:1:90: effects[0].pin: set is 'Clamp'; the mesh has the sets 'lower', 'upper' and 'clamp'"},
+  } bad[] = {{"bar.inp", "pin: {set: Clamp}", "s.yaml:1:96: effects[0].pin: set is 'Clamp'; the mesh has the sets 'lower', 'upper' and 'clamp'"},
              {"bar.inp", "force: {set: tip, force: [0, 0, 1]}", "effects[0].force: set is 'tip'; the mesh has the sets"},
              {"bar.inp", "spring: {set: tip, target: {translation: [0, 0, 1]}, stiffness: 1}", ""},
              {"bar.node", "pin: {set: clamp}", "effects[0].pin: set is 'clamp'; the mesh has no named sets"}};
