@@ -54,6 +54,11 @@ def make_results():
     with open("sweep.yaml", "w", encoding="utf-8") as file:
         file.write("scene: bar.yaml\nset: {time.end: 1/30}\naxes: [{key: body.material.young, values: [1e4, 1e5]}]\n")
     flesh("sweep", "sweep.yaml", "--out", "sweep")
+    with open("many.yaml", "w", encoding="utf-8") as file:
+        file.write("scene: bar.yaml\nset: {time.end: 1/60}\naxes:\n  - {key: body.material.young, values: [1e4, 1e5]}\n"
+                   "  - {key: body.density, from: 100, to: 900, count: 9}\n")
+    flesh("sweep", "many.yaml", "--out", "many")
+    flesh("report", "many", "--out", "many.html")
     flesh("report", "drift", "hard", "acc", "sweep", "--out", "all.html")
     flesh("report", "soft", "stiff", "--out", "report.html")
     flesh("report", "drop", "--out", "drop.html")
@@ -101,6 +106,19 @@ def comparisons_open_without_a_word(page):
     page.run("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
     page.wait("return document.querySelectorAll('details .scroll table').length >= 3")
     assert not page.log()
+
+
+def lines_of_many_series_are_told_apart(page):
+    """The ninth line, in the colour of the first, is dashed; cases at one place have no line through them."""
+    load(page, "many.html")
+    lines = """return [...document.querySelectorAll('svg.plot path[stroke-dasharray]')].map((path) =>
+      path.getAttribute('stroke-dasharray'))"""
+    assert page.run(lines) == 8 * ["none"] + ["6 4"], page.run(lines)
+    page.run("""const choice = [...document.querySelectorAll('figure label')].find((label) =>
+      label.textContent.startsWith('x')).querySelector('select');
+      choice.value = 'density'; choice.dispatchEvent(new Event('change'));""")
+    assert page.run(lines) == [], page.run(lines)
+    assert page.run("return document.querySelectorAll('svg.plot circle').length") == 18
 
 
 def the_slider_moves_what_is_seen(page):
@@ -315,9 +333,9 @@ def a_still_picture_stands_where_webgl_fails(_page):
         page.close()
 
 
-TESTS = [reports_open_without_a_word, comparisons_open_without_a_word, the_slider_moves_what_is_seen,
-         keys_do_everything, colours_are_those_of_snap, light_keeps_colours_apart, a_section_takes_half_away,
-         tables_sort_and_plots_read_out, phones_and_dark_rooms_are_served,
+TESTS = [reports_open_without_a_word, comparisons_open_without_a_word, lines_of_many_series_are_told_apart,
+         the_slider_moves_what_is_seen, keys_do_everything, colours_are_those_of_snap, light_keeps_colours_apart,
+         a_section_takes_half_away, tables_sort_and_plots_read_out, phones_and_dark_rooms_are_served,
          a_still_picture_stands_where_webgl_fails]
 
 

@@ -9,6 +9,12 @@ function ink(colour, k) {
   return /^#0{6}$/.test(colour) ? 'var(--ink)' : colour;
 }
 
+/* Where colours come again, the lines of the second time are dashed and its points hollow; of further ones, dotted. */
+const DASHES = ['none', '6 4', '2 3'];
+function dashesOf(k) {
+  return DASHES[Math.min(Math.floor(k / COLOURS.length), DASHES.length - 1)];
+}
+
 class Plot {
   constructor(spec, tables) {
     Object.assign(this, { spec, tables, hidden: new Set(), near: null });
@@ -117,18 +123,24 @@ class Plot {
         name: series.name,
         colour: ink(series.colour, k),
         points: this.pointsOf(this.tables[series.table]),
+        lined: this.spec.lines,
       }));
     const table = this.tables[this.spec.table],
       find = (name) => table.columns.find((column) => column.name === name);
     const where = this.spec.where && find(this.spec.where),
       group = this.choice.group && find(this.choice.group);
     const fits = (k) => !where || where.values[k] === this.spec.is;
-    if (!group) return [{ name: this.choice.y, colour: ink(null, 0), points: this.pointsOf(table, fits) }];
+    if (!group)
+      return [
+        { name: this.choice.y, colour: ink(null, 0), points: this.pointsOf(table, fits), lined: this.spec.lines },
+      ];
     const names = [...new Set(group.values.filter((_, k) => fits(k)))].sort(compare);
     return names.slice(0, 40).map((name, k) => {
       const points = this.pointsOf(table, (row) => fits(row) && group.values[row] === name);
       if (this.spec.lines) points.sort((a, b) => a.x - b.x);
-      return { name: show(name), colour: ink(null, k), points };
+      /* A line through several cases at one place would show what is not there. */
+      const lined = this.spec.lines && new Set(points.map((point) => point.x)).size === points.length;
+      return { name: show(name), colour: ink(null, k), dashes: dashesOf(k), points, lined };
     });
   }
 
@@ -235,23 +247,25 @@ class Plot {
   drawSeries(series) {
     this.drawBand(series);
     const at = series.points.map((point) => `${this.x.at(point.x).toFixed(1)} ${this.y.at(point.y).toFixed(1)}`);
-    if (this.spec.lines && at.length > 1)
+    const hollow = series.dashes && series.dashes !== 'none';
+    if (series.lined && at.length > 1)
       this.svg.append(
         svgElement('path', {
           d: 'M' + at.join('L'),
           fill: 'none',
           style: `stroke:${series.colour}`,
           'stroke-width': 1.6,
+          'stroke-dasharray': series.dashes || 'none',
         }),
       );
-    if (this.spec.lines && at.length > 60) return;
+    if (series.lined && at.length > 60) return;
     for (const point of series.points)
       this.svg.append(
         svgElement('circle', {
           cx: this.x.at(point.x),
           cy: this.y.at(point.y),
           r: 3.2,
-          style: `fill:${series.colour}`,
+          style: hollow ? `fill:none;stroke:${series.colour};stroke-width:1.4` : `fill:${series.colour}`,
         }),
       );
   }
@@ -262,7 +276,10 @@ class Plot {
         ? []
         : this.series.map((series) => {
             const mark = element('i');
-            mark.style.background = series.colour;
+            const [on, off] = (series.dashes || 'none').split(' ');
+            mark.style.background = off
+              ? `repeating-linear-gradient(90deg, ${series.colour} 0 ${on}px, transparent ${on}px ${+on + +off}px)`
+              : series.colour;
             return element(
               'button',
               {
