@@ -129,20 +129,22 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   scene->part_nodes[0] = 0;
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
-  if (!status)
+  if (!status) {
     status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = j.nodes, .tets = j.tet_count, .positions = j.X,
                                                   .tet_nodes = j.tets, .edge_nodes = j.edges, .regions = j.regions,
                                                   .ends = j.ends, .sets = &j.sets},
                               NULL, &joined);
+    if (status)
+      flesh_node_fail_within(status, flesh_scene_place(scene->root, flesh_scene_table, list_key()->offset),
+                             "%s: the mesh of all bodies in their places: ", list_key()->name);
+  }
   free(j.X);
   free(j.tets);
   free(j.edges);
   free(j.ends);
   free(j.regions);
   flesh_mesh_sets_clear(&j.sets);
-  if (status)
-    return flesh_node_fail_within(status, flesh_scene_place(scene->root, flesh_scene_table, list_key()->offset),
-                                  "%s: the mesh of all bodies in their places: ", list_key()->name);
+  if (status) return status;
   flesh_mesh_destroy(&scene->mesh);
   scene->mesh = joined;
   return FLESH_OK;
