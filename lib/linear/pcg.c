@@ -202,7 +202,7 @@ static int iterate(flesh_pcg_space *self, flesh_pcg_work *w, flesh_pcg_result *r
     w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
-    if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
+    if (!(curvature > FLESH_PCG_FLAT * pMp) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
       if (request->after_indefinite == 0) break;
       if (request->after_indefinite < request->max_iterations - result->iterations)

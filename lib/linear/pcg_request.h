@@ -10,6 +10,10 @@ typedef struct flesh_pcg_result {
   int single;             /* it was solved in single precision */
 } flesh_pcg_result;
 
+/* Times p.Mp, M being the preconditioner: a direction p with a smaller p.Ap counts as one without curvature. Where A is
+ * singular, rounding leaves some, and the way along p would be endless. */
+#define FLESH_PCG_FLAT 1e-12
+
 /* A system A x = b and how it is solved. Members from `after_indefinite` on are 0 where nothing more is wanted. */
 typedef struct flesh_pcg_request {
   const flesh_block_matrix *A;
@@ -18,7 +22,7 @@ typedef struct flesh_pcg_request {
   const double *weights; /* [3*rows] of the residual; NULL: ones */
   double tolerance;      /* of the weighted residual's 2-norm */
   int max_iterations;
-  /* How many iterations to go on after the first direction of negative curvature. The conjugate
+  /* How many iterations to go on after the first direction without curvature, or with a negative one. The conjugate
    * directions p part the quadratic model into parabolas of one variable each, so x then goes
    * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
    * be followed, rz / p.Mp (from that direction on). The status is FLESH_NOT_POSITIVE and x descends. */

@@ -238,7 +238,7 @@ int flesh_pcg_in_team(flesh_pcg_work *w, flesh_pcg_result *result)
     if (!(fabs(rz) < INFINITY && fabs(pAp) < INFINITY))
       return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + beta * beta * pMp;
-    if (!(pAp > 0) && status == FLESH_NOT_CONVERGED) {
+    if (!(pAp > FLESH_PCG_FLAT * pMp) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
       if (request->after_indefinite == 0) break;
       if (request->after_indefinite < request->max_iterations - result->iterations)

@@ -195,7 +195,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   flesh_pcg_request solve = {
       .A = self->equations->K, .preconditioner = self->preconditioner, .b = b, .weights = request->weights,
       .tolerance = request->tolerance, .max_iterations = request->max_iterations,
-      .after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
+      .after_indefinite = request->follow_curvature ? 3 : 0,
       .stop = request->stop, .stop_data = request->stop_data, .single = self->single,
       .same = self->rounded_matrix == self->matrix};
   int status = request->gives_way ? limit(self, &solve.max_iterations) : FLESH_OK;

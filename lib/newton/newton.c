@@ -92,9 +92,11 @@ static int solve(flesh_newton *self, iteration *it)
   flesh_direction *direction = &self->direction;
   /* Without inertia K may be singular: the iterations leave alone what a factor throws far away. */
   const int gives_way = self->equations.stage.shift.a != 0 && flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK);
+  /* A filtered matrix bends down nowhere: where it is flat, as along what a static body is free to do, only that leads on. */
+  const int follows = self->iterations.follow_curvature || direction->filter != FLESH_FILTER_NONE;
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = flesh_newton_asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
-                                           .follow_curvature = it->guarded && self->iterations.follow_curvature,
+                                           .follow_curvature = it->guarded && follows,
                                            .gives_way = gives_way,
                                            .weights = self->iterations.weights};
   if (goes_by_factors(self)) return FLESH_NOT_CONVERGED;
@@ -318,6 +320,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
 
 /* Edges and loads that are so many times as large as at first are on the way to no equilibrium. */
 static const double runaway = 10;
+static const double gone = 1000; /* lengths of the body, or times what is prescribed, from where an equilibrium began */
 
 static double squared_length(const double *x, size_t a, size_t b)
 {
@@ -341,8 +344,9 @@ static int is_overstretched(const flesh_equations *equations, const double *x)
   return flesh_team_total(equations->team, now) > runaway * runaway * flesh_team_total(equations->team, before);
 }
 
-/* Whether loads that grow with the shape, as a balloon's pressure, stretch the iterate of an equilibrium without bound: a node
- * has gone farther than what is prescribed asks for, edges are absurdly long, and the loads so many times larger. */
+/* How the iterate of an equilibrium moves without bound; 0: it does not. FLESH_RUNS_FREE: a body that nothing holds falls where
+ * nothing stops it. 1: loads that grow with the shape, as a balloon's pressure, stretch it: a node has gone farther than what
+ * is prescribed asks for, edges are absurdly long, and the loads so many times larger. */
 static int runs_away(flesh_newton *self)
 {
   flesh_equations *equations = &self->equations;
@@ -351,7 +355,9 @@ static int runs_away(flesh_newton *self)
   if (equations->stage.shift.a != 0) return 0;
   for (int k = 0; k < constrained->count; k++) prescribed = fmax(prescribed, fabs(self->u[constrained->dofs[k]]));
   flesh_team_largest(equations->team, 1, &prescribed);
-  return flesh_largest(self->threads, equations->n, self->u) > runaway / 2 * prescribed &&
+  const double farthest = flesh_largest(self->threads, equations->n, self->u);
+  if (farthest > gone * prescribed) return FLESH_RUNS_FREE;
+  return farthest > runaway / 2 * prescribed &&
          is_overstretched(equations, flesh_equations_point(equations, self->u).x) &&
          !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->iterations.first_load;
 }

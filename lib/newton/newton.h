@@ -50,6 +50,8 @@ typedef struct flesh_newton_goal {
   double node_mass; /* kg of a node: a step whose inertia is at most the target ends a solve; 0: none does */
 } flesh_newton_goal;
 
+enum { FLESH_RUNS_FREE = 2 };
+
 /* State of the iterations of one stage. It begins anew with each stage. */
 typedef struct flesh_newton_iterations {
   const double *began;   /* the guess that the stage began at, to be told from others; NULL: u = 0 */
@@ -63,7 +65,7 @@ typedef struct flesh_newton_iterations {
   int moved_nothing;     /* the last step was cut, and would have moved nothing by a digit if it had not */
   int at_round_off;      /* a step was 0, because the residual is at round-off */
   int converged_by_step; /* the last step was so short that no other one is needed */
-  int ran_away;          /* loads that grow with the shape stretched an equilibrium without bound */
+  int ran_away;          /* the loads of an equilibrium stretched it without bound, or led it away (FLESH_RUNS_FREE) */
   int stopped;           /* what `stop` returned; FLESH_OK: go on */
 } flesh_newton_iterations;
 

@@ -144,10 +144,13 @@ static int finest(const flesh_integrator *self)
 /* Ends increments of `loads` with that status. The last solve has tried `increment`. */
 static int end_increments(const flesh_integrator *self, const char *loads, const flesh_load_increment *increment, int status)
 {
-  if (status <= 0 || !self->nonlinear->newton->iterations.ran_away) return status;
-  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the %s would stretch the body without bound, as pressure "
-                                     "beyond the largest that it bears does; with %.3g there is one", self->part.span.end,
-                    increment->to, loads, increment->from);
+  const int ran_away = self->nonlinear->newton->iterations.ran_away;
+  const char *how = ran_away == FLESH_RUNS_FREE
+                        ? "move the body on and on, as nothing holds it or stops it"
+                        : "stretch the body without bound, as pressure beyond the largest that it bears does";
+  if (status <= 0 || !ran_away) return status;
+  return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s: %.3g of the %s would %s; with %.3g there is one",
+                    self->part.span.end, increment->to, loads, how, increment->from);
 }
 
 /* Raises the load from 0 to 1. */
@@ -300,8 +303,9 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
       status = flesh_fail(FLESH_ERR_SOLVE, "something still broke in the last of %d equilibria at t = %g s; smaller steps "
                                            "may help", REPETITIONS, state->t);
     flesh_evaluation_forces_changed(self->evaluation);
-    if (!status && (status = balance(self, state, 0, stats)) > 0)
-      status = flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium after something broke: ");
+    if (status) break;
+    if ((status = balance(self, state, 0, stats)) > 0) status = flesh_recovery_fail(&self->recovery);
+    if (status == FLESH_ERR_SOLVE) status = flesh_fail_within(status, "after something broke: ");
     if (!status) status = check_held(internals, state);
   }
   if (status) flesh_internals_give_back(internals, state);

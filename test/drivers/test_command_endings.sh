@@ -200,6 +200,24 @@ statics_say_what_holds_no_body() {
     has stderr.txt 'effects\[[0-9]\].contact.friction has no effect: in statics there is friction on obstacles that move only'
 }
 
+# K is singular where a free body's statics begins: it turns about the edge that holds it until it hangs, falls onto a plane,
+# or falls for ever, which few iterations tell.
+statics_goes_where_a_body_is_free_to() {
+  scene hung '  - gravity: {}
+  - pin: {box: [[-1, -1, 0.099], [1e-9, 1, 1]]}' 'method: static'
+  for element in tet4 tet10-mean; do
+    expect 0 "$flesh" run hung.yaml --out hung --no-frames --set body.element=$element || return 1
+    has hung/result.json '"newton": [1-9][0-9]*,' && has hung/result.json '"direct": 0,' || return 1
+  done
+  scene falls '  - gravity: {}
+  - contact: {plane: {point: [0, 0, -0.03]}}' 'method: static'
+  expect 0 "$flesh" run falls.yaml --out falls --no-frames && has falls/result.json '"newton": [1-4]\{0,1\}[0-9],' || return 1
+  scene free '  - gravity: {}' 'method: static'
+  expect 4 "$flesh" run free.yaml --out free --no-frames || return 1
+  has stderr.txt 'no equilibrium at t = 0 s: 0.0312 of the load would move the body on and on, as nothing holds it or stops it' &&
+    has stderr.txt 'advice: a body that no pin holds' && has free/result.json '"unfinished_newton": [1-9][0-9]\{0,1\},'
+}
+
 # Loads that follow a rod's end swing it ever wider: the whole derivative leads to the equilibrium, but is not taken where
 # something is near.
 loads_that_follow_for_ever_are_told() {
@@ -288,4 +306,4 @@ a_method_without_inertia_is_told() {
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
   ${long:+thin_bodies_find_what_follows_them} a_long_step_is_told motion_without_force_is_nothing_to_tell \
   more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body nodes_led_into_others_are_told \
-  loads_that_follow_for_ever_are_told a_load_within_a_step_is_told a_method_without_inertia_is_told
+  statics_goes_where_a_body_is_free_to loads_that_follow_for_ever_are_told a_load_within_a_step_is_told a_method_without_inertia_is_told
