@@ -23,8 +23,9 @@
 
 enum { MOST = 64 }; /* columns, and keys */
 
-/* A derivative is as exact as the run is solved: at least so deep, and its own solves. */
-static const double newton_tolerance = 1e-10, tolerance = 1e-10;
+/* A derivative is as exact as the run is solved: at least so deep, and its own solves, of which little is left of a reaction
+ * that dead loads hold. */
+static const double newton_tolerance = 1e-10, tolerance = 1e-12;
 
 typedef struct study {
   const char *path, *of, *to, *out;
