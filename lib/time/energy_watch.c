@@ -38,9 +38,11 @@
  * energy of one such state says little, and the next step takes it back. So an excess counts where three steps in a row
  * have it.
  *
- * Nothing is reported below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left
- * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of
- * a motion as slow as its tolerance. */
+ * Nothing is reported below what is unknown: the rounding of V (1e-10 of the sizes of its terms), the work that residuals
+ * left by the solves can do (their norm times that of u) and what is not known of the reactions' work. Where errors choose
+ * steps, residuals are a part of these errors, and what they gain is reported; unknown is half the tolerance of all work so
+ * far. What is at rest has no energy to gain a share of: the share is of no less than the energy of a vibration as large as
+ * the error that a step may make or, of IDA, of a motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
 #include <math.h>
@@ -216,8 +218,8 @@ static double lasting(flesh_energy_watch *watch)
 static int report(flesh_energy_watch *watch, const flesh_state *state, double excess)
 {
   flesh_energy_balance *b = &watch->balance;
-  const double floor = fmax(watch->rounding + watch->unbalanced, watch->floor);
-  const double gain = (excess - floor) / fmax(b->scale, floor);
+  const double unknown = watch->rounding + watch->unbalanced + watch->doubt * watch->worked;
+  const double gain = (excess - unknown) / fmax(b->scale, fmax(unknown, watch->floor));
   if (!(gain > b->gain)) return 0;
   b->gain = gain;
   b->largest = excess;
@@ -238,7 +240,7 @@ static double most_rise(const flesh_energy_watch *watch, double tolerance)
   const flesh_energy_balance *b = &watch->balance;
   const double scale = fmax(b->scale, watch->energy - fmin(watch->lowest, watch->energy - watch->kinetic));
   const double most = (tolerance > 0 ? fmin(gain_of_controlled, tolerance) : gain_of_fixed * watch->limit) * scale;
-  return watch->rounding + fmax(watch->floor + most - fmax(b->excess, 0), least_of_step * most);
+  return watch->rounding + fmax(watch->floor + watch->doubt * watch->worked + most - fmax(b->excess, 0), least_of_step * most);
 }
 
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance)
@@ -262,7 +264,9 @@ int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state
   flesh_energy_balance *b = &watch->balance;
   const double net = watch->energy - b->supplied, potential = watch->energy - watch->kinetic;
   if (!watch->known) return FLESH_OK;
-  watch->unbalanced += unbalanced;
+  watch->unbalanced += watch->doubt > 0 ? 0 : unbalanced;
+  watch->worked += fabs(b->supplied - watch->counted);
+  watch->counted = b->supplied;
   watch->lowest = fmin(watch->lowest, potential);
   if (net <= watch->least) {
     watch->least = net;
@@ -349,6 +353,8 @@ void flesh_energy_watch_archive(flesh_energy_watch *self, flesh_archive *archive
   FLESH_ARCHIVE(archive, self->rounding);
   FLESH_ARCHIVE(archive, self->unbalanced);
   FLESH_ARCHIVE(archive, self->floor);
+  FLESH_ARCHIVE(archive, self->worked);
+  FLESH_ARCHIVE(archive, self->counted);
   FLESH_ARCHIVE(archive, self->rate);
   FLESH_ARCHIVE(archive, self->rate_t);
   FLESH_ARCHIVE(archive, self->turned);

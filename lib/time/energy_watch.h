@@ -26,7 +26,9 @@ typedef struct flesh_energy_watch {
   /* Since the first state: the least of energy less work, the lowest potential energy, what is in rounding and in what
    * the solves leave unbalanced since that least, J. */
   double least, lowest, rounding, unbalanced;
-  double floor;           /* J, below which nothing is reported */
+  double floor;           /* J, of which no less counts as the motion's energy: what errors that choose steps may be */
+  double doubt;           /* the share of the work that such steps may miscount; 0: errors choose none */
+  double worked, counted; /* J: the work put in and taken out since the first state, up to where `supplied` was that */
   double rate, rate_t;    /* W of work at a stage, and its time; NaN: not known */
   int turned;             /* the step that is counted turns so far that its work is not known */
   double step;            /* s, that is asked of the integrator, which may part it */

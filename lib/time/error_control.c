@@ -160,8 +160,8 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
 
 double flesh_error_control_least_energy(const flesh_error_control *self)
 {
-  const double slow = self->options.tolerance * self->length / (6.283185307179586 * self->period);
-  return 1.5 * self->mass * slow * slow;
+  const double slow = self->local * self->length / (self->largest * self->period);
+  return self->mass * slow * slow / 2;
 }
 
 /* The root mean square of e [n], by mass. */

@@ -53,7 +53,7 @@ void flesh_error_control_measure(flesh_error_control *control);
 void flesh_error_control_clear(flesh_error_control *control);
 void flesh_error_control_archive(flesh_error_control *control, flesh_archive *archive);
 
-/* The energy of a motion as slow as the tolerance, J. */
+/* The energy of a vibration of the body as large as the error that the next step may make, J. */
 double flesh_error_control_least_energy(const flesh_error_control *control);
 
 /* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known). Collective,

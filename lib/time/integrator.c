@@ -12,6 +12,7 @@
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
+static const double doubt_of_work = 0.5; /* of the tolerance: test_energy.c */
 
 /* `count` vectors in one block, or NULL. */
 static double *make_vectors(const flesh_integrator *self, size_t count, double ***vectors)
@@ -245,7 +246,8 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
   integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);
-  integrator->watch.floor = status || !taken.control ? 0 : flesh_error_control_least_energy(&integrator->control);
+  integrator->watch.floor = 0;
+  integrator->watch.doubt = taken.control && !status ? doubt_of_work * taken.tolerance : 0;
   return status;
 }
 

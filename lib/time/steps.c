@@ -301,6 +301,7 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
   flesh_error_control_aim(control, order, state, h);
+  self->watch.floor = flesh_error_control_least_energy(control);
   if (until > piece->end) flesh_ahead_remember(&self->ahead, state);
   int status = take_part(self, state, piece, &only, stats);
   if (status < 0) return status;
