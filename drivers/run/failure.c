@@ -73,8 +73,8 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "pins and prescribed motions may leave incompressible tets no room to keep their volumes: hold fewer nodes "
            "or axes, or set poisson below 0.5";
   if (failure->status == FLESH_UNDEFINED && failure->worst_node < 0 && failure->worst_J > 0.05)
-    return "nodes start or are held in an obstacle or another body, or are led there, however short the step: start them "
-           "elsewhere, end the motion before they meet, or hold fewer nodes";
+    return "nodes start or are held in an obstacle or another body, or are led there also in the shortest step tried: start "
+           "them elsewhere, end the motion before they meet, or hold fewer nodes";
   int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
   if (needs_positive_J(scene) && (failure->status == FLESH_UNDEFINED || !(failure->worst_J > 0.05)))
     return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound near it: try a shorter "
