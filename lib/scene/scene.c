@@ -115,12 +115,16 @@ static int read_start(flesh_scene *scene)
     flesh_scene_start_bodies(scene, scene->start.v);
     return FLESH_OK;
   }
+  const int given = velocity[0] != 0 || velocity[1] != 0 || velocity[2] != 0;
   for (int d = 0; d < 3; d++) velocity[d] = NAN; /* not in force */
   const flesh_key *start = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, start));
   const flesh_key *state =
       flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
   int status = flesh_scene_read_state(scene, &scene->start);
+  if (!status && given)
+    status = flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.velocity has no effect: %s.%s has velocities",
+                                                       start->name, start->name, state->name));
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
                 : FLESH_OK;
@@ -180,34 +184,11 @@ static int read_keys(flesh_scene *scene, int count, const char *const *overrides
   return flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
 }
 
-static int has_friction(const flesh_effect_entry *entry)
-{
-  const flesh_key *key = flesh_key_named(entry->row->keys, "friction");
-  return key && *(const double *)((const char *)entry->parameters + key->offset) > 0;
-}
-
 int flesh_scene_warn(flesh_scene *scene, const char *words)
 {
   if (words && scene->warning) words = flesh_arena_print(&scene->arena, "%s; %s", scene->warning, words);
   if (words) scene->warning = words;
   return words ? FLESH_OK : flesh_no_memory();
-}
-
-/* Equilibria know no speeds but those of obstacles: friction of all else goes into the scene's warning, as it is 0. */
-static int warn_of_friction(flesh_scene *scene)
-{
-  const flesh_effect_entry *entries = scene->keys.effects.values;
-  if (scene->keys.time.method != FLESH_METHOD_STATIC) return FLESH_OK;
-  for (int k = 0; k < scene->keys.effects.count; k++) {
-    if (!has_friction(&entries[k])) continue;
-    const flesh_key *motion = flesh_key_named(entries[k].row->keys, "motion");
-    if (motion && ((const flesh_objects *)((const char *)entries[k].parameters + motion->offset))->count > 1) continue;
-    const int status = flesh_scene_warn(
-        scene, flesh_arena_print(&scene->arena, "%s.friction has no effect: in statics there is friction on obstacles that "
-                                                "move only", entries[k].path));
-    if (status) return status;
-  }
-  return FLESH_OK;
 }
 
 static int read_scene(flesh_scene *scene, int count, const char *const *overrides)
@@ -221,8 +202,8 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = flesh_scene_make_system(scene);
   if (!status) status = flesh_stop_ask_before((size_t)flesh_mesh_tet_count(scene->mesh));
   if (!status) status = flesh_scene_settle_time(scene);
-  if (!status) status = warn_of_friction(scene);
   if (!status) status = read_start(scene);
+  if (!status) status = flesh_scene_warn_of_unused(scene);
   if (!status) status = check_output(scene);
   if (!status) status = flesh_scene_make_probes(scene);
   if (!status) status = flesh_scene_check_fields(scene);
@@ -358,6 +339,12 @@ int flesh_scene_write(const flesh_scene *scene, const char *path)
   }
   free(text.data);
   return status;
+}
+
+static int has_friction(const flesh_effect_entry *entry)
+{
+  const flesh_key *key = flesh_key_named(entry->row->keys, "friction");
+  return key && *(const double *)((const char *)entry->parameters + key->offset) > 0;
 }
 
 const char *flesh_scene_tangents_refused(const flesh_scene *scene)

@@ -37,6 +37,8 @@ void flesh_scene_print(const flesh_scene *scene, flesh_text *text);
 
 /* Adds what flesh_arena_print returned to the scene's warning. FLESH_ERR_MEMORY, also for NULL. */
 int flesh_scene_warn(flesh_scene *scene, const char *words);
+/* Adds to it the keys and effects that mean nothing in this scene; needs the system, the time and the start. */
+int flesh_scene_warn_of_unused(flesh_scene *scene);
 
 /* The node of `name` (may be NULL), else the one above it: where an error about it is reported. */
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset);

@@ -1,0 +1,252 @@
+/* unused.c: warns of keys and effects that mean nothing beside what else the scene chose: no figure depends on them. A
+ * value that is the key's default needs no warning. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "geometry/motion.h"
+#include "scene/effect_list.h"
+#include "scene/keys.h"
+#include "scene/probe_effects.h"
+#include "scene/scene.h"
+#include "system/system.h"
+
+static int is_static(const flesh_scene *s) { return s->time.method == FLESH_METHOD_STATIC; }
+static int moves(const flesh_scene *s) { return !is_static(s); }
+static int uses_alpha(const flesh_scene *s) { return s->time.method == FLESH_METHOD_HHT; }
+static int uses_beta(const flesh_scene *s) { return s->time.method == FLESH_METHOD_NEWMARK; }
+static int uses_radius(const flesh_scene *s) { return s->time.method == FLESH_METHOD_GENERALIZED_ALPHA; }
+static int uses_table(const flesh_scene *s) { return s->time.method == FLESH_METHOD_RUNGE_KUTTA; }
+static int uses_order(const flesh_scene *s) { return s->time.method == FLESH_METHOD_IDA; }
+static int has_pcg(const flesh_scene *s) { return s->keys.solver.linear_solver == FLESH_LINEAR_PCG; }
+static int has_newton(const flesh_scene *s) { return s->time.method != FLESH_METHOD_IDA; }
+static int errors_choose(const flesh_scene *s) { return s->time.adaptive.control || uses_order(s); }
+static int uses_adaptive(const flesh_scene *s)
+{
+  return is_static(s) ? s->keys.time.controlled == 0 : !uses_order(s) || s->keys.time.controlled == 1;
+}
+static int takes_steps(const flesh_scene *s) { return moves(s) || flesh_system_moves(s->system); }
+static int has_frames(const flesh_scene *s) { return s->keys.output.given.frame_interval > 0; }
+static int has_places(const flesh_scene *s)
+{
+  return has_frames(s) && (s->keys.output.given.fields & ~(unsigned)(FLESH_FIELD_DISPLACEMENT | FLESH_FIELD_VELOCITY |
+                                                                     FLESH_FIELD_REACTION | FLESH_FIELD_CONTACT_FORCE));
+}
+static int has_bearing(const flesh_scene *s) { return flesh_scene_count_bearing(s) > 0; }
+
+/* A key of a section, whether the scene uses it, and what would. */
+static const struct {
+  const char *section, *key;
+  int (*is_used)(const flesh_scene *scene);
+  const char *user;
+} rules[] = {
+    {"time", "alpha", uses_alpha, "it is for method hht"},
+    {"time", "beta", uses_beta, "it is for method newmark"},
+    {"time", "gamma", uses_beta, "it is for method newmark"},
+    {"time", "spectral_radius", uses_radius, "it is for method generalized-alpha"},
+    {"time", "table", uses_table, "it is for methods runge-kutta and adaptive"},
+    {"time", "max_order", uses_order, "it is for method ida"},
+    {"time", "tolerance", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
+    {"time", "max_step", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
+    {"time", "max_steps", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
+    {"time", "adaptive", uses_adaptive, "ida always chooses its steps, and static never does"},
+    {"time", "max_energy_gain", moves, "an equilibrium gains no energy"},
+    {"time", "step", takes_steps, "an equilibrium in which nothing changes with time takes one step"},
+    {"start", "velocity", moves, "an equilibrium has no velocities"},
+    {"solver", "linear_tolerance", has_pcg, "it is for linear_solver pcg"},
+    {"solver", "max_linear", has_pcg, "it is for linear_solver pcg"},
+    {"solver", "preconditioner", has_pcg, "it is for linear_solver pcg"},
+    {"solver", "newton_tolerance", has_newton, "ida judges its solves by time.tolerance"},
+    {"solver", "max_newton", has_newton, "ida has its own Newton iteration"},
+    {"solver", "max_cutbacks", has_newton, "ida chooses its steps"},
+    {"solver", "lag_iterations", has_newton, "ida has its own Newton iteration"},
+    {"solver", "line_search", has_newton, "ida has its own Newton iteration"},
+    {"solver", "techniques", has_newton, "ida has its own Newton iteration"},
+    {"solver", "accept_unconverged", has_newton, "ida has its own Newton iteration"},
+    {"output", "fields", has_frames, "frame_interval is 0: there are no frames"},
+    {"output", "fields_at", has_places, "no frame has a field that it is for"},
+    {"output", "reactions", has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
+};
+
+/* Whether the value is another than the key has by default. */
+static int is_given(flesh_scene *scene, const flesh_key *key, const void *value)
+{
+  _Alignas(16) char other[64];
+  flesh_key row[] = {*key, {0}};
+  flesh_key_reader reader = {.arena = &scene->arena};
+  flesh_text texts[2] = {{0}};
+  row->offset = 0;
+  if (flesh_keys_read(&reader, row, NULL, NULL, "", other)) return 0;
+  flesh_keys_write(row, value, 0, &texts[0]);
+  flesh_keys_write(row, other, 0, &texts[1]);
+  const int given = strcmp(texts[0].data ? texts[0].data : "", texts[1].data ? texts[1].data : "") != 0;
+  for (int k = 0; k < 2; k++) free(texts[k].data);
+  return given;
+}
+
+static int warn(flesh_scene *scene, const char *path, const char *key, const char *why)
+{
+  return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s%s%s has no effect: %s", path, key ? "." : "",
+                                                   key ? key : "", why));
+}
+
+static int warn_of_sections(flesh_scene *scene)
+{
+  int status = FLESH_OK;
+  for (size_t k = 0; k < sizeof rules / sizeof *rules && !status; k++) {
+    const flesh_key *section = flesh_key_named(flesh_scene_table, rules[k].section);
+    const flesh_key *key = flesh_key_named(section->children, rules[k].key);
+    const void *value = (const char *)&scene->keys + section->offset + key->offset;
+    if (!rules[k].is_used(scene) && is_given(scene, key, value))
+      status = warn(scene, section->name, key->name, rules[k].user);
+  }
+  return status;
+}
+
+/* The value of the effect's key; NULL where the effect has no key of that name. */
+static const void *value_of(const flesh_effect_entry *entry, const char *name)
+{
+  const flesh_key *key = flesh_key_named(entry->row->keys, name);
+  return key ? (const char *)entry->parameters + key->offset : NULL;
+}
+
+/* The effect's list of points in time; NULL where it has none. */
+static const flesh_objects *points_of(const flesh_effect_entry *entry, const flesh_key **key)
+{
+  for (*key = entry->row->keys; (*key)->name; (*key)++)
+    if ((*key)->type == FLESH_KEY_OBJECTS && flesh_key_named((*key)->children, "time"))
+      return (const flesh_objects *)((const char *)entry->parameters + (*key)->offset);
+  return NULL;
+}
+
+static int has_points(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const flesh_key *key;
+  const flesh_objects *points = points_of(entry, &key);
+  (void)scene;
+  return points && points->count > 1;
+}
+
+static int turns(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const flesh_objects *motion = value_of(entry, "motion");
+  const flesh_keyframe *frames = motion ? motion->values : NULL;
+  (void)scene;
+  for (int k = 0; motion && k < motion->count; k++)
+    if (frames[k].rotation[0] != 0 || frames[k].rotation[1] != 0 || frames[k].rotation[2] != 0) return 1;
+  return !motion;
+}
+
+static int rubs(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  (void)scene;
+  return *(const double *)value_of(entry, "friction") > 0;
+}
+
+/* Equilibria know no speeds but those of obstacles. */
+static int can_rub(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const flesh_objects *motion = value_of(entry, "motion");
+  return moves(scene) || (motion && motion->count > 1);
+}
+
+static int has_speeds(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  (void)entry;
+  return moves(scene);
+}
+
+static int is_stiff(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const double *stiffness = value_of(entry, "stiffness");
+  (void)scene;
+  return *stiffness > 0;
+}
+
+/* A key of effects, or all of an effect. */
+static const struct {
+  const char *effect, *key; /* NULL: of any; all of it */
+  int (*is_used)(const flesh_scene *scene, const flesh_effect_entry *entry);
+  const char *user;
+} effect_rules[] = {
+    {NULL, "interpolation", has_points, "there are no two points in time between which values change"},
+    {"prescribed_motion", "centre", turns, "nothing turns about it"},
+    {"contact", "centre", turns, "nothing turns about it"},
+    {"contact", "slip_speed", rubs, "there is no friction"},
+    {"contact", "friction", can_rub, "in statics there is friction on obstacles that move only"},
+    {"damping", "stiffness_at", is_stiff, "there is no damping by stiffness"},
+    {"damping", NULL, has_speeds, "an equilibrium has no velocities"},
+    {"viscosity", NULL, has_speeds, "an equilibrium has no velocities"},
+    {"settling_damping", NULL, has_speeds, "an equilibrium has no velocities"},
+    {"muscle", "max_shortening_velocity", has_speeds, "an equilibrium has no velocities"},
+};
+
+static int warn_of_effect(flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  int status = FLESH_OK;
+  for (size_t k = 0; k < sizeof effect_rules / sizeof *effect_rules && !status; k++) {
+    const char *name = effect_rules[k].key;
+    if (effect_rules[k].effect && strcmp(effect_rules[k].effect, entry->row->name)) continue;
+    const flesh_key *key = name ? flesh_key_named(entry->row->keys, name) : NULL;
+    if ((name && !key) || effect_rules[k].is_used(scene, entry)) continue;
+    if (!key || is_given(scene, key, value_of(entry, name))) status = warn(scene, entry->path, name, effect_rules[k].user);
+  }
+  return status;
+}
+
+/* Effects that act before the start or after the end alone, and points in time of which only the first is reached. What
+ * ends before a start.state that goes on from another run has acted in that run. */
+static int warn_of_times(flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const double begin = scene->start.t, end = scene->time.end;
+  const double *from = value_of(entry, "from"), *until = value_of(entry, "until");
+  const flesh_key *key;
+  const flesh_objects *points = points_of(entry, &key);
+  char why[120];
+  int status = FLESH_OK;
+  if (until && *until <= begin && !(begin > 0 && *until > 0)) {
+    snprintf(why, sizeof why, "it ends at %g s, and the run begins at %g s", *until, begin);
+    status = warn(scene, entry->path, NULL, why);
+  }
+  if (from && *from > end) {
+    snprintf(why, sizeof why, "it begins at %g s, and the run ends at %g s", *from, end);
+    status = warn(scene, entry->path, NULL, why);
+  }
+  if (status || !points || points->count < 2) return status;
+  const double *t = (const double *)((const char *)points->values + flesh_key_named(key->children, "time")->offset);
+  if (*t < end) return FLESH_OK;
+  snprintf(why, sizeof why, "the first point is at %g s, and the run ends at %g s", *t, end);
+  return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.%s changes nothing: %s", entry->path, key->name, why));
+}
+
+/* Warns of velocities that a start.state replaces, and of points of reference for moments that a probe has not. */
+static int warn_of_lists(flesh_scene *scene)
+{
+  const flesh_scene_other *others = scene->keys.bodies.values;
+  const flesh_scene_probe *probes = scene->keys.output.probes.values;
+  char path[40];
+  int status = FLESH_OK;
+  for (int k = 0; k < scene->keys.bodies.count && !status; k++) {
+    snprintf(path, sizeof path, "bodies[%d]", k);
+    if (isnan(others[k].velocity[0]) || (moves(scene) && !scene->keys.start.state)) continue;
+    status = warn(scene, path, "velocity", is_static(scene) ? "an equilibrium has no velocities" : "start.state has velocities");
+  }
+  for (int k = 0; k < scene->keys.output.probes.count && !status; k++) {
+    snprintf(path, sizeof path, "output.probes[%d]", k);
+    if (!isnan(probes[k].about[0]) && !(probes[k].quantities & (FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE)))
+      status = warn(scene, path, "about", "none of its quantities is a moment");
+  }
+  return status;
+}
+
+int flesh_scene_warn_of_unused(flesh_scene *scene)
+{
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  int status = warn_of_sections(scene);
+  for (int k = 0; k < scene->keys.effects.count && !status; k++) {
+    status = warn_of_effect(scene, &entries[k]);
+    if (!status) status = warn_of_times(scene, &entries[k]);
+  }
+  return status ? status : warn_of_lists(scene);
+}
