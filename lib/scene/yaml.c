@@ -29,7 +29,7 @@ typedef struct builder {
   flesh_arena *arena;
   const flesh_source *source;
   const char *text; /* as libfyaml has it */
-  size_t size;
+  size_t size, behind; /* of text; in it the place behind the last token */
   flesh_node *root;
   anchor *anchors;
   int depth, nodes, documents;
@@ -114,6 +114,19 @@ static void path_of(const builder *b, const char *key, char *path, size_t size)
   }
 }
 
+/* Where a key without a token stands: at the ? or : that is the next after the last token. */
+static void empty_key_place(const builder *b, int *line, int *column)
+{
+  size_t at = b->behind, start = 0;
+  for (; at < b->size && b->text[at] != ':' && b->text[at] != '?'; at++)
+    if (b->text[at] == '#') /* a comment */
+      while (at + 1 < b->size && b->text[at + 1] != '\n') at++;
+  *line = 1;
+  for (size_t k = 0; k < at && k < b->size; k++)
+    if (b->text[k] == '\n') (*line)++, start = k + 1;
+  *column = (int)(at - start) + 1;
+}
+
 /* A scalar that is a key of the innermost mapping. */
 static int take_key(builder *b, struct fy_token *token, int quoted)
 {
@@ -123,6 +136,7 @@ static int take_key(builder *b, struct fy_token *token, int quoted)
   top->key_line = top->node->line;
   top->key_column = top->node->column;
   token_place(token, quoted, &top->key_line, &top->key_column);
+  if (!*top->key && !quoted) empty_key_place(b, &top->key_line, &top->key_column);
   if (!*top->key)
     return fail_at(b, top->key_line, top->key_column, "a key of this mapping is empty; keys are words");
   const flesh_node *twin = flesh_node_find(top->node, top->key);
@@ -259,37 +273,71 @@ static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
   return FLESH_OK;
 }
 
+/* The tokens of an event: what stands there (NULL: nothing) and its tag. */
+static struct fy_token *token_of(struct fy_event *event, struct fy_token **tag)
+{
+  *tag = NULL;
+  switch (event->type) {
+  case FYET_SCALAR: *tag = event->scalar.tag; return event->scalar.value;
+  case FYET_MAPPING_START: *tag = event->mapping_start.tag; return event->mapping_start.mapping_start;
+  case FYET_SEQUENCE_START: *tag = event->sequence_start.tag; return event->sequence_start.sequence_start;
+  case FYET_ALIAS: return event->alias.anchor;
+  default: return NULL;
+  }
+}
+
+/* Notes the place behind the event's token; behind a value that is empty, that behind the colon of its key. */
+static void note_place(builder *b, const struct fy_event *event, struct fy_token *token, int key_expected)
+{
+  const struct fy_mark *end = token ? fy_token_end_mark(token) : NULL;
+  if (end && end->input_pos > b->behind) b->behind = end->input_pos;
+  else if (event->type == FYET_SCALAR && !key_expected)
+    while (b->behind < b->size && b->text[b->behind++] != ':') {}
+}
+
+static int refuse_tag(const builder *b, struct fy_token *tag)
+{
+  int line = 1, column = 1;
+  token_place(tag, 0, &line, &column);
+  return fail_at(b, line, column, "a tag of YAML (!name), which means nothing in a scene; leave it out");
+}
+
 static int take_event(builder *b, struct fy_event *event)
 {
   int in_mapping = b->depth && b->stack[b->depth - 1].node->kind == FLESH_NODE_MAPPING;
   int key_expected = in_mapping && !b->stack[b->depth - 1].key;
-  struct fy_token *token;
+  struct fy_token *tag, *token = token_of(event, &tag);
+  if (tag) return refuse_tag(b, tag);
   switch (event->type) {
   case FYET_DOCUMENT_START:
     return b->documents++ ? fail_at(b, 1, 1, "more than one YAML document (---); a scene is one")
                           : FLESH_OK;
   case FYET_SCALAR: {
-    token = event->scalar.value;
     enum fy_scalar_style style = token ? fy_token_scalar_style(token) : FYSS_PLAIN;
-    if (key_expected)
-      return take_key(b, token, style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED);
+    if (key_expected) {
+      int status = take_key(b, token, style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED);
+      note_place(b, event, token, key_expected);
+      return status;
+    }
+    note_place(b, event, token, key_expected);
     return take_value(b, FLESH_NODE_SCALAR, token, event->scalar.anchor,
                       token && style != FYSS_PLAIN);
   }
   case FYET_MAPPING_START:
   case FYET_SEQUENCE_START: {
     int mapping = event->type == FYET_MAPPING_START;
-    token = mapping ? event->mapping_start.mapping_start : event->sequence_start.sequence_start;
     if (key_expected) {
       int line = 1, column = 1;
       token_place(token, 0, &line, &column);
       return fail_at(b, line, column, "a key is a list or mapping; keys are words");
     }
+    note_place(b, event, token, key_expected);
     return take_value(b, mapping ? FLESH_NODE_MAPPING : FLESH_NODE_LIST, token,
                       mapping ? event->mapping_start.anchor : event->sequence_start.anchor, 0);
   }
   case FYET_ALIAS:
-    if (!key_expected) return take_alias(b, event->alias.anchor);
+    note_place(b, event, token, key_expected);
+    if (!key_expected) return take_alias(b, token);
     return fail_at(b, b->stack[b->depth - 1].node->line, b->stack[b->depth - 1].node->column,
                    "a key of this mapping is an alias; keys are words");
   case FYET_MAPPING_END:

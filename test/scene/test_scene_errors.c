@@ -49,7 +49,7 @@ static const bad_scene scenes[] = {
      {"bad.yaml:5:7: effects[0].pin.axes stands twice"}},
     {"{\"body\": 1, \"body\": 2}", {"bad.yaml:1:13: body stands twice"}},
     {"body:\n  mesh: a\n  \"\": 3\n", {"bad.yaml:3:3: a key of this mapping is empty; keys are words"}},
-    {BODY ": 3\n", {"bad.yaml:1:1: a key of this mapping is empty"}},
+    {BODY ": 3\n", {"bad.yaml:2:1: a key of this mapping is empty"}},
     {GRAVITY, {"bad.yaml:1:1: body is missing"}},
     {GRAVITY "body:\n", {"bad.yaml:2:", "body.mesh is missing; it must be the path of a file"}},
     {GRAVITY "body:\n  density: 3\n", {"bad.yaml:3:3: body.mesh is missing; it must be the path of a file"}},
