@@ -11,6 +11,7 @@
 #include "scene/scene.h"
 #include "cli/overrides.h"
 #include "run/result.h"
+#include "run/start.h"
 #include "system/derivative_check.h"
 #include "study/embedded.h"
 
@@ -144,6 +145,7 @@ static int check(const flesh_scene *scene, int *failed)
   flesh_materials_print(stdout, scene);
   int status = report_skin(scene);
   if (!status) status = report_system(scene, scene->start.t);
+  if (!status) status = flesh_start_try(scene);
   return status ? status : differentiate(scene, &scene->start, failed);
 }
 

@@ -99,11 +99,7 @@ static int open_state(flesh_running *r)
   const int status = flesh_start_make(r->scene, &r->state);
   if (status) return status;
   r->start_t = r->state.t;
-  if (r->start_t > flesh_scene_times(r->scene)->end)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "%s: the start state is at t = %g s, after time.end = %g s",
-                      r->options->scene_path, r->start_t, flesh_scene_times(r->scene)->end);
-  return FLESH_OK;
+  return flesh_start_check(r->scene);
 }
 
 static int create_integrator(flesh_running *r)

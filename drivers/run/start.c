@@ -4,7 +4,11 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "scene/keys.h"
+#include "scene/scene.h"
+#include "system/feasible_step.h"
 #include "system/system.h"
+#include "time/integrator.h"
 
 int flesh_state_make(int nodes, int multipliers, int internal, flesh_state *state)
 {
@@ -25,6 +29,30 @@ int flesh_start_make(const flesh_scene *scene, flesh_state *state)
   const int status = flesh_state_make(flesh_mesh_node_count(flesh_scene_mesh(scene)), flesh_system_multiplier_count(system),
                                       flesh_system_internal_count(system), state);
   if (!status) flesh_scene_start(scene, state);
+  return status;
+}
+
+int flesh_start_check(const flesh_scene *scene)
+{
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, time));
+  const double t = scene->start.t;
+  const int status = flesh_run_check_times(time->step, time->end, 0, t, t);
+  return status ? flesh_node_fail_within(status, place, "time.end: ") : FLESH_OK;
+}
+
+int flesh_start_try(const flesh_scene *scene)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  flesh_integrator *integrator = NULL;
+  flesh_state state = {0};
+  int status = flesh_start_check(scene);
+  if (!status) status = flesh_start_make(scene, &state);
+  if (!status) status = flesh_start_integrator(scene, system, flesh_scene_solver(scene), &integrator);
+  if (!status) status = flesh_system_check_with(system, state.internal, state.t, state.x);
+  if (!status) status = flesh_integrator_begin(integrator, &state);
+  flesh_integrator_destroy(&integrator);
+  free(state.x);
   return status;
 }
 

@@ -10,6 +10,11 @@ int flesh_state_make(int nodes, int multipliers, int internal, flesh_state *stat
 /* The scene's start, with the pressures and what effects remember. FLESH_ERR_MEMORY. */
 int flesh_start_make(const flesh_scene *scene, flesh_state *state);
 
+/* FLESH_ERR_ARGUMENT with its place where steps from the scene's start to its end cannot be taken. */
+int flesh_start_check(const flesh_scene *scene);
+/* All that a run refuses before its first step. */
+int flesh_start_try(const flesh_scene *scene);
+
 /* An integrator of the scene's method with all that its section `time` says. Returns new. */
 int flesh_start_integrator(const flesh_scene *scene, const flesh_system *system, const flesh_solver_options *solver,
                            flesh_integrator **integrator);

@@ -114,7 +114,7 @@ static void path_of(const builder *b, const char *key, char *path, size_t size)
   }
 }
 
-/* Where a key without a token stands: at the ? or : that is the next after the last token. */
+/* Finds the place of a key that has no token: that of the next ? or : after the last token. */
 static void empty_key_place(const builder *b, int *line, int *column)
 {
   size_t at = b->behind, start = 0;

@@ -128,4 +128,7 @@ const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, co
  * Owned by the integrator. */
 flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 
+/* FLESH_ERR_ARGUMENT where a run cannot go from `t` to `end` in steps of h, of which `step` from `begin` have led to t. */
+int flesh_run_check_times(double h, double end, int step, double begin, double t);
+
 #endif

@@ -200,26 +200,25 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
   return status;
 }
 
-/* FLESH_ERR_ARGUMENT where such steps cannot be taken. */
-static int check_steps(const flesh_run_options *options, int step, double begin, const flesh_state *state)
+int flesh_run_check_times(double h, double end, int step, double begin, double t)
+{
+  if (!(h > 0) || !isfinite(h)) return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
+  if (!isfinite(end) || end < t)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the end is %g s; it must not lie before the start at %g s", end, t);
+  if ((end - begin) / h >= INT_MAX)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%g s in steps of %g s are %.3g steps; at most %d can be taken", end - begin, h,
+                      (end - begin) / h, INT_MAX - 1);
+  if (step < 0 || !(begin <= t) || (step == 0 && begin != t))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "step %d since %g s cannot have led to %g s", step, begin, t);
+  return FLESH_OK;
+}
+
+static int check_observers(const flesh_run_options *options)
 {
   if (options->observer_count < 0 || (options->observer_count && !options->observers))
     return flesh_fail(FLESH_ERR_ARGUMENT, "observer_count is %d; observers must be an array of as many", options->observer_count);
   for (int k = 0; k < options->observer_count; k++)
     if (!options->observers[k].observe) return flesh_fail(FLESH_ERR_ARGUMENT, "observers[%d].observe is NULL", k);
-  if (!(options->h > 0) || !isfinite(options->h))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
-  if (!isfinite(options->end) || options->end < state->t)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the end is %g s; it must not lie before the start at %g s",
-                      options->end, state->t);
-  if ((options->end - begin) / options->h >= INT_MAX)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "%g s in steps of %g s are %.3g steps; at most %d can be taken",
-                      options->end - begin, options->h, (options->end - begin) / options->h,
-                      INT_MAX - 1);
-  if (step < 0 || !(begin <= state->t) || (step == 0 && begin != state->t))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "step %d since %g s cannot have led to %g s", step, begin, state->t);
   return FLESH_OK;
 }
 
@@ -238,7 +237,8 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   if (integrator->evaluation->system != system)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
-  int status = check_steps(options, from.step, from.begin, state);
+  int status = check_observers(options);
+  if (!status) status = flesh_run_check_times(options->h, options->end, from.step, from.begin, state->t);
   if (!status) status = flesh_evaluation_check_state(integrator->evaluation, state);
   if (status) return status;
   *steps = from.step;
