@@ -21,8 +21,9 @@ FROM quantities q JOIN judges j ON j.aspect = 0 AND coarser JOIN others a ON a.o
 JOIN others b ON b.own = q.id AND b.aspect = 0 AND b.number = 1 + doubled
 UNION ALL
 SELECT q.id, q.tab, of_place, of_force, 0, 'twice', a.id, a.source, b.id, b.source
-FROM quantities q JOIN judges j ON j.aspect = 0 AND doubled JOIN others a ON a.own = q.id AND a.aspect = 1 AND a.number = 1
-JOIN others b ON b.own = q.id AND b.aspect = 0 AND b.number = 1;
+FROM quantities q JOIN judges j ON j.aspect = 0 AND doubled JOIN others a ON a.own = q.id AND
+  a.aspect = (doubled = 1) AND a.number = 1
+JOIN others b ON b.own = q.id AND b.aspect = 0 AND b.number = doubled;
 
 -- Rows at the times of both.
 CREATE TEMP TABLE meetings AS

@@ -28,7 +28,7 @@ SELECT json_set(result, '$.error_bars', json(printf('{%s"quantities":[%s]}',
 
 -- to stdout
 SELECT 'error bars of the ' || name || ': ' || iif(count, 'by ', 'none, as ') ||
-  coalesce(data ->> '$.compared_with', data ->> '$.no_bar') FROM judges;
+  coalesce(data ->> '$.compared_with', data ->> '$.no_bar') || coalesce('; ' || (data ->> '$.left_out'), '') FROM judges;
 
 -- Of probes, or of the whole body where there are none; values have digits down to a tenth of the bar.
 -- to stdout

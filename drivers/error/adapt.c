@@ -12,6 +12,7 @@
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "error/carry.h"
+#include "error/cut.h"
 #include "error/indicator.h"
 #include "plot/curves.h"
 #include "mesh/mesh.h"
@@ -43,7 +44,7 @@ enum { LEVELS = 60, LEAST_LEVELS = 4, LEAST_BACK = 3, MOST_DOFS = 400000 };
 typedef struct level {
   int nodes, tets, dofs;
   double value, moved, bar, cpu_s, quality; /* moved: what the tolerance is a share of */
-  double estimate;                          /* the sum of the indicators' sizes; NaN: they are no error's */
+  double estimate, cut_off; /* the sum of the indicators' sizes, NaN: they are no error's; and of shares of cut tets */
 } level;
 
 typedef struct adapt {
@@ -125,6 +126,7 @@ static int begin(adapt *a, const flesh_texts *given)
   flesh_overrides_add(&a->overrides, "output.error_bars", "false");
   int status = flesh_overrides_read(&a->overrides, a->options->scene_path, &scene);
   if (!status) status = check(a, scene);
+  if (!status && !a->options->quiet) status = flesh_cut_warn(scene, a->column);
   if (!status) status = flesh_error_carry(scene, a->options->quiet, &a->overrides, &a->mesh);
   flesh_overrides_add(&a->overrides, "body.refine", "0");
   if (!status && scene->keys.body.curved.count) flesh_overrides_add(&a->overrides, "body.curved", "null");
@@ -259,7 +261,8 @@ static void judge(adapt *a)
                     "equilibrium on finer meshes, as where it bends otherwise\n", a->column, change, a->unit, a->levels - 2,
             a->levels - 1, change / before->bar);
   }
-  l->bar = isfinite(l->estimate) ? of_values * values + of_sizes * l->estimate : of_values_alone * values;
+  l->bar = isfinite(l->estimate) ? of_values * values + of_sizes * l->estimate + fabs(l->cut_off)
+                                 : of_values_alone * values;
   l->bar = fmax(l->bar, a->jump);
 }
 
@@ -324,7 +327,7 @@ static int step(adapt *a, double **indicators)
   if (!status && !*indicators) status = flesh_no_memory();
   flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
   int is_goal = 0;
-  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal);
+  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal, &l->cut_off);
   l->estimate = is_goal ? 0 : NAN;
   for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += fabs((*indicators)[t]);
   /* Strain and stress at a point depend on its tet more than the work of the loads does. */
@@ -377,9 +380,10 @@ static int write_result(adapt *a)
   for (int k = 0; k < a->levels; k++) {
     const level *l = &a->list[k];
     json_array_append_new(
-        levels, json_pack("{si si si sf sf sf so* so*}", "tets", l->tets, "nodes", l->nodes, "dofs", l->dofs, "value",
+        levels, json_pack("{si si si sf sf sf so* so* so*}", "tets", l->tets, "nodes", l->nodes, "dofs", l->dofs, "value",
                           l->value, "radius_ratio_min", l->quality, "cpu_s", l->cpu_s, "error_mesh", flesh_json_number(l->bar),
-                          "estimate", flesh_json_number(l->estimate)));
+                          "estimate", flesh_json_number(l->estimate), "cut_off",
+                          l->cut_off ? flesh_json_number(l->cut_off) : NULL));
   }
   json_object_set_new(result, "adapted_mesh",
                       json_pack("{sssssfsbso}", "column", a->column, "unit", a->unit, "tolerance", a->tolerance, "relative",

@@ -41,6 +41,7 @@ static char *judge_text(const flesh_error_judge *judge)
                                                 *judge->companions[k].set[1] ? judge->companions[k].set[1] : NULL,
                                                 "cpu_s", judge->companions[k].cpu_s));
   if (judge->count) json_object_set_new(object, "factor", json_real(judge->factor));
+  if (judge->count && *judge->left_out) json_object_set_new(object, "left_out", flesh_json_text(judge->left_out));
   json_object_set_new(object, "companions", companions);
   char *text = json_dumps(object, JSON_COMPACT);
   json_decref(object);

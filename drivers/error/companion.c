@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "error/cut.h"
 #include "run/runner.h"
 #include "scene/scene.h"
 #include "system/system.h"
@@ -31,10 +32,11 @@ static void refuse(flesh_error_judge *judge, const char *words)
 static int spare(flesh_error_judge *judge, int k)
 {
   if (!judge->coarser || !k) return 0;
-  judge->count = k;
+  const int is_last = k == judge->count - 1; /* the other element; twice the step needs all before it */
+  judge->count = is_last ? k : 1;
   judge->factor = of_coarser_mesh;
   judge->adds = 0;
-  *(k > 1 ? strrchr(judge->words, ',') : strchr(judge->words, ',')) = 0;
+  *(is_last ? strrchr(judge->words, ',') : strchr(judge->words, ',')) = 0;
   return 1;
 }
 
@@ -59,23 +61,39 @@ static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge
   snprintf(judge->words, sizeof judge->words, "a tolerance of %g and a time.step of %g s", tolerance, time->step / 2);
 }
 
-/* The next coarser mesh, with the same steps, with twice these where the judge of steps compares those, and with another
+/* Adds a companion with this body.refine and twice the step. */
+static void add_twice(const flesh_scene *scene, const char *folder, int refine, flesh_error_judge *judge)
+{
+  char number[FLESH_NUMBER_SIZE];
+  add(judge, folder, "body.refine", refine);
+  snprintf(judge->companions[judge->count - 1].set[1], sizeof judge->companions->set[1], "time.step=%s",
+           flesh_number_text(2 * scene->time.step, number));
+}
+
+/* Whether waves that a motion's steps do not follow may come out alike on two meshes: steps are of one length, two at least;
+ * backward Euler damps such waves. */
+static int may_miss_waves(const flesh_scene_time *time, double start)
+{
+  return time->method != FLESH_METHOD_STATIC && time->method != FLESH_METHOD_BACKWARD_EULER &&
+         time->method != FLESH_METHOD_IDA && !time->adaptive.control && (time->end - start) / time->step > 1.5;
+}
+
+/* The next coarser mesh, with the same steps, with twice these of what is compared with the run's mesh, and with another
  * element. */
-static void add_coarser(const flesh_scene *scene, int doubled, flesh_error_judge *judge)
+static void add_coarser(const flesh_scene *scene, int has_twice, flesh_error_judge *judge)
 {
   const int refine = scene->keys.body.refine - 1;
   const char *other = flesh_scene_element(scene, 0) == FLESH_ELEMENT_TET10 ? "tet10-mean" : "tet10";
-  char number[FLESH_NUMBER_SIZE], words[64] = "";
-  judge->adds = scene->time.method == FLESH_METHOD_STATIC && !doubled;
+  char words[64] = "";
+  judge->doubled = has_twice ? 1 : may_miss_waves(&scene->time, scene->start.t) ? 2 : 0;
+  judge->adds = scene->time.method == FLESH_METHOD_STATIC && !has_twice;
   judge->factor = judge->adds ? of_coarser_equilibria : of_coarser_meshes;
   judge->coarser = 1;
-  judge->doubled = doubled;
   add(judge, "mesh", "body.refine", refine);
-  if (doubled) {
-    snprintf(judge->companions[1].set[1], sizeof judge->companions->set[1], "time.step=%s",
-             flesh_number_text(2 * scene->time.step, number));
+  if (judge->doubled == 2) add_twice(scene, "twice", refine + 1, judge);
+  if (judge->doubled) {
     snprintf(words, sizeof words, ", there with steps of %g s", 2 * scene->time.step);
-    add(judge, "mesh_2_steps", "body.refine", refine);
+    add_twice(scene, "mesh_2_steps", refine, judge);
   }
   snprintf(judge->companions[judge->count].set[1], sizeof judge->companions->set[1], "body.element=%s", other);
   add(judge, "mesh_2", "body.refine", refine);
@@ -93,7 +111,7 @@ static void add_element(int refine, flesh_error_judge *judge)
            refine ? "next coarser mesh, mostly" : "same mesh, which is");
 }
 
-static void choose_mesh(const flesh_scene *scene, int doubled, flesh_error_judge *judge)
+static void choose_mesh(const flesh_scene *scene, int has_twice, flesh_error_judge *judge)
 {
   const int others = scene->keys.bodies.count;
   int linear = 0;
@@ -101,7 +119,7 @@ static void choose_mesh(const flesh_scene *scene, int doubled, flesh_error_judge
   if (!scene->body.materials) refuse(judge, "no body has a material");
   else if (linear && others) refuse(judge, "four-node tets are judged in scenes of one body only");
   else if (linear) add_element(scene->keys.body.refine, judge);
-  else if (!others && scene->keys.body.refine > 0) add_coarser(scene, doubled, judge);
+  else if (!others && scene->keys.body.refine > 0) add_coarser(scene, has_twice, judge);
   else refuse(judge, "no coarser mesh is known; body.refine of 1 or more makes one");
 }
 
@@ -188,6 +206,19 @@ static int check_held(const flesh_scene *scene, flesh_error_judge *judge)
   return status;
 }
 
+/* Companions choose the tets of a box anew: their differences tell of the volume that has the wrong material only by chance. */
+static int check_cut(const flesh_scene *scene, flesh_error_judge *judge)
+{
+  flesh_cut cut;
+  const int status = flesh_cut_find(scene, &cut);
+  if (status || !cut.count) return status;
+  char words[FLESH_ERROR_WORDS];
+  flesh_cut_say(&cut, sizeof words, words);
+  snprintf(judge->left_out, sizeof judge->left_out, "%.250s, which the bars do not count", words);
+  flesh_cut_clear(&cut);
+  return FLESH_OK;
+}
+
 static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_judge *judge)
 {
   int status = FLESH_OK;
@@ -210,7 +241,8 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
 {
   if (kind == FLESH_ERROR_STEP) choose_step(scene, &judges[kind]);
   else choose_mesh(scene, judges[FLESH_ERROR_STEP].count > 1, &judges[kind]);
-  return read_scenes(scene, path, &judges[kind]);
+  const int status = read_scenes(scene, path, &judges[kind]);
+  return status || kind == FLESH_ERROR_STEP || !judges[kind].count ? status : check_cut(scene, &judges[kind]);
 }
 
 int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)

@@ -7,16 +7,18 @@
 /* The sources of error. */
 typedef enum flesh_error_kind { FLESH_ERROR_MESH, FLESH_ERROR_STEP, FLESH_ERROR_KINDS } flesh_error_kind;
 
-enum { FLESH_ERROR_COMPANIONS = 3, FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
+enum { FLESH_ERROR_COMPANIONS = 4, FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
 
 /* How a run is judged in one respect. */
 typedef struct flesh_error_judge {
   int count;           /* of its companions; the last shows an order, or the other element. 0: there is no bar */
   char words[FLESH_ERROR_WORDS]; /* what the companions are, or why there is no bar */
+  char left_out[FLESH_ERROR_WORDS]; /* what the bars do not count, or "" */
   double factor;       /* of the bar over what the companions differ by */
   int better;          /* the first companion's numbers are better than the run's */
   int coarser;         /* the companions have a coarser mesh */
-  int doubled;         /* of a coarser mesh, the second has twice the step, as the second of the judge of steps has */
+  int doubled;         /* of a coarser mesh, this companion has twice the step there: 1 as the second of the judge of steps
+                        * has on the run's mesh, 2 as the first has there */
   int adds;            /* equilibria: what the companions differ by is added up */
   struct {
     char folder[FLESH_ERROR_FOLDER]; /* within the run's */

@@ -1,10 +1,12 @@
 /* indicator.c: recovered stress and gradient of the adjoint against those of the elements. */
 #include "error/indicator.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "error/cut.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/tet10.h"
@@ -128,8 +130,41 @@ static void indicate(work *w, double *indicators)
   }
 }
 
+/* Adds what tets are off that a box cuts: the volume beyond it bears P of the other material at the tet's F where that goes
+ * on along the box, and the tet's P at another F where that does. Between both lies P times the logarithm of their ratio,
+ * which is alike for the stiffer side and the softer one. *cut_off becomes the sum. */
+static int add_cut(work *w, double *indicators, double *cut_off)
+{
+  flesh_cut cut;
+  const int status = flesh_cut_find(w->scene, &cut);
+  flesh_body beyond = w->scene->body;
+  flesh_tet_stress stress = w->stress;
+  beyond.tet_material = cut.materials;
+  stress.body = &beyond;
+  *cut_off = 0;
+  for (int t = 0; t < w->scene->mesh->tets && cut.count; t++) {
+    double own = 0, other = 0, work = 0, P[9], inverse[9];
+    flesh_strain_point points[POINTS];
+    if (!(cut.shares[t] > 0)) continue;
+    flesh_tet_stress_points(&stress, w->state, t, points);
+    for (int q = 0; q < POINTS; q++) {
+      const double *values = w->values + (size_t)FIELDS * (POINTS * (size_t)t + (size_t)q);
+      flesh_mat3_inverse(points[q].F, inverse);
+      flesh_mat3_multiply_transposed(points[q].tau, inverse, P);
+      own += points[q].volume * flesh_mat3_inner(values, values);
+      other += points[q].volume * flesh_mat3_inner(P, P);
+      work += points[q].volume * flesh_mat3_inner(values, values + 9);
+    }
+    const double off = own > 0 && other > 0 ? -cut.shares[t] * .5 * log(other / own) * work : 0;
+    indicators[t] += off;
+    *cut_off += off;
+  }
+  flesh_cut_clear(&cut);
+  return status;
+}
+
 int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, const char *column, double *indicators,
-                         int *is_goal)
+                         int *is_goal, double *cut_off)
 {
   const size_t nodes = (size_t)scene->mesh->nodes, tets = (size_t)scene->mesh->tets;
   work w = {.scene = scene, .state = state,
@@ -149,6 +184,7 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
   for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
   if (!status && *is_goal) status = solve_adjoint(&w, asked.by_x);
   if (!status) indicate(&w, indicators);
+  if (!status) status = add_cut(&w, indicators, cut_off);
   flesh_asked_clear(&asked);
   flesh_tet_stress_clear(&w.stress);
   free(w.lambda);

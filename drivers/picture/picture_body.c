@@ -75,9 +75,10 @@ static void measure_young(const flesh_body *body, double *values)
 static int measure_error(const flesh_picture_panel *panel, double *values)
 {
   const flesh_state state = {.t = panel->t, .x = (double *)panel->x, .v = (double *)panel->v}; /* only read */
+  double cut_off;
   int is_goal = 0, status = FLESH_OK;
   if (flesh_mesh_order(panel->body->mesh) == 2)
-    status = flesh_error_indicate(panel->scene, &state, panel->column, values, &is_goal);
+    status = flesh_error_indicate(panel->scene, &state, panel->column, values, &is_goal, &cut_off);
   if (!status && !is_goal)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the colours of --error %s need ten-node tets and a position of a probe, as "
                                             "tip.position_z", panel->column);
