@@ -18,7 +18,7 @@ typedef struct flesh_ida_energy {
 
 int flesh_ida_energy_create(flesh_ida_problem *problem, flesh_energy_watch *watch, flesh_ida_energy *energy);
 void flesh_ida_energy_clear(flesh_ida_energy *energy);
-/* Reports only an excess above the energy of a motion as slow as this share of the scale of velocity. */
+/* A gain is a share of no less than the energy of a motion as slow as this share of the scale of velocity. */
 void flesh_ida_energy_tolerate(flesh_ida_energy *energy, double tolerance);
 
 /* IDA starts from y [2*n] at t. */
