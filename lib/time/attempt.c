@@ -222,7 +222,8 @@ static double tolerance_of_errors(const flesh_integrator *self)
 static int update_internals(flesh_integrator *self, flesh_state *state)
 {
   int changed, touches_others = 0;
-  int status = flesh_internals_update(&self->internals, &self->watch, state, tolerance_of_errors(self), &changed);
+  const double tolerance = self->control.on || self->second ? tolerance_of_errors(self) : -1;
+  int status = flesh_internals_update(&self->internals, &self->watch, state, tolerance, &changed);
   if (!status) status = flesh_integrator_arrive(self, state, &touches_others);
   if (!changed && !touches_others) return status;
   flesh_evaluation_forces_changed(self->evaluation);

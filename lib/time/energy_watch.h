@@ -87,8 +87,8 @@ int flesh_energy_watch_add_work_in_time(flesh_energy_watch *watch, double t_from
 /* Whether the step that has led from `before`, a copy of the watch as it was, to the state known has gained so much energy
  * that it is to be taken in shorter steps; `tolerance`: that of the error that chooses its length, else 0. */
 int flesh_energy_watch_refuses(const flesh_energy_watch *watch, const flesh_energy_watch *before, double tolerance);
-/* Whether internal variables that become `next` at the state would bring in more energy than steps whose errors choose their
- * lengths by that tolerance may gain. Collective. */
+/* Whether internal variables that become `next` at the state would bring in more energy than steps may gain; `tolerance` as in
+ * flesh_energy_watch_refuses. Collective. */
 int flesh_energy_watch_puts_off(const flesh_energy_watch *watch, const flesh_state *state, const double *next, double tolerance);
 /* Judges the state known; `unbalanced`: work that what the step's solve has left can do at most, J. FLESH_ERR_ENERGY
  * with words where the limit is passed. */

@@ -297,7 +297,7 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
   flesh_internals_remember(internals, state);
   int changed = 0, status = balance(self, state, h, stats);
   for (int k = 0; !status; k++) {
-    status = flesh_internals_update(internals, &self->watch, state, 0, &changed);
+    status = flesh_internals_update(internals, &self->watch, state, -1, &changed);
     if (status || !changed) break;
     if (k == REPETITIONS)
       status = flesh_fail(FLESH_ERR_SOLVE, "something still broke in the last of %d equilibria at t = %g s; smaller steps "

@@ -52,7 +52,7 @@ int flesh_internals_foresee(flesh_internals *self, const flesh_energy_watch *wat
   const flesh_point point = flesh_energy_watch_point(watch, state->t, state, NULL);
   memcpy(self->next, state->internal, (size_t)self->count * sizeof *self->next);
   const int status = flesh_system_update_internal(self->system, &point, self->next, changed);
-  if (status || !*changed || !(tolerance > 0)) return status;
+  if (status || !*changed || tolerance < 0) return status;
   if (!flesh_energy_watch_puts_off(watch, state, self->next, tolerance)) return FLESH_OK;
   memcpy(self->next, state->internal, (size_t)self->count * sizeof *self->next);
   *changed = 0;

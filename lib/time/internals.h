@@ -25,7 +25,7 @@ int flesh_internals_view(const flesh_internals *internals, flesh_state *view);
 
 /* Finds the variables that an update would make of those of the state, in internals->next. What would bring in more energy than
  * steps may gain, as a barrier that stiffens within a collision, waits for a later step; `tolerance`: of the errors that choose
- * steps, 0: nothing waits. A negative status ends the run. */
+ * steps, 0: their lengths are given; negative: nothing waits. A negative status ends the run. */
 int flesh_internals_foresee(flesh_internals *internals, const flesh_energy_watch *watch, const flesh_state *state,
                             double tolerance, int *changed);
 
