@@ -45,7 +45,8 @@ FLESH_API void flesh_scene_set_stop(int (*stop)(void *data), void *data);
 FLESH_API void flesh_scene_destroy(flesh_scene **scene);
 
 /* A warning about a scene although it was read, as a sentence (keys that mean nothing beside others, faces of a mesh's
- * boundary that lie near a surface of `curved` and not on it); NULL where there is none. Belongs to the scene. Cannot fail. */
+ * boundary that lie near a surface of `curved` and not on it); NULL where there is none. Belongs to the scene.
+ * Cannot fail. */
 FLESH_API const char *flesh_scene_warning(const flesh_scene *scene);
 
 /* The parts of a scene belong to it and live as long. */
