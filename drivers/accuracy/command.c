@@ -236,8 +236,8 @@ int flesh_command_accuracy(int argc, char **argv)
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
       FLESH_STUDY_OPTION_ROWS(&plan.options, "accuracy",
-                              "also with further methods and settings; runs that crashed or were\n"
-                              "                         out of budget are done again"),
+                              "also with further methods and settings; crashed\n"
+                              "                         runs and runs out of budget are repeated"),
       FLESH_STUDY_OPTION_SET(&plan.options, "a value of the scene"),
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},

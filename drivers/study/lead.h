@@ -8,7 +8,7 @@
 /* Rows of an option table that every study has; `name` and `further` are texts. */
 #define FLESH_STUDY_OPTION_ROWS(options, name, further)                                                                \
   {"out", "DIR", FLESH_OPTION_TEXT, &(options)->out, "folder of the results (default out/" name ")"},                  \
-      {"resume", NULL, FLESH_OPTION_SWITCH, &(options)->resume, "go on with DIR/" name ".db, " further ", or begin"},  \
+      {"resume", NULL, FLESH_OPTION_SWITCH, &(options)->resume, "begin DIR/" name ".db or go on with it, " further},  \
       {"shard", "I/N", FLESH_OPTION_TEXT, &(options)->shard, "only every N-th case from the I-th on, counted from 1"}
 #define FLESH_STUDY_OPTION_JOBS(options)                                                                               \
   {"jobs", "N", FLESH_OPTION_COUNT, &(options)->jobs,                                                                  \

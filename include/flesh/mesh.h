@@ -45,7 +45,7 @@ typedef struct flesh_mesh_info {
 
 /* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
  * NULL (all 0). Inverted tets are flipped (their last two nodes swapped) and counted.
- * FLESH_ERR_FILE, with the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding
+ * FLESH_ERR_ARGUMENT, with the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding
  * hides the sign of V), a node out of range or repeated in a tet, a tet given twice, a face of more
  * than two tets, a non-finite coordinate, or an empty mesh. Positions are compared with no
  * tolerance. Returns new. */
@@ -54,10 +54,9 @@ FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, co
 
 /* Like flesh_mesh_create, of order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. If the last
  * two corners are swapped, the edges go with them. With six times -1 on its edges a tet has four nodes; if all have,
- * the mesh is one of order 1. FLESH_ERR_FILE also where tets of one edge have different nodes on it or some none, two
- * edges have one node, or a corner is on an edge, and where the Jacobian of a tet's map is not positive all over it
- * (decided by Bernstein bounds; Johnen, Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_ARGUMENT,
- * FLESH_ERR_MEMORY. */
+ * the mesh is one of order 1. FLESH_ERR_ARGUMENT also where tets of one edge have different nodes on it or some none,
+ * two edges have one node, or a corner is on an edge, and where the Jacobian of a tet's map is not positive all over
+ * it (decided by Bernstein bounds; Johnen, Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
                                           const int *tet_nodes, const int *regions,
                                           flesh_mesh **mesh);

@@ -208,8 +208,9 @@ int flesh_mesh_create(int nodes, const double *positions, int tets, const int *t
   FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
   FLESH_NEED({positions, "positions"}, {tet_nodes, "tet_nodes"});
-  return flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = positions,
-                                              .tet_nodes = tet_nodes, .regions = regions}, NULL, mesh);
+  const int status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = positions,
+                                                          .tet_nodes = tet_nodes, .regions = regions}, NULL, mesh);
+  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* there is no file */
 }
 
 void flesh_mesh_destroy(flesh_mesh **mesh)

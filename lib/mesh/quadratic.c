@@ -163,7 +163,7 @@ int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets, co
                                                     .tet_nodes = corners, .edge_nodes = on_edges, .regions = regions},
                                 NULL, mesh);
   flesh_free(corners);
-  return status;
+  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* there is no file */
 }
 
 /* The positions with the edges' middles behind them, and the edges' nodes. */

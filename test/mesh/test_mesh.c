@@ -300,7 +300,7 @@ static void bad_arrays_are_refused(void)
     memcpy(x, unit_tet, sizeof x);
     x[11] = cases[c].moved;
     CHECK(flesh_mesh_create(cases[c].nodes, x, cases[c].tets, cases[c].list, NULL, &mesh) ==
-          FLESH_ERR_FILE);
+          FLESH_ERR_ARGUMENT);
     CHECK(mesh == NULL);
     CHECK_TEXT(flesh_error_text(), cases[c].text);
   }
@@ -308,7 +308,7 @@ static void bad_arrays_are_refused(void)
   flesh_mesh *mesh;
   double fan[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 2};
   CHECK(flesh_mesh_create(6, fan, 3, (int[]){0, 1, 2, 3, 0, 1, 2, 4, 0, 1, 2, 5}, NULL, &mesh) ==
-        FLESH_ERR_FILE);
+        FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "nodes 0 1 2 belongs to tets 0, 1 and 2");
 }
 

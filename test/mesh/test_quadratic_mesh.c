@@ -155,13 +155,13 @@ static void edges_that_do_not_fit_are_refused(void)
     memcpy(bad, good, sizeof bad);
     bad[faults[f].place] = faults[f].node;
     if (f == 5) bad[7] = 9;
-    CHECK(flesh_mesh_create_quadratic(15, x, 2, bad, NULL, &mesh) == FLESH_ERR_FILE && !mesh);
+    CHECK(flesh_mesh_create_quadratic(15, x, 2, bad, NULL, &mesh) == FLESH_ERR_ARGUMENT && !mesh);
     CHECK_TEXT(flesh_error_text(), faults[f].text);
   }
   x[3 * 12 + 1] = NAN;
-  CHECK(flesh_mesh_create_quadratic(15, x, 2, good, NULL, &mesh) == FLESH_ERR_FILE && !mesh);
+  CHECK(flesh_mesh_create_quadratic(15, x, 2, good, NULL, &mesh) == FLESH_ERR_ARGUMENT && !mesh);
   CHECK_TEXT(flesh_error_text(), "node 12: y is nan");
-  CHECK(flesh_mesh_create_quadratic(15, x, 0, good, NULL, &mesh) == FLESH_ERR_FILE && !mesh);
+  CHECK(flesh_mesh_create_quadratic(15, x, 0, good, NULL, &mesh) == FLESH_ERR_ARGUMENT && !mesh);
 }
 
 static void faces_are_four_triangles(void)

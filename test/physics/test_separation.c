@@ -238,6 +238,10 @@ static void without_the_option_they_are_refused(void)
                        "time: {method: static, step: 1, end: 1}\n", NULL, 1000, &m) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "intersecting applies to contact between bodies");
   if (m.scene) touching_end(&m);
+  CHECK(touching_begin("body: {" CUBE "}\neffects: [inertia, contact: {plane: {point: [0, 0, -1]}, adaptive: true}]\n"
+                       "time: {method: static, step: 1, end: 1}\n", NULL, 1000, &m) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "adaptive applies to contact between bodies; leave it out for an obstacle");
+  if (m.scene) touching_end(&m);
 }
 
 /* A body kept out of itself cannot get out of these starts, which are refused: one that goes through itself, and one

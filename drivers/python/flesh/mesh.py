@@ -69,8 +69,8 @@ class Mesh(Const):
         regions: [tets] tags, or None for 0 everywhere.
 
     Raises:
-        FileError: a flat or doubled tet, a node out of range, a number that is not finite, an empty mesh.
-        ArgumentError: an array of another shape.
+        ArgumentError: an array of another shape, a flat or doubled tet, a node out of range, a number that is not
+            finite, an empty mesh.
     """
 
     def __init__(self, positions, tets, regions=None):

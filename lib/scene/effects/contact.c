@@ -210,6 +210,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   if (p->between) return add_between(p, &options, body, system);
   if (p->intersecting)
     return flesh_fail(FLESH_ERR_ARGUMENT, "intersecting applies to contact between bodies; leave it out for an obstacle");
+  if (p->adaptive)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "adaptive applies to contact between bodies; leave it out for an obstacle");
   int status = plane     ? flesh_obstacle_plane(p->plane.point, p->plane.normal, &obstacle)
                : sphere  ? flesh_obstacle_sphere(p->sphere.centre, p->sphere.radius, &obstacle)
                : capsule ? flesh_obstacle_capsule(p->capsule.from, p->capsule.to,

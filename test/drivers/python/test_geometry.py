@@ -87,11 +87,12 @@ def test_bad_input_says_what_would_be_valid(mesh, tmp_path):
         flesh.Mesh(CUBE, np.array([[0, 1, 2, 4.5]]))
     with pytest.raises(flesh.ArgumentError, match=r"tets has shape \(1, 5\)"):
         flesh.Mesh(CUBE, [[0, 1, 2, 3, 4]])
-    with pytest.raises(flesh.FileError, match="flat") as error:
+    with pytest.raises(flesh.ArgumentError, match="flat") as error:
         flesh.Mesh(CUBE, [[0, 1, 2, 3]])
-    assert error.value.status == -3 and error.value.name == "FLESH_ERR_FILE" and isinstance(error.value, OSError)
-    with pytest.raises(flesh.FileError, match="nowhere.mesh: cannot be opened"):
+    assert isinstance(error.value, ValueError) and not isinstance(error.value, OSError)
+    with pytest.raises(flesh.FileError, match="nowhere.mesh: cannot be opened") as error:
         flesh.Mesh.read(tmp_path / "nowhere.mesh")
+    assert error.value.status == -3 and error.value.name == "FLESH_ERR_FILE" and isinstance(error.value, OSError)
     with pytest.raises(ValueError, match="zero byte"):
         flesh.Mesh.read(str(tmp_path / "cube.mesh") + "\0.mesh")
     with pytest.raises(flesh.ArgumentError, match="masked"):
