@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/error.h"
 #include "geometry/motion.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
@@ -69,20 +70,23 @@ static const struct {
     {"output", "reactions", has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
 };
 
-/* Whether the value is another than the key has by default. */
-static int is_given(flesh_scene *scene, const flesh_key *key, const void *value)
+/* Finds whether the value is another than the key has by default. FLESH_ERR_MEMORY. */
+static int find_given(flesh_scene *scene, const flesh_key *key, const void *value, int *given)
 {
   _Alignas(16) char other[64];
   flesh_key row[] = {*key, {0}};
   flesh_key_reader reader = {.arena = &scene->arena};
   flesh_text texts[2] = {{0}};
   row->offset = 0;
-  if (flesh_keys_read(&reader, row, NULL, NULL, "", other)) return 0;
+  *given = 0;
+  const int status = flesh_keys_read(&reader, row, NULL, NULL, "", other);
+  if (status) return status == FLESH_ERR_MEMORY ? status : FLESH_OK; /* a key without a default */
   flesh_keys_write(row, value, 0, &texts[0]);
   flesh_keys_write(row, other, 0, &texts[1]);
-  const int given = strcmp(texts[0].data ? texts[0].data : "", texts[1].data ? texts[1].data : "") != 0;
+  const int failed = texts[0].failed || texts[1].failed;
+  *given = !failed && strcmp(texts[0].data ? texts[0].data : "", texts[1].data ? texts[1].data : "") != 0;
   for (int k = 0; k < 2; k++) free(texts[k].data);
-  return given;
+  return failed ? flesh_no_memory() : FLESH_OK;
 }
 
 static int warn(flesh_scene *scene, const char *path, const char *key, const char *why)
@@ -98,8 +102,9 @@ static int warn_of_sections(flesh_scene *scene)
     const flesh_key *section = flesh_key_named(flesh_scene_table, rules[k].section);
     const flesh_key *key = flesh_key_named(section->children, rules[k].key);
     const void *value = (const char *)&scene->keys + section->offset + key->offset;
-    if (!rules[k].is_used(scene) && is_given(scene, key, value))
-      status = warn(scene, section->name, key->name, rules[k].user);
+    int given = 0;
+    if (!rules[k].is_used(scene)) status = find_given(scene, key, value, &given);
+    if (given) status = warn(scene, section->name, key->name, rules[k].user);
   }
   return status;
 }
@@ -190,7 +195,9 @@ static int warn_of_effect(flesh_scene *scene, const flesh_effect_entry *entry)
     if (effect_rules[k].effect && strcmp(effect_rules[k].effect, entry->row->name)) continue;
     const flesh_key *key = name ? flesh_key_named(entry->row->keys, name) : NULL;
     if ((name && !key) || effect_rules[k].is_used(scene, entry)) continue;
-    if (!key || is_given(scene, key, value_of(entry, name))) status = warn(scene, entry->path, name, effect_rules[k].user);
+    int given = 1;
+    if (key) status = find_given(scene, key, value_of(entry, name), &given);
+    if (given) status = warn(scene, entry->path, name, effect_rules[k].user);
   }
   return status;
 }
