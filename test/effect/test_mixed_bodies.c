@@ -324,10 +324,10 @@ static void meshes_are_checked(void)
   CHECK_TEXT(flesh_error_text(), "tets of four nodes and of ten");
   CHECK(flesh_mesh_refine(made, &none) == FLESH_ERR_ARGUMENT && !none);
   for (int k = 4; k < 10; k++) ten[k] = -1;
-  CHECK(flesh_mesh_create_quadratic(nodes, flesh_mesh_positions(mesh), tets, ten, NULL, &none) == FLESH_ERR_FILE);
+  CHECK(flesh_mesh_create_quadratic(nodes, flesh_mesh_positions(mesh), tets, ten, NULL, &none) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "a tet of four nodes has that edge too");
   ten[4] = 1;
-  CHECK(flesh_mesh_create_quadratic(nodes, flesh_mesh_positions(mesh), tets, ten, NULL, &none) == FLESH_ERR_FILE);
+  CHECK(flesh_mesh_create_quadratic(nodes, flesh_mesh_positions(mesh), tets, ten, NULL, &none) == FLESH_ERR_ARGUMENT);
   for (int t = 0; t < tets; t++)
     for (int k = 4; k < 10; k++) ten[10 * t + k] = -1;
   CHECK_OK(flesh_mesh_create_quadratic(nodes, flesh_mesh_positions(mesh), tets, ten, NULL, &none));
