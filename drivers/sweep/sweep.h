@@ -47,7 +47,7 @@ typedef struct flesh_sweep {
   int keep;           /* whether each case keeps a folder of results */
   double max_seconds; /* of each case; 0: no limit */
   int case_count;
-  char fingerprint[65]; /* of the scene and of the spec, without derived columns and values of axes */
+  char fingerprint[65]; /* of the scene and the spec but derived columns and, where no folders are kept, axes' values */
   flesh_study_column described[FLESH_STUDY_COLUMNS]; /* the columns, for the study */
 } flesh_sweep;
 
