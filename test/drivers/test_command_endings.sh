@@ -207,12 +207,13 @@ statics_say_what_holds_no_body() {
   - gravity: {acceleration: [0, 0, -1e9]}' 'method: static'
   expect 4 "$flesh" run bent.yaml --out bent --no-frames --set solver.max_newton=3 --set solver.max_cutbacks=0 &&
     has stderr.txt 'advice: ' && ! grep 'no pin holds' stderr.txt || return 1
-  # Cubes on each other that friction would hold slide apart, which is told after few solves, of hundreds of iterations.
-  expect 4 "$flesh" run "$source_folder/../data/scenes/stack.yaml" --method static --out stack --no-frames || return 1
+  # Cubes on each other that friction would hold slide away on a floor that slopes a little.
+  expect 4 "$flesh" run "$source_folder/../data/scenes/stack.yaml" --method static --out stack --no-frames \
+    --set effects.1.gravity.acceleration='[0.05, 0, -9.81]' || return 1
   has stderr.txt 'no equilibrium at t = 10 s: with [0-9.]* of the load the part around (.*) m, which' &&
-    has stderr.txt 'no pin holds, went 0.[0-9]* m' && has stderr.txt 'in statics friction holds nothing' &&
+    has stderr.txt 'no pin holds, went [1-9][0-9.e+]* m' && has stderr.txt 'in statics friction holds nothing' &&
     has stderr.txt 'advice: a body that no pin holds' &&
-    has stack/result.json '"unfinished_newton": [1-9][0-9][0-9],' &&
+    has stack/result.json '"unfinished_newton": [1-9][0-9]\{0,1\},' &&
     has stderr.txt 'effects\[[0-9]\].contact.friction has no effect: in statics there is friction on obstacles that move only'
 }
 
