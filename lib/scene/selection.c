@@ -117,8 +117,11 @@ static int is_named(const flesh_selection *selection, const flesh_mesh_set *set,
   return set && flesh_rising_find(set->tets.values, 0, set->tets.count, tet) >= 0;
 }
 
-static int nothing_found(const flesh_selection *selection, const char *what)
+/* Takes the empty list back: the callers free what they were given. */
+static int nothing_found(const flesh_selection *selection, const char *what, int **list)
 {
+  free(*list);
+  *list = NULL;
   return flesh_fail(FLESH_ERR_ARGUMENT, "no %s of the mesh lies in the given %s", what,
                     has_box(selection) && has_sphere(selection) ? "box or sphere"
                     : has_box(selection)                        ? "box"
@@ -164,9 +167,7 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
     if (chosen[i]) (*nodes)[(*count)++] = i;
   free(chosen);
   if (!*nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
-  if (is_enough(mesh, found)) return FLESH_OK;
-  free(*nodes);
-  return nothing_found(selection, "node");
+  return is_enough(mesh, found) ? FLESH_OK : nothing_found(selection, "node", nodes);
 }
 
 int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
@@ -182,6 +183,7 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
   if (!chosen || !*triangles) {
     free(chosen);
     free(*triangles);
+    *triangles = NULL;
     return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
   }
   mark(selection, by.set, mesh, chosen);
@@ -197,7 +199,5 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
   }
   free(chosen);
   *count = found;
-  if (is_enough(mesh, of_whole)) return FLESH_OK;
-  free(*triangles);
-  return nothing_found(selection, "surface triangle");
+  return is_enough(mesh, of_whole) ? FLESH_OK : nothing_found(selection, "surface triangle", triangles);
 }

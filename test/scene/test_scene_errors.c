@@ -226,6 +226,8 @@ static const bad_scene scenes[] = {
      {"effects[0].prescribed_motion.motion is missing; it must be a list of mappings"}},
     {BODY "effects:\n  - calm: {rate: 3}\n",
      {"bad.yaml:3:5: effects[0] is calm, which is no effect; "}},
+    {BODY "effects:\n  - weld: {first: {nodes: [0]}, second: {nodes: [1]}}\n",
+     {"bad.yaml:3:11: effects[0].weld: no surface triangle of the mesh lies in the given nodes"}},
     {BODY GRAVITY "solver: {eigenvalue_filtr: clamp}\n",
      {"bad.yaml:3:10: solver.eigenvalue_filtr is unknown; did you mean eigenvalue_filter?"}},
 #ifndef FLESH_HAVE_CHOLMOD
