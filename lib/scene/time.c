@@ -4,6 +4,7 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 #include "system/system.h"
+#include "time/ida.h"
 #include "time/method.h"
 
 /* Whether and how errors choose the steps of the method, which may have been `adaptive` by name. */
@@ -55,12 +56,6 @@ int flesh_scene_settle_time(flesh_scene *scene)
                            time->name, end->name, flesh_key_expectation(end, expected));
   }
   if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
-  if (scene->keys.time.adaptive.max_order > 5) {
-    const flesh_key *order =
-        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.adaptive.max_order) - time->offset);
-    return flesh_node_fail(place, "%s.%s is %d; it must be 1 to 5", time->name, order->name,
-                           scene->keys.time.adaptive.max_order);
-  }
   const flesh_method method = (flesh_method)scene->keys.time.method;
   const char *refused = flesh_system_multiplier_count(scene->system)
                             ? "which cannot judge the error of the pressures of incompressible tets (poisson 0.5); it "
@@ -82,5 +77,6 @@ int flesh_scene_settle_time(flesh_scene *scene)
                                    scene->keys.time.end, scene->keys.time.max_energy_gain,
                                    scene->keys.time.options, taken};
   status = flesh_method_options_check(&scene->time.options);
+  if (!status) status = flesh_adaptive_options_check(&taken);
   return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }

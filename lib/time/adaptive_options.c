@@ -1,4 +1,5 @@
 /* adaptive_options.c: the options of the adaptive methods. */
+#include <float.h>
 #include <math.h>
 
 #include "base/error.h"
@@ -18,8 +19,9 @@ int flesh_adaptive_options_show(const flesh_adaptive_options *options, const fle
 
 int flesh_adaptive_options_check(const flesh_adaptive_options *options)
 {
-  if (!(options->tolerance > 0 && options->tolerance < 1))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be positive and below 1", options->tolerance);
+  if (!(options->tolerance >= DBL_EPSILON && options->tolerance < 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be at least %.3g, as rounding allows no less, and below 1",
+                      options->tolerance, DBL_EPSILON);
   if (options->max_order < 1 || options->max_order > 5)
     return flesh_fail(FLESH_ERR_ARGUMENT, "max_order is %d; it must be 1 to 5", options->max_order);
   if (!(options->max_step > 0))
