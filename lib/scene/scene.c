@@ -108,23 +108,17 @@ static int read_start(flesh_scene *scene)
     return flesh_no_memory_for(scene->path);
   for (int k = 0; k < scene->start.multiplier_count; k++) scene->start.multipliers[k] = 0;
   for (int k = 0; k < scene->start.internal_count; k++) scene->start.internal[k] = 0;
-  double *velocity = scene->keys.start.velocity;
   if (!scene->keys.start.state) {
     memcpy(scene->start.x, flesh_mesh_positions(scene->mesh), size);
-    for (int i = 0; i < 3 * nodes; i++) scene->start.v[i] = velocity[i % 3];
+    for (int i = 0; i < 3 * nodes; i++) scene->start.v[i] = scene->keys.start.velocity[i % 3];
     flesh_scene_start_bodies(scene, scene->start.v);
     return FLESH_OK;
   }
-  const int given = velocity[0] != 0 || velocity[1] != 0 || velocity[2] != 0;
-  for (int d = 0; d < 3; d++) velocity[d] = NAN; /* not in force */
   const flesh_key *start = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, start));
   const flesh_key *state =
       flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
   int status = flesh_scene_read_state(scene, &scene->start);
-  if (!status && given)
-    status = flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.velocity has no effect: %s.%s has velocities",
-                                                       start->name, start->name, state->name));
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
                 : FLESH_OK;
@@ -341,17 +335,19 @@ int flesh_scene_write(const flesh_scene *scene, const char *path)
   return status;
 }
 
-static int has_friction(const flesh_effect_entry *entry)
+int flesh_scene_has_positive(const flesh_scene *scene, const char *name)
 {
-  const flesh_key *key = flesh_key_named(entry->row->keys, "friction");
-  return key && *(const double *)((const char *)entry->parameters + key->offset) > 0;
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  for (int k = 0; k < scene->keys.effects.count; k++) {
+    const flesh_key *key = flesh_key_named(entries[k].row->keys, name);
+    if (key && *(const double *)((const char *)entries[k].parameters + key->offset) > 0) return 1;
+  }
+  return 0;
 }
 
 const char *flesh_scene_tangents_refused(const flesh_scene *scene)
 {
   if (flesh_scene_times(scene)->method != FLESH_METHOD_STATIC) return "it is a motion";
-  for (int k = 0; k < scene->keys.effects.count; k++)
-    if (has_friction(&((const flesh_effect_entry *)scene->keys.effects.values)[k]))
-      return "friction makes its equilibria depend on the way to them";
+  if (flesh_scene_has_positive(scene, "friction")) return "friction makes its equilibria depend on the way to them";
   return flesh_system_internal_count(flesh_scene_system(scene)) ? "its effects remember the way to its equilibria" : "";
 }

@@ -106,6 +106,8 @@ flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
  * is relative to the working directory of flesh_scene_read; it is the scene's and lives as long. */
 void flesh_scene_visit_files(const flesh_scene *scene, void (*visit)(void *data, const char *path), void *data);
 
+/* Whether a number of an effect, by the key's name, is positive. */
+int flesh_scene_has_positive(const flesh_scene *scene, const char *name);
 /* Why the scene's results are no equilibria that depend on its parameters alone, or "". */
 const char *flesh_scene_tangents_refused(const flesh_scene *scene);
 

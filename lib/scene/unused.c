@@ -29,6 +29,12 @@ static int uses_adaptive(const flesh_scene *s)
 }
 static int takes_steps(const flesh_scene *s) { return moves(s) || flesh_system_moves(s->system); }
 static int has_frames(const flesh_scene *s) { return s->keys.output.given.frame_interval > 0; }
+static int lags(const flesh_scene *s)
+{
+  return uses_order(s) || (moves(s) && (flesh_system_has_follower_loads(s->system) ||
+                                        flesh_scene_has_positive(s, "friction") || flesh_scene_has_positive(s, "speed")));
+}
+static int has_start_velocity(const flesh_scene *s) { return is_static(s) || !s->keys.start.state; }
 static int has_places(const flesh_scene *s)
 {
   return has_frames(s) && (s->keys.output.given.fields & ~(unsigned)(FLESH_FIELD_DISPLACEMENT | FLESH_FIELD_VELOCITY |
@@ -36,38 +42,35 @@ static int has_places(const flesh_scene *s)
 }
 static int has_bearing(const flesh_scene *s) { return flesh_scene_count_bearing(s) > 0; }
 
-/* A key of a section, whether the scene uses it, and what would. */
+/* Keys of a section, whether the scene uses them, and what would. */
 static const struct {
-  const char *section, *key;
+  const char *section, *keys[7];
   int (*is_used)(const flesh_scene *scene);
   const char *user;
 } rules[] = {
-    {"time", "alpha", uses_alpha, "it is for method hht"},
-    {"time", "beta", uses_beta, "it is for method newmark"},
-    {"time", "gamma", uses_beta, "it is for method newmark"},
-    {"time", "spectral_radius", uses_radius, "it is for method generalized-alpha"},
-    {"time", "table", uses_table, "it is for methods runge-kutta and adaptive"},
-    {"time", "max_order", uses_order, "it is for method ida"},
-    {"time", "tolerance", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
-    {"time", "max_step", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
-    {"time", "max_steps", errors_choose, "it is for steps that errors choose (adaptive: true, or method ida)"},
-    {"time", "adaptive", uses_adaptive, "ida always chooses its steps, and static never does"},
-    {"time", "max_energy_gain", moves, "an equilibrium gains no energy"},
-    {"time", "step", takes_steps, "an equilibrium in which nothing changes with time takes one step"},
-    {"start", "velocity", moves, "an equilibrium has no velocities"},
-    {"solver", "linear_tolerance", has_pcg, "it is for linear_solver pcg"},
-    {"solver", "max_linear", has_pcg, "it is for linear_solver pcg"},
-    {"solver", "preconditioner", has_pcg, "it is for linear_solver pcg"},
-    {"solver", "newton_tolerance", has_newton, "ida judges its solves by time.tolerance"},
-    {"solver", "max_newton", has_newton, "ida has its own Newton iteration"},
-    {"solver", "max_cutbacks", has_newton, "ida chooses its steps"},
-    {"solver", "lag_iterations", has_newton, "ida has its own Newton iteration"},
-    {"solver", "line_search", has_newton, "ida has its own Newton iteration"},
-    {"solver", "techniques", has_newton, "ida has its own Newton iteration"},
-    {"solver", "accept_unconverged", has_newton, "ida has its own Newton iteration"},
-    {"output", "fields", has_frames, "frame_interval is 0: there are no frames"},
-    {"output", "fields_at", has_places, "no frame has a field that it is for"},
-    {"output", "reactions", has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
+    {"time", {"alpha"}, uses_alpha, "it is for method hht"},
+    {"time", {"beta", "gamma"}, uses_beta, "it is for method newmark"},
+    {"time", {"spectral_radius"}, uses_radius, "it is for method generalized-alpha"},
+    {"time", {"table"}, uses_table, "it is for methods runge-kutta and adaptive"},
+    {"time", {"max_order"}, uses_order, "it is for method ida"},
+    {"time", {"tolerance", "max_step", "max_steps"}, errors_choose,
+     "it is for steps that errors choose (adaptive: true, or method ida)"},
+    {"time", {"adaptive"}, uses_adaptive, "ida always chooses its steps, and static never does"},
+    {"time", {"max_energy_gain"}, moves, "an equilibrium gains no energy"},
+    {"time", {"step"}, takes_steps, "an equilibrium in which nothing changes with time takes one step"},
+    {"body", {"mass"}, moves, "nothing accelerates in an equilibrium, and gravity pulls alike"},
+    {"start", {"velocity"}, moves, "an equilibrium has no velocities"},
+    {"start", {"velocity"}, has_start_velocity, "start.state has velocities"},
+    {"solver", {"linear_tolerance", "max_linear", "preconditioner"}, has_pcg, "it is for linear_solver pcg"},
+    {"solver", {"newton_tolerance"}, has_newton, "ida judges its solves by time.tolerance"},
+    {"solver", {"max_newton", "lag_iterations", "line_search", "techniques", "accept_unconverged"}, has_newton,
+     "ida has its own Newton iteration"},
+    {"solver", {"max_cutbacks"}, has_newton, "ida chooses its steps"},
+    {"solver", {"lag_iterations"}, lags,
+     "it is for motions with friction, settling_damping.speed, or loads or damping that follow the shape"},
+    {"output", {"fields", "skin"}, has_frames, "frame_interval is 0: there are no frames"},
+    {"output", {"fields_at"}, has_places, "no frame has a field that it is for"},
+    {"output", {"reactions"}, has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
 };
 
 /* Finds whether the value is another than the key has by default. FLESH_ERR_MEMORY. */
@@ -98,13 +101,14 @@ static int warn(flesh_scene *scene, const char *path, const char *key, const cha
 static int warn_of_sections(flesh_scene *scene)
 {
   int status = FLESH_OK;
-  for (size_t k = 0; k < sizeof rules / sizeof *rules && !status; k++) {
+  for (size_t k = 0; k < sizeof rules / sizeof *rules; k++) {
     const flesh_key *section = flesh_key_named(flesh_scene_table, rules[k].section);
-    const flesh_key *key = flesh_key_named(section->children, rules[k].key);
-    const void *value = (const char *)&scene->keys + section->offset + key->offset;
-    int given = 0;
-    if (!rules[k].is_used(scene)) status = find_given(scene, key, value, &given);
-    if (given) status = warn(scene, section->name, key->name, rules[k].user);
+    for (const char *const *name = rules[k].keys; *name && !status && !rules[k].is_used(scene); name++) {
+      const flesh_key *key = flesh_key_named(section->children, *name);
+      int given;
+      status = find_given(scene, key, (const char *)&scene->keys + section->offset + key->offset, &given);
+      if (given) status = warn(scene, section->name, key->name, rules[k].user);
+    }
   }
   return status;
 }
@@ -143,10 +147,28 @@ static int turns(const flesh_scene *scene, const flesh_effect_entry *entry)
   return !motion;
 }
 
+static int is_positive(const flesh_effect_entry *entry, const char *key)
+{
+  return *(const double *)value_of(entry, key) > 0;
+}
+
 static int rubs(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   (void)scene;
-  return *(const double *)value_of(entry, "friction") > 0;
+  return is_positive(entry, "friction");
+}
+
+static int contracts(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  (void)scene;
+  return is_positive(entry, "peak_stress");
+}
+
+/* The fluid of a drag moves, or the body does. */
+static int streams(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  const double *v = value_of(entry, "velocity");
+  return moves(scene) || v[0] != 0 || v[1] != 0 || v[2] != 0;
 }
 
 /* Equilibria know no speeds but those of obstacles. */
@@ -164,9 +186,8 @@ static int has_speeds(const flesh_scene *scene, const flesh_effect_entry *entry)
 
 static int is_stiff(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
-  const double *stiffness = value_of(entry, "stiffness");
   (void)scene;
-  return *stiffness > 0;
+  return is_positive(entry, "stiffness");
 }
 
 /* A key of effects, or all of an effect. */
@@ -184,6 +205,9 @@ static const struct {
     {"damping", NULL, has_speeds, "an equilibrium has no velocities"},
     {"viscosity", NULL, has_speeds, "an equilibrium has no velocities"},
     {"settling_damping", NULL, has_speeds, "an equilibrium has no velocities"},
+    {"drag", NULL, streams, "an equilibrium has no velocities, and the fluid has none"},
+    {"muscle", "activation", contracts, "peak_stress is 0: there is no active part"},
+    {"muscle", "max_shortening_velocity", contracts, "peak_stress is 0: there is no active part"},
     {"muscle", "max_shortening_velocity", has_speeds, "an equilibrium has no velocities"},
 };
 

@@ -389,7 +389,7 @@ static void states_come_back_bit_for_bit(void)
   CHECK_OK(flesh_state_read(file_path("state.txt"), 20, &back));
   CHECK(back.t == state.t && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));
 
-  /* The file serves as a scene's start; its velocity then does not count. */
+  /* The file serves as a scene's start; its velocity then does not count, whoever reads the scene. */
   flesh_scene *scene = NULL, *again = NULL;
   char text[2048];
   snprintf(text, sizeof text, "%sstart: {state: state.txt, velocity: [1, 1, 1]}\n", example);
@@ -398,10 +398,10 @@ static void states_come_back_bit_for_bit(void)
   memset(v2, 0, sizeof v2);
   flesh_scene_start(scene, &back);
   CHECK(back.t == state.t && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));
-  char *first = resolved(scene);
-  CHECK(!strstr(first, "velocity:"));
+  free(resolved(scene));
   CHECK_OK(flesh_scene_read(file_path("resolved.yaml"), 0, NULL, &again));
-  free(first);
+  if (again) flesh_scene_start(again, &back);
+  CHECK(again && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));
   flesh_scene_destroy(&scene);
   flesh_scene_destroy(&again);
 

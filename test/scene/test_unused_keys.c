@@ -4,6 +4,8 @@
 
 enum { SETS = 3 };
 
+#define MUSCLE(peak, keys) "effects[1]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: " peak ", " keys "}}"
+
 /* Values of a scene in motion, and the sentence about what has no effect beside them; NULL: there is none. */
 static const struct {
   const char *sets[SETS], *warning;
@@ -43,6 +45,15 @@ static const struct {
     {{"time.method=static", "time.max_energy_gain=1"}, "time.max_energy_gain has no effect: "},
     {{"time.method=static", "start.velocity=[1, 0, 0]"}, "start.velocity has no effect: an equilibrium has no velocities"},
     {{"start.velocity=[1, 0, 0]"}, NULL},
+    {{"body.mass=consistent"}, NULL},
+    {{"body.mass=consistent", "time.method=static"}, "body.mass has no effect: nothing accelerates in an equilibrium"},
+    {{"solver.lag_iterations=2"}, "solver.lag_iterations has no effect: it is for motions with friction, "},
+    {{"solver.lag_iterations=2", "effects[1]={contact: {plane: {point: [0, 0, -9]}, friction: 1}}"}, NULL},
+    {{"solver.lag_iterations=2", "effects[1]={settling_damping: {rate: 1, speed: 1}}"}, NULL},
+    {{"solver.lag_iterations=2", "effects[1]={drag: {body: body, density: 1}}"}, NULL},
+    {{"solver.lag_iterations=2", "effects[1]={drag: {body: body, density: 1, velocity: [0, 1, 0]}}", "time.method=static"},
+     "solver.lag_iterations has no effect"},
+    {{"solver.lag_iterations=2", "time.method=ida"}, "solver.lag_iterations has no effect: ida has its own Newton"},
     {{"output.frame_interval=0", "output.fields=[J]"}, "output.fields has no effect: frame_interval is 0"},
     {{"output.fields=[reaction]", "output.fields_at=[tets]"}, "output.fields_at has no effect: no frame has a field"},
     {{"output.fields=[J]", "output.fields_at=[tets]"}, NULL},
@@ -75,7 +86,13 @@ static const struct {
     {{"effects[1]={damping: {stiffness: 1, stiffness_at: current}}"}, NULL},
     {{"effects[1]={damping: {mass: 1}}", "time.method=static"}, "effects[1].damping has no effect: an equilibrium has no"},
     {{"effects[1]={viscosity: {shear: 1}}", "time.method=static"}, "effects[1].viscosity has no effect"},
-    {{"effects[1]={settling_damping: {rate: 1}}", "time.method=static"}, "effects[1].settling_damping has no effect"}};
+    {{"effects[1]={settling_damping: {rate: 1}}", "time.method=static"}, "effects[1].settling_damping has no effect"},
+    {{"effects[1]={drag: {body: body, density: 1}}", "time.method=static"}, "effects[1].drag has no effect: an equilibrium"},
+    {{"effects[1]={drag: {body: body, density: 1, velocity: [0, 1, 0]}}", "time.method=static"}, NULL},
+    {{"effects[1]={drag: {body: body, density: 1}}"}, NULL},
+    {{MUSCLE("0", "activation: [{time: 0, value: 1/2}]")}, "effects[1].muscle.activation has no effect: peak_stress is 0"},
+    {{MUSCLE("0", "max_shortening_velocity: 5")}, "effects[1].muscle.max_shortening_velocity has no effect: peak_stress"},
+    {{MUSCLE("1", "activation: [{time: 0, value: 1/2}], max_shortening_velocity: 5")}, NULL}};
 
 static const char moving[] = "body: {mesh: bar.node, material: {energy: S, young: 1, poisson: 0.3}}\n"
                              "effects: [inertia, gravity, pin: {nodes: [1, 2]}]\ntime: {end: 1}\n";
@@ -121,17 +138,40 @@ static void what_a_state_replaces_is_told(void)
   CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "effects[2].pin.until=1/4"}, &scene));
   CHECK(scene && !flesh_scene_warning(scene));
   flesh_scene_destroy(&scene);
-  CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "start.velocity=[0, 1, 0]"}, &scene));
-  CHECK_TEXT(scene && flesh_scene_warning(scene) ? flesh_scene_warning(scene) : "-",
-             "start.velocity has no effect: start.state has velocities");
+  CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "time.method=static"}, &scene));
+  CHECK(scene && !flesh_scene_warning(scene));
   flesh_scene_destroy(&scene);
+  /* The scene as a run writes it, from which the run is resumed, has the same warning. */
+  for (int k = 0; k < 2; k++) {
+    if (k) CHECK_OK(flesh_scene_read(file_path("again.yaml"), 0, NULL, &scene));
+    else CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "start.velocity=[0, 1, 0]"}, &scene));
+    CHECK_TEXT(scene && flesh_scene_warning(scene) ? flesh_scene_warning(scene) : "-",
+               "start.velocity has no effect: start.state has velocities");
+    if (scene) CHECK_OK(flesh_scene_write(scene, file_path("again.yaml")));
+    flesh_scene_destroy(&scene);
+  }
+}
+
+/* A skin is written with every frame. */
+static void a_skin_without_frames_is_told(void)
+{
+  char set[600];
+  snprintf(set, sizeof set, "output.skin.surface=%s", write_text("skin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  for (int count = 1; count <= 2; count++) {
+    flesh_scene *scene = NULL;
+    CHECK_OK(read_scene("moving.yaml", moving, count, (const char *[]){set, "output.frame_interval=0"}, &scene));
+    const char *warning = scene ? flesh_scene_warning(scene) : NULL;
+    CHECK_TEXT(warning ? warning : "none", count == 1 ? "none" : "output.skin has no effect: frame_interval is 0");
+    flesh_scene_destroy(&scene);
+  }
 }
 
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_bar();
-  int failed = RUN_TESTS(argc, argv, TEST(what_means_nothing_is_told), TEST(what_a_state_replaces_is_told));
+  int failed = RUN_TESTS(argc, argv, TEST(what_means_nothing_is_told), TEST(what_a_state_replaces_is_told),
+                         TEST(a_skin_without_frames_is_told));
   test_folder_remove(folder);
   return failed;
 }
