@@ -17,19 +17,16 @@
 
 static const double tolerance = 1e-7;
 
-/* The scene's skin, if it has one, is bound to see that it can be. */
+/* The scene's skin, if its frames have one, is bound to see that it can be. */
 static int report_skin(const flesh_scene *scene)
 {
-  const char *path = flesh_scene_outputs(scene)->skin.surface;
   flesh_surface *surface = NULL;
   flesh_skin *skin = NULL;
   flesh_skin_info info;
-  if (!path) return FLESH_OK;
-  int status = flesh_surface_read(path, &surface);
-  if (!status) status = flesh_skin_bind(flesh_scene_mesh(scene), surface, &skin);
-  if (!status) {
+  const int status = flesh_start_skin(scene, &surface, &skin);
+  if (skin) {
     flesh_skin_inspect(skin, &info);
-    flesh_skin_print(stdout, path, &info);
+    flesh_skin_print(stdout, flesh_scene_outputs(scene)->skin.surface, &info);
   }
   flesh_skin_destroy(&skin);
   flesh_surface_destroy(&surface);

@@ -242,6 +242,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   int status = r->options->resume
                ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, ranks ? &r->own : &r->state, NULL)
                : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
+  if (flesh_ranks_first(ranks) && !flesh_running_is_split(r)) status = flesh_start_place(r->scene, &r->state, status);
   flesh_figures_add_unfinished(figures, &unfinished);
   figures->wall_s = flesh_wall_seconds() - r->started;
   figures->cpu_s = r->cpu_before + flesh_cpu_seconds() - r->cpu_begin;
@@ -337,7 +338,7 @@ static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim 
 {
   const flesh_runner_options *options = r->options;
   int status = open_state(r);
-  if (!status && options->out) status = flesh_running_bind_skin(r);
+  if (!status && options->out && !options->no_frames) status = flesh_start_skin(r->scene, &r->surface, &r->skin);
   if (!status && options->save_state) status = probe(options->save_state);
   if (status) return status;
   return options->resume ? claim_folder(r, claim) : begin(r, figures, claim);

@@ -39,15 +39,6 @@ static void drop_companions(flesh_running *r)
   }
 }
 
-/* Binds the scene's skin, if frames of it are wanted: what is wrong with it is reported before anything is written. */
-int flesh_running_bind_skin(flesh_running *r)
-{
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  if (!output->skin.surface || r->options->no_frames || output->frame_interval < 1) return FLESH_OK;
-  int status = flesh_surface_read(output->skin.surface, &r->surface);
-  return status ? status : flesh_skin_bind(flesh_scene_mesh(r->scene), r->surface, &r->skin);
-}
-
 /* Opens the skin's files, and says what of it is outside the body. */
 static int open_skin(flesh_running *r, int every)
 {

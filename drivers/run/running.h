@@ -59,8 +59,6 @@ const char *flesh_running_path(const flesh_running *running, const char *name);
 /* The outcome (taken) with everything else that result.json has. */
 json_t *flesh_running_result(flesh_running *running, json_t *outcome, const flesh_figures *figures);
 
-/* Binds the scene's skin, so that its errors are reported before anything is written. */
-int flesh_running_bind_skin(flesh_running *running);
 /* Everything that can fail for want of a writable place fails here, before any solve. */
 int flesh_running_open(flesh_running *running, flesh_figures *figures);
 /* Opens the files of a run that goes on, as they were at the checkpoint. */

@@ -4,6 +4,7 @@
 
 #include "flesh/integrator.h"
 #include "flesh/scene.h"
+#include "flesh/skin.h"
 
 /* New arrays, of zeros, in one piece: free(state->x) frees all. FLESH_ERR_MEMORY. */
 int flesh_state_make(int nodes, int multipliers, int internal, flesh_state *state);
@@ -14,6 +15,10 @@ int flesh_start_make(const flesh_scene *scene, flesh_state *state);
 int flesh_start_check(const flesh_scene *scene);
 /* All that a run refuses before its first step. */
 int flesh_start_try(const flesh_scene *scene);
+/* Returns `status` after adding the place of the effect that refuses the state, if one does, to the error's text. */
+int flesh_start_place(const flesh_scene *scene, const flesh_state *state, int status);
+/* New surface and skin of the scene; both stay as they are where frames have none. */
+int flesh_start_skin(const flesh_scene *scene, flesh_surface **surface, flesh_skin **skin);
 
 /* An integrator of the scene's method with all that its section `time` says. Returns new. */
 int flesh_start_integrator(const flesh_scene *scene, const flesh_system *system, const flesh_solver_options *solver,

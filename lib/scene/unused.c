@@ -68,7 +68,7 @@ static const struct {
     {"solver", {"max_cutbacks"}, has_newton, "ida chooses its steps"},
     {"solver", {"lag_iterations"}, lags,
      "it is for motions with friction, settling_damping.speed, or loads or damping that follow the shape"},
-    {"output", {"fields", "skin"}, has_frames, "frame_interval is 0: there are no frames"},
+    {"output", {"fields"}, has_frames, "frame_interval is 0: there are no frames"},
     {"output", {"fields_at"}, has_places, "no frame has a field that it is for"},
     {"output", {"reactions"}, has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
 };

@@ -103,11 +103,11 @@ int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface, flesh_
   for (int v = 0; v < (*skin)->identity.vertices; v++) { /* the last one's tet is a good guess */
     flesh_locator_find(locator, flesh_surface_positions(surface) + 3 * (size_t)v, place.tet,
                        &place);
-    if (place.tet < 0) {
+    if (place.tet < 0 || !isfinite(place.distance)) {
       status = flesh_fail(FLESH_ERR_FILE,
-                          "vertex %d of the skin is too far outside the body for its curved tets to be "
-                          "continued there; move it nearer, or use a mesh with straight edges",
-                          v);
+                          "vertex %d of the skin is too far outside the body for %s to be continued there; move it nearer%s", v,
+                          place.tet < 0 ? "its curved tets" : "its tets",
+                          place.tet < 0 ? ", or use a mesh with straight edges" : "");
       break;
     }
     flesh_skin_set(*skin, mesh, v, place.tet, place.weights, place.distance);

@@ -121,8 +121,15 @@ what_is_wrong_is_said() {
   expect 3 "$flesh" run bar.yaml --set output.skin.surface=none.obj && has stderr.txt 'output.skin.surface' || return 1
   printf 'v 0 0 0\nf 1 1\n' >bad.obj
   expect 3 "$flesh" run bar.yaml --out bad --set output.skin.surface=bad.obj &&
-    has stderr.txt 'bad.obj:2: face 1 has 2 corners' || return 1
-  [ ! -e bad/frames/frame_000000.vtu ]
+    has stderr.txt 'output.skin.surface: .*bad.obj:2: face 1 has 2 corners' || return 1
+  [ ! -e bad/frames/frame_000000.vtu ] || return 1
+  # `check` refuses what a run does.
+  expect 3 "$flesh" check bar.yaml --set output.skin.surface=bad.obj && has stderr.txt 'output.skin.surface: .*bad.obj:2' &&
+    expect 0 "$flesh" check bar.yaml --set output.skin.surface=bad.obj --set output.frame_interval=0 || return 1
+  # No binding is written that cannot be read.
+  printf 'v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >far.obj
+  expect 3 "$flesh" skin bind bar.msh far.obj --out far.txt && has stderr.txt 'vertex 0 of the skin is too far outside' &&
+    [ ! -e far.txt ]
 }
 
 run_tests a_run_writes_its_skin an_stl_gives_the_same check_tells_of_the_skin bind_and_apply_give_the_same frames_keep_their_numbers a_state_is_enough a_ply_is_a_skin_too \

@@ -157,7 +157,8 @@ bad_contacts_are_refused() {
     refuse 'radius' '{sphere: {centre: [0, 0, -3], radius: -1}}' &&
     refuse 'normal is (0, 0, 0)' '{plane: {point: [0, 0, -1], normal: [0, 0, 0]}}' &&
     refuse 'nothing.obj' '{mesh: nothing.obj}' 3 &&
-    refuse '4 nodes are in the plane.*0.25 m below' '{plane: {point: [0, 0, 0.25]}}'
+    refuse 'bad.yaml:4:14: effects\[1\].contact: 4 nodes are in the plane.*0.25 m below' '{plane: {point: [0, 0, 0.25]}}' &&
+    expect 2 "$flesh" check bad.yaml && has stderr.txt 'bad.yaml:4:14: effects\[1\].contact: 4 nodes are in the plane'
 }
 
 # A body that touches is differentiated where it has a value.

@@ -152,26 +152,11 @@ static void what_a_state_replaces_is_told(void)
   }
 }
 
-/* A skin is written with every frame. */
-static void a_skin_without_frames_is_told(void)
-{
-  char set[600];
-  snprintf(set, sizeof set, "output.skin.surface=%s", write_text("skin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
-  for (int count = 1; count <= 2; count++) {
-    flesh_scene *scene = NULL;
-    CHECK_OK(read_scene("moving.yaml", moving, count, (const char *[]){set, "output.frame_interval=0"}, &scene));
-    const char *warning = scene ? flesh_scene_warning(scene) : NULL;
-    CHECK_TEXT(warning ? warning : "none", count == 1 ? "none" : "output.skin has no effect: frame_interval is 0");
-    flesh_scene_destroy(&scene);
-  }
-}
-
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_bar();
-  int failed = RUN_TESTS(argc, argv, TEST(what_means_nothing_is_told), TEST(what_a_state_replaces_is_told),
-                         TEST(a_skin_without_frames_is_told));
+  int failed = RUN_TESTS(argc, argv, TEST(what_means_nothing_is_told), TEST(what_a_state_replaces_is_told));
   test_folder_remove(folder);
   return failed;
 }
