@@ -58,7 +58,7 @@ static const double of_prescribed = 12;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double least_power = 0.1;
 static const double rounded = 0.01; /* of what is brief: a shorter step that is not judged is of rounding, and the next doubled */
-enum { MOST_GAINS = 12, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
+enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
@@ -215,7 +215,7 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
    * ratio. Residuals of many steps add up like errors, but less coherently: two thirds of the power. In free flight they
    * add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
-  const double part = fewer * pow(deeper, fmin(self->gains / 2, DEEPEST)) * depth;
+  const double part = fewer * pow(deeper, fmin(self->gains / REFUSAL, DEEPEST)) * depth;
   const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);
   if (self->weights.count > 1) flesh_nonlinear_set_weights(self->nonlinear, self->force);
   self->nonlinear->newton->goal.target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
@@ -379,7 +379,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
   if (self->refusal != FLESH_REFUSED_BY_NOTHING) {
     const int by_error = self->refusal == FLESH_REFUSED_BY_ERROR;
     self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
-    if (self->refusal == FLESH_REFUSED_BY_ENERGY && self->gains < MOST_GAINS) self->gains += 2;
+    if (self->refusal == FLESH_REFUSED_BY_ENERGY && self->gains < MOST_GAINS) self->gains += REFUSAL;
     self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
     self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / shown_power(self, h)))
                                                       : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);

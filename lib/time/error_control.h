@@ -42,7 +42,7 @@ typedef struct flesh_error_control {
   int first;                      /* no step has been accepted since a start */
   double refused_h, refused_error; /* of the attempt before, where its error was too large; else refused_h is 0 */
   int rejected, failed;           /* attempts since the last step that was accepted */
-  int gains;                      /* 2 for each step that was refused for its energy, less 1 for each that was not */
+  int gains;                      /* 8 for each step that was refused for its energy, less 1 for each that was not */
 } flesh_error_control;
 
 /* Takes the options, without the other ranks. FLESH_ERR_MEMORY. */

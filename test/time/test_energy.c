@@ -480,6 +480,38 @@ static void slow_impacts_gain_little_and_tell_it(void)
   }
 }
 
+/* A bar in a gale, which residuals at their tolerance feed: its stages are solved deeper, rather than all its steps halved. */
+static void what_residuals_gain_is_solved_deeper(void)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solve_stats stats = {0};
+  flesh_adaptive_options adaptive;
+  flesh_effect *drag = NULL;
+  int count;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.3, &material));
+  CHECK_OK(test_body_create(test_box(6, 2, 2, 0.3, 0.1, 0.1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  const int *triangles = flesh_mesh_surface(b.mesh, &count);
+  CHECK_OK(flesh_effect_drag(&b.body, count, triangles, 50, (double[]){4, 3, 0}, 1, &drag));
+  add(&b, drag);
+  CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+  CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int d = 2; d < b.n; d += 3) b.state.v[d] = flesh_mesh_positions(b.mesh)[d - 2] > 0 ? 2 : 0;
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_NEWMARK);
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = 1e-2;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  for (int k = 0; k < 36; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+  const double gain = flesh_integrator_energy_balance(integrator)->gain;
+  printf("# %d steps, %d rejected, %d Newton iterations; gain %.3g\n", stats.steps, stats.rejected, stats.newton, gain);
+  CHECK(stats.rejected > 2 && stats.rejected < stats.steps / 10);
+  CHECK_BELOW(gain, 0.011);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 /* Drops a block on a floor that far below by IDA at a loose tolerance; what its last step says. */
 static int drop_by_ida(double depth, int order, test_body *b, flesh_integrator **integrator)
 {
@@ -556,6 +588,7 @@ int main(int argc, char **argv)
                    TEST(a_follower_load_works_along_its_way), TEST(a_load_that_ends_has_worked_what_is_left),
                    TEST(a_start_with_a_jerk_is_work), TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told),
                    TEST(energy_from_nowhere_cuts_steps), TEST(slow_impacts_gain_little_and_tell_it),
+                   TEST(what_residuals_gain_is_solved_deeper),
                    TEST(energy_from_nowhere_ends_a_step),
                    TEST(iterations_of_ida_resolve_gaps), TEST(energies_belong_to_one_state));
 }
