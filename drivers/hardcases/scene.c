@@ -194,6 +194,7 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
                                 const char *folder)
 {
   int status = flesh_folder_make(folder);
+  flesh_folder_clear(folder);
   if (!status) status = write_start(plan, run, folder);
   if (!status) status = write_text(run, flesh_path("%s/scene.yaml", folder), 0);
   const char *path = flesh_path("%s/release.yaml", folder);

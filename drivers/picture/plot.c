@@ -9,6 +9,7 @@
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "cli/interrupt.h"
 #include "cli/path.h"
 #include "picture/program.h"
 
@@ -32,8 +33,10 @@ int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
   const int whole = !code && flesh_picture_is_whole(drawn), renamed = whole && !flesh_path_rename(drawn, target), reason = errno;
   gnuplot_missing = code == FLESH_PROGRAM_MISSING;
   if (!renamed) flesh_path_unlink(drawn);
-  if (whole || gnuplot_missing) flesh_path_unlink(log);
+  if (whole || gnuplot_missing || flesh_interrupt_signal()) flesh_path_unlink(log);
   if (renamed) return FLESH_OK;
+  if (flesh_interrupt_signal())
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "%s is not drawn: interrupted by %s", target, flesh_interrupt_name());
   if (whole) return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", target, strerror(reason));
   if (gnuplot_missing)
     return flesh_fail(FLESH_ERR_FILE,

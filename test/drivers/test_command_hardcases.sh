@@ -99,13 +99,21 @@ pictures_are_drawn() {
   done
 }
 
-# The frames need no gnuplot; what is not drawn is said.
+# The frames need no gnuplot; what is not drawn is said. What a killed process has left half-written goes.
 without_gnuplot_the_frames_are_drawn() {
-  mkdir -p bare
+  left=undrawn/cases/single_plane_S_0.45_default/start.txt.part-99999999-1
+  mkdir -p bare "${left%/*}" && : >"$left" || return 1
   PATH=$work/bare expect 0 "$flesh" hardcases --quick --out undrawn --energies S --poisson 0.45 --cases single_plane || return 1
   has stderr.txt 'matrix.png is not drawn: gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] &&
     has stdout.txt 'what could be drawn of the pictures' && [ ! -e undrawn/matrix.png ] && [ -s undrawn/matrix.gp ] &&
-    [ "$(wc -c <undrawn/frames_meshes.png)" -gt 1000 ]
+    [ "$(wc -c <undrawn/frames_meshes.png)" -gt 1000 ] && [ -s "${left%/*}/start.txt" ] && [ ! -e "$left" ]
+}
+
+# A signal that ends gnuplot, too, as ^C does, is what the command ends by.
+an_interrupted_picture_is_told() {
+  printf '#!/bin/sh\nkill -TERM $PPID $$\n' >bare/gnuplot && chmod +x bare/gnuplot || return 1
+  PATH=$work/bare:$PATH expect 143 "$flesh" hardcases --quick --out unfinished --energies S --poisson 0.45 --cases single_plane &&
+    has stderr.txt 'matrix.png is not drawn: interrupted by SIGTERM' && [ ! -e unfinished/matrix.log ]
 }
 
 a_spent_budget_is_a_row() {
@@ -238,7 +246,7 @@ a_long_step_is_named() {
 run_tests ${long:+hard_starts_recover violent_loads_recover} collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
   ${long:+ends_of_ten_node_bodies_are_judged} an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
-  the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
+  the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn an_interrupted_picture_is_told a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case \
   a_battery_of_ones_own_is_run bad_options_are_refused \
   chaos_is_entered_through_softer_materials what_has_vanished_is_laid_out ${long:+soft_parts_come_to_rest_far_away} \
