@@ -19,7 +19,7 @@ exit status is then 1. The words of a line:
     needs=drivers       linked with what the program is made of
     uses=stop_at        as needs, but not left out
     builds=plain,memory,threads   for builds without sanitizer, with one, with the thread sanitizer (default: the first two,
-                        and the third with TEST_OF_THREADS)
+                        and the third with TEST_OF_THREADS); slow quick ones are plain where others run the same lines
     name=NAME           not called as its file
     by=shared/check_vtu.py    run by this script
     protocol=exitcode   does not speak TAP

@@ -289,8 +289,7 @@ ${long:+energy_from_nowhere_is_told}
 orders_are_those_of_the_methods
 the_reference_is_known
 ${long:+a_poor_reference_tells_less worst_is_the_worst_of_all_steps}
-a_refusal_has_its_reason
-${long:+the_named_command_repeats_a_run fixed_steps_are_fixed}
+${long:+a_refusal_has_its_reason the_named_command_repeats_a_run fixed_steps_are_fixed}
 shares_are_answered
 tight_solves_change_less
 resuming_goes_on

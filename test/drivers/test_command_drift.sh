@@ -1,4 +1,4 @@
-# TEST full memory program seconds=180 needs=flesh
+# TEST full program seconds=180 needs=flesh
 # test_command_drift.sh: `flesh drift`: its table, its pictures, and that runs which fail are rows.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

@@ -245,7 +245,7 @@ a_long_step_is_named() {
 
 run_tests ${long:+hard_starts_recover violent_loads_recover} collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
-  ${long:+ends_of_ten_node_bodies_are_judged} an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
+  ${long:+ends_of_ten_node_bodies_are_judged} an_early_end_is_no_recovery ${long:+a_death_is_a_row} a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn an_interrupted_picture_is_told a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case \
   a_battery_of_ones_own_is_run bad_options_are_refused \

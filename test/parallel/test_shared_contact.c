@@ -1,4 +1,4 @@
-// TEST full memory needs=ranks ranks=1,2,3,5,8
+// TEST full needs=ranks ranks=1,2,3,5,8
 /* test_shared_contact.c: a block that slides on a slope while its contact is cut into parts, or is all on one of them, and
  * a bar of which a rank has nothing but what is pinned: within the bounds that hold on one rank. */
 #include "ranks.h"

@@ -1,4 +1,4 @@
-// TEST full memory seconds=15
+// TEST full seconds=15
 /* test_incline.c: a block slides down an incline, an obstacle or another body, by every method. It begins just above the
  * incline and bounces in the barrier, so that the forces at the ends of steps are not those that move it. Its velocity
  * obeys Coulomb's law in impulses, dv_t = g sin(angle) t - mu (g cos(angle) t + dv_n), which is

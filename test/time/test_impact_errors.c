@@ -1,4 +1,4 @@
-// TEST full memory seconds=30
+// TEST full seconds=30
 /* test_impact_errors.c: errors of steps that errors choose follow the tolerance where motions of many frequencies count,
  * against the midpoint rule with steps that resolve them.
  *

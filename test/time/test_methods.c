@@ -1,4 +1,4 @@
-// TEST quick seconds=120
+// TEST quick seconds=120 builds=plain
 /* test_methods.c: the fixed-step methods against GSL's integrators, closed forms and another code: orders, constraints
  * that move, events, restarts, damping. */
 #include <gsl/gsl_math.h>
