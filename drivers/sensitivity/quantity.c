@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "mesh/mesh.h"
 #include "output/node_forces.h"
 #include "output/probe_place.h"
@@ -252,13 +253,7 @@ int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, 
 {
   const int n = asked->n;
   if (!asked->probes || (!asked->over && !record->last)) return FLESH_OK;
-  if (asked->row_count == asked->row_room) {
-    const int room = 2 * asked->row_room + 1;
-    flesh_asked_row *rows = realloc(asked->rows, (size_t)room * sizeof *rows);
-    if (!rows) return flesh_no_memory();
-    asked->rows = rows;
-    asked->row_room = room;
-  }
+  if (!flesh_grow(&asked->rows, sizeof *asked->rows, asked->row_count, &asked->row_room)) return flesh_no_memory();
   double *by = calloc(2 * (size_t)n + 1, sizeof *by);
   int count = 0, status = by ? FLESH_OK : flesh_no_memory();
   if (!status && asked->probe.quantities & FLESH_PROBE_OF_TETS)

@@ -33,17 +33,22 @@ struct flesh_reserve {
 
 static _Thread_local flesh_reserve *entered;
 
-int flesh_grow(void *array, size_t size, int count, int *room)
+int flesh_grow_to(void *array, size_t size, int wanted, int *room)
 {
   void *grown;
-  if (count < *room) return 1;
-  if (count > INT_MAX / 4) return 0;
+  if (wanted <= *room) return 1;
+  if (wanted < 0 || wanted > INT_MAX / 4) return 0;
   memcpy(&grown, array, sizeof grown);
-  grown = flesh_realloc(grown, (2 * (size_t)count + 16) * size);
+  grown = flesh_realloc(grown, (2 * (size_t)wanted + 16) * size);
   if (!grown) return 0;
   memcpy(array, &grown, sizeof grown);
-  *room = 2 * count + 16;
+  *room = 2 * wanted + 16;
   return 1;
+}
+
+int flesh_grow(void *array, size_t size, int count, int *room)
+{
+  return count < *room || flesh_grow_to(array, size, count + 1, room);
 }
 
 double flesh_physical_memory(void)

@@ -18,6 +18,8 @@ void flesh_free(void *memory);
 /* Makes room for one more item of `size` bytes behind `count`, in an array of *room items whose pointer `array` points to.
  * Returns whether there is; without memory the array stays as it is. */
 int flesh_grow(void *array, size_t size, int count, int *room);
+/* Likewise for `wanted` items in all. */
+int flesh_grow_to(void *array, size_t size, int wanted, int *room);
 
 /* Bytes of memory that the machine has; INFINITY where that is not known. */
 double flesh_physical_memory(void);

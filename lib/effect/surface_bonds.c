@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 
@@ -32,13 +33,7 @@ static int no_memory(int bonds) { return flesh_fail(FLESH_ERR_MEMORY, "no memory
 
 static int push(numbers *to, int number)
 {
-  if (to->count == to->room) {
-    const int room = to->room / 2 * 3 + 64;
-    int *grown = realloc(to->list, (size_t)room * sizeof *grown);
-    if (!grown) return 0;
-    to->list = grown;
-    to->room = room;
-  }
+  if (!flesh_grow(&to->list, sizeof *to->list, to->count, &to->room)) return 0;
   to->list[to->count++] = number;
   return 1;
 }

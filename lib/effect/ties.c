@@ -6,21 +6,14 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/rank_share.h"
 
 /* Room for another `count` pairs. */
 static int make_room(flesh_ties *ties, int count)
 {
-  if (ties->count + count <= ties->room) return 1;
-  const int room = 2 * ties->room + count + 64;
-  flesh_tie_pair *pairs = realloc(ties->pairs, (size_t)room * sizeof *pairs);
-  if (!pairs) {
-    ties->failed = 1;
-    return 0;
-  }
-  ties->pairs = pairs;
-  ties->room = room;
-  return 1;
+  ties->failed |= !flesh_grow_to(&ties->pairs, sizeof *ties->pairs, ties->count + count, &ties->room);
+  return !ties->failed;
 }
 
 void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double *weights, double stiffness)
@@ -47,16 +40,8 @@ static int compare(const void *a, const void *b)
 void flesh_ties_begin_group(flesh_ties *ties)
 {
   if (ties->failed) return;
-  if (ties->groups + 1 >= ties->group_room) {
-    const int room = 2 * ties->group_room + 64;
-    int *start = realloc(ties->group_start, (size_t)room * sizeof *start);
-    if (!start) {
-      ties->failed = 1;
-      return;
-    }
-    ties->group_start = start;
-    ties->group_room = room;
-  }
+  ties->failed = !flesh_grow_to(&ties->group_start, sizeof *ties->group_start, ties->groups + 2, &ties->group_room);
+  if (ties->failed) return;
   ties->group_start[ties->groups++] = ties->count;
   ties->group_start[ties->groups] = ties->count;
 }
@@ -139,8 +124,8 @@ int flesh_ties_restrict(const flesh_ties *whole, const flesh_rank_part *part, in
 void flesh_ties_clear(flesh_ties *ties)
 {
   free((int *)ties->cells.nodes);
-  free(ties->group_start);
-  free(ties->pairs);
+  flesh_free(ties->group_start);
+  flesh_free(ties->pairs);
   *ties = (flesh_ties){0};
 }
 

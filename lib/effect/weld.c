@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "effect/face_points.h"
 #include "effect/ties.h"
@@ -62,7 +63,7 @@ static void weld_destroy(void *data)
     flesh_ties_clear(&self->ties);
     flesh_ties_clear(&self->all);
     flesh_weld_breaks_clear(&self->breaks);
-    free(self->segments);
+    flesh_free(self->segments);
   }
   free(self);
 }
@@ -225,13 +226,8 @@ static int add_tie(making *m, int a, int b, const double L[3], double weight, do
 
 static int add_segment(weld *self, const int first[3], const int second[3], double gap)
 {
-  if (self->segment_count == self->segment_room) {
-    const int room = self->segment_room / 2 * 3 + 64;
-    segment *grown = realloc(self->segments, (size_t)room * sizeof *grown);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the %d parts of a weld", room);
-    self->segments = grown;
-    self->segment_room = room;
-  }
+  if (!flesh_grow(&self->segments, sizeof *self->segments, self->segment_count, &self->segment_room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the %d parts of a weld", self->segment_count + 1);
   segment *added = &self->segments[self->segment_count++];
   memcpy(added->triangles[0], first, sizeof added->triangles[0]);
   memcpy(added->triangles[1], second, sizeof added->triangles[1]);

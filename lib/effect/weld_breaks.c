@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "math/mat3.h"
 
 enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* after the parts' */
@@ -14,16 +15,8 @@ enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* after the 
 void flesh_weld_breaks_begin(flesh_weld_breaks *self, const int triangle[3])
 {
   if (self->failed) return;
-  if (self->count + 1 >= self->room) {
-    const int room = 2 * self->room + 64;
-    flesh_weld_part *parts = realloc(self->parts, (size_t)room * sizeof *parts);
-    if (!parts) {
-      self->failed = 1;
-      return;
-    }
-    self->parts = parts;
-    self->room = room;
-  }
+  self->failed = !flesh_grow_to(&self->parts, sizeof *self->parts, self->count + 2, &self->room);
+  if (self->failed) return;
   flesh_weld_part *part = &self->parts[self->count];
   *part = (flesh_weld_part){.begin = self->entries};
   memcpy(part->triangle, triangle, sizeof part->triangle);
@@ -31,14 +24,9 @@ void flesh_weld_breaks_begin(flesh_weld_breaks *self, const int triangle[3])
 
 static int make_room(flesh_weld_breaks *self, int count)
 {
-  if (self->entries + count <= self->entry_room) return 1;
-  const int room = 2 * self->entry_room + count + 64;
-  int *nodes = realloc(self->nodes, (size_t)room * sizeof *nodes);
-  if (nodes) self->nodes = nodes;
-  double *weights = nodes ? realloc(self->weights, (size_t)room * sizeof *weights) : NULL;
-  if (weights) self->weights = weights;
-  self->failed = !weights;
-  if (weights) self->entry_room = room;
+  int room = self->entry_room; /* the weights' is the same */
+  self->failed = !flesh_grow_to(&self->nodes, sizeof *self->nodes, self->entries + count, &room) ||
+                 !flesh_grow_to(&self->weights, sizeof *self->weights, self->entries + count, &self->entry_room);
   return !self->failed;
 }
 
@@ -99,9 +87,9 @@ int flesh_weld_breaks_restrict(const flesh_weld_breaks *whole, const flesh_rank_
 
 void flesh_weld_breaks_clear(flesh_weld_breaks *self)
 {
-  free(self->parts);
-  free(self->nodes);
-  free(self->weights);
+  flesh_free(self->parts);
+  flesh_free(self->nodes);
+  flesh_free(self->weights);
   *self = (flesh_weld_breaks){0};
 }
 

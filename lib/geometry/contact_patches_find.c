@@ -6,6 +6,7 @@
 
 #include "base/disjoint_sets.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/sort.h"
 #include "geometry/contact_patches.h"
 #include "geometry/continuous_collision.h"
@@ -78,13 +79,8 @@ static int flag_edge(work *w, int edge)
 
 static int add_link(work *w, int a, int b, const double place[3])
 {
-  if (w->link_count == w->link_room) {
-    const int room = 2 * w->link_room + 64;
-    link *grown = realloc(w->links, (size_t)room * sizeof *grown);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d places where surfaces meet", room);
-    w->links = grown;
-    w->link_room = room;
-  }
+  if (!flesh_grow(&w->links, sizeof *w->links, w->link_count, &w->link_room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d places where surfaces meet", w->link_count + 1);
   w->links[w->link_count++] = (link){{a, b}, {place[0], place[1], place[2]}};
   return FLESH_OK;
 }
@@ -92,7 +88,7 @@ static int add_link(work *w, int a, int b, const double place[3])
 static void close_work(work *w)
 {
   void *const owned[] = {w->start, w->around, w->set, w->boxes, w->flagged, w->links, w->keys};
-  for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
+  for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) flesh_free(owned[k]);
 }
 
 static int open_work(const flesh_near_finder *finder, const double *x, work *w)

@@ -12,19 +12,13 @@ typedef struct pair {
 } pair;
 
 typedef struct pairs {
-  size_t count, room;
-  int failed;
+  int count, room, failed;
   pair *list;
 } pairs;
 
 static void add(pairs *self, int node, int rank)
 {
-  if (self->count == self->room && !self->failed) {
-    const size_t room = 2 * self->room + 64;
-    pair *grown = flesh_realloc(self->list, room * sizeof *grown);
-    self->failed = !grown;
-    if (grown) self->list = grown, self->room = room;
-  }
+  self->failed = self->failed || !flesh_grow(&self->list, sizeof *self->list, self->count, &self->room);
   if (!self->failed) self->list[self->count++] = (pair){node, rank};
 }
 
@@ -45,15 +39,15 @@ static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, 
 static int make(pairs *all, int nodes, flesh_node_ranks *self)
 {
   flesh_node_ranks made = {.nodes = nodes, .first = flesh_calloc((size_t)nodes + 1, sizeof *made.first),
-                           .ranks = flesh_malloc((all->count + 1) * sizeof *made.ranks)};
+                           .ranks = flesh_malloc(((size_t)all->count + 1) * sizeof *made.ranks)};
   if (all->failed || !made.first || !made.ranks) {
     flesh_free(all->list);
     flesh_node_ranks_clear(&made);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
   }
-  flesh_sort(all->list, all->count, sizeof *all->list, flesh_compare_two_ints);
+  flesh_sort(all->list, (size_t)all->count, sizeof *all->list, flesh_compare_two_ints);
   int count = 0;
-  for (size_t k = 0; k < all->count; k++) {
+  for (int k = 0; k < all->count; k++) {
     if (k > 0 && !flesh_compare_two_ints(&all->list[k], &all->list[k - 1])) continue;
     made.ranks[count++] = all->list[k].rank;
     made.first[all->list[k].node + 1]++;

@@ -187,15 +187,11 @@ static int differentiate(const variation *v, double step, const double *directio
 
 static int make_room(flesh_coupling *to)
 {
-  const int room = 2 * to->room + 64;
-  if (to->count < to->room) return FLESH_OK;
-  int *nodes = flesh_realloc(to->nodes, 2 * (size_t)room * sizeof *nodes);
-  if (nodes) to->nodes = nodes;
-  double *blocks = nodes ? flesh_realloc(to->blocks, 9 * (size_t)room * sizeof *blocks) : NULL;
-  if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d couplings", room);
-  to->blocks = blocks;
-  to->room = room;
-  return FLESH_OK;
+  int room = to->room; /* the blocks' is the same */
+  if (flesh_grow(&to->nodes, 2 * sizeof *to->nodes, to->count, &room) &&
+      flesh_grow(&to->blocks, 9 * sizeof *to->blocks, to->count, &to->room))
+    return FLESH_OK;
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d couplings", to->count + 1);
 }
 
 int flesh_coupling_append(void *coupling, int row, int column, const double block[9])

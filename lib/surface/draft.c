@@ -1,35 +1,20 @@
 /* draft.c: arrays that grow while a surface's file is read. */
 #include "surface/surface.h"
 
-#include <limits.h>
-#include <stdint.h>
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 static int no_memory(int things)
 {
   return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of more than %d items", things);
 }
 
-/* Makes room for `wanted` items of `size` bytes. */
-static int reserve(void *array, size_t *room, int wanted, size_t size)
-{
-  if (wanted < 0 || wanted > INT_MAX / 4) return no_memory(INT_MAX / 4);
-  if ((size_t)wanted <= *room) return FLESH_OK;
-  size_t more = *room ? 2 * *room : 256;
-  void *moved = realloc(*(void **)array, more * size);
-  if (!moved) return no_memory(wanted);
-  *(void **)array = moved;
-  *room = more;
-  return FLESH_OK;
-}
-
 int flesh_surface_draft_vertex(flesh_surface_draft *draft, const double position[3])
 {
-  int status = reserve(&draft->positions, &draft->vertex_room, draft->vertices + 1,
-                       3 * sizeof *draft->positions);
-  if (status) return status;
+  if (!flesh_grow(&draft->positions, 3 * sizeof *draft->positions, draft->vertices, &draft->vertex_room))
+    return no_memory(draft->vertices);
   for (int d = 0; d < 3; d++) draft->positions[3 * (size_t)draft->vertices + d] = position[d];
   draft->vertices++;
   return FLESH_OK;
@@ -37,9 +22,8 @@ int flesh_surface_draft_vertex(flesh_surface_draft *draft, const double position
 
 int flesh_surface_draft_texture(flesh_surface_draft *draft, const double uv[2])
 {
-  int status = reserve(&draft->texture, &draft->texture_room, draft->textures + 1,
-                       2 * sizeof *draft->texture);
-  if (status) return status;
+  if (!flesh_grow(&draft->texture, 2 * sizeof *draft->texture, draft->textures, &draft->texture_room))
+    return no_memory(draft->textures);
   for (int d = 0; d < 2; d++) draft->texture[2 * (size_t)draft->textures + d] = uv[d];
   draft->textures++;
   return FLESH_OK;
@@ -47,11 +31,10 @@ int flesh_surface_draft_texture(flesh_surface_draft *draft, const double uv[2])
 
 int flesh_surface_draft_corner(flesh_surface_draft *draft, int vertex, int texture)
 {
-  size_t room = draft->corner_room;
-  int status = reserve(&draft->vertex_of, &room, draft->corners + 1, sizeof(int));
-  if (!status)
-    status = reserve(&draft->texture_of, &draft->corner_room, draft->corners + 1, sizeof(int));
-  if (status) return status;
+  int room = draft->corner_room;
+  if (!flesh_grow(&draft->vertex_of, sizeof(int), draft->corners, &room) ||
+      !flesh_grow(&draft->texture_of, sizeof(int), draft->corners, &draft->corner_room))
+    return no_memory(draft->corners);
   draft->vertex_of[draft->corners] = vertex;
   draft->texture_of[draft->corners++] = texture;
   return FLESH_OK;
@@ -59,9 +42,9 @@ int flesh_surface_draft_corner(flesh_surface_draft *draft, int vertex, int textu
 
 int flesh_surface_draft_face(flesh_surface_draft *draft)
 {
-  int status = reserve(&draft->ends, &draft->face_room, draft->faces + 1, sizeof(int));
-  if (!status) draft->ends[draft->faces++] = draft->corners;
-  return status;
+  if (!flesh_grow(&draft->ends, sizeof(int), draft->faces, &draft->face_room)) return no_memory(draft->faces);
+  draft->ends[draft->faces++] = draft->corners;
+  return FLESH_OK;
 }
 
 int flesh_surface_draft_open_corners(const flesh_surface_draft *draft)

@@ -26,7 +26,7 @@ struct flesh_surface {
  * never trusted with memory. */
 typedef struct flesh_surface_draft {
   int vertices, faces, corners, textures;
-  size_t vertex_room, face_room, corner_room, texture_room;
+  int vertex_room, face_room, corner_room, texture_room;
   double *positions, *texture;
   int *ends; /* [faces] corners up to and with this face's */
   int *vertex_of, *texture_of; /* [corners] */
