@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/sort.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "scene/scene.h"
@@ -69,11 +70,8 @@ void flesh_fit_map_centre(const flesh_mesh *mesh, int tet, double centre[3])
 /* The face's area over the distance of the tets' centres, m. */
 static double conductance(const flesh_mesh *mesh, const int corners[3], int a, int b)
 {
-  const double *X = flesh_mesh_positions(mesh);
-  double edges[2][3], normal[3], from[3], to[3];
-  for (int k = 0; k < 2; k++)
-    for (int c = 0; c < 3; c++) edges[k][c] = X[3 * (size_t)corners[k + 1] + (size_t)c] - X[3 * (size_t)corners[0] + (size_t)c];
-  flesh_vec3_cross(edges[0], edges[1], normal);
+  double normal[3], from[3], to[3];
+  flesh_area_vector_at(flesh_mesh_positions(mesh), corners, normal);
   flesh_fit_map_centre(mesh, a, from);
   flesh_fit_map_centre(mesh, b, to);
   for (int c = 0; c < 3; c++) to[c] -= from[c];

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "picture/render_raster.h"
 #include "picture/render_shadow.h"
@@ -48,13 +49,8 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
   faces[REST] = s->rest ? malloc((triangles + 1) * sizeof **faces) : faces[X];
   int failed = !faces[X] || !faces[REST] || !start || !around;
   for (int kind = X; kind <= (s->rest ? REST : X) && !failed; kind++)
-    for (size_t t = 0; t < triangles; t++) {
-      const double *x = kind == X ? s->x : s->rest;
-      const double *p = x + 3 * (size_t)s->corners[3 * t], *q = x + 3 * (size_t)s->corners[3 * t + 1];
-      const double *r = x + 3 * (size_t)s->corners[3 * t + 2];
-      double a[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b[3] = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
-      flesh_vec3_cross(a, b, faces[kind][t]);
-    }
+    for (size_t t = 0; t < triangles; t++)
+      flesh_area_vector_at(kind == X ? s->x : s->rest, s->corners + 3 * t, faces[kind][t]);
   for (size_t c = 0; c < corners && !failed; c++) start[s->corners[c] + 2]++;
   for (int v = 0; v < s->vertices && !failed; v++) start[v + 2] += start[v + 1];
   for (size_t c = 0; c < corners && !failed; c++) around[start[s->corners[c] + 1]++] = (int)(c / 3);
@@ -130,7 +126,7 @@ static void find_spot(const scene *s, int number, double x, double y, spot *at)
   const flesh_render_surface *f = at->surface = &s->surfaces[k];
   const flesh_render_point *c = s->eye + 3 * (size_t)number;
   const double *corner[3];
-  double sum = 0, side[2][3];
+  double sum = 0;
   at->triangle = number - s->first[k];
   at->normals = (const float (*)[3])(s->normals + 3 * (size_t)number);
   at->screen[0] = 1, at->screen[1] = at->screen[2] = 0;
@@ -142,8 +138,7 @@ static void find_spot(const scene *s, int number, double x, double y, spot *at)
     at->b[i] /= sum;
     for (int d = 0; d < 3; d++) at->p[d] += at->b[i] * corner[i][d];
   }
-  for (int d = 0; d < 3; d++) side[0][d] = corner[1][d] - corner[0][d], side[1][d] = corner[2][d] - corner[0][d];
-  flesh_vec3_cross(side[0], side[1], at->flat);
+  flesh_area_vector(corner[0], corner[1], corner[2], at->flat);
   flesh_view_normalise(at->flat);
 }
 

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "math/area.h"
 #include "math/mat3.h"
 
 void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow)
@@ -37,12 +38,8 @@ static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, cons
 {
   if (s->ground) return 0;
   if (!s->glass) return 1;
-  double a[3], b[3], n[3];
-  for (int d = 0; d < 3; d++) {
-    a[d] = s->x[3 * (size_t)corners[1] + (size_t)d] - s->x[3 * (size_t)corners[0] + (size_t)d];
-    b[d] = s->x[3 * (size_t)corners[2] + (size_t)d] - s->x[3 * (size_t)corners[0] + (size_t)d];
-  }
-  flesh_vec3_cross(a, b, n);
+  double n[3];
+  flesh_area_vector_at(s->x, corners, n);
   return flesh_vec3_dot(n, shadow->view.back) > 0;
 }
 

@@ -9,15 +9,14 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/sort.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 
 static void add_flat(const double *X, const int n[3], double *shares)
 {
-  double d[2][3], normal[3];
-  for (int a = 0; a < 2; a++)
-    for (int c = 0; c < 3; c++) d[a][c] = X[3 * n[a + 1] + c] - X[3 * n[0] + c];
-  flesh_vec3_cross(d[0], d[1], normal);
+  double normal[3];
+  flesh_area_vector_at(X, n, normal);
   for (int a = 0; a < 3; a++) shares[n[a]] += sqrt(flesh_vec3_dot(normal, normal)) / 6;
 }
 

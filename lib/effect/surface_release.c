@@ -12,6 +12,7 @@
 #include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
+#include "math/area.h"
 #include "math/mat3.h"
 
 typedef flesh_surface_contact contact;
@@ -127,10 +128,7 @@ static int count_holding(const flesh_near_bonds *bonds, int kind, int k, const d
 /* The unit normal of a face. */
 static void normal_of(const contact *contact, int face, const double *x, double n[3])
 {
-  const int *corner = contact->surface.faces + 3 * (size_t)face;
-  double e[2][3];
-  for (int c = 0; c < 6; c++) e[c / 3][c % 3] = x[3 * (size_t)corner[1 + c / 3] + (size_t)(c % 3)] - x[3 * (size_t)corner[0] + (size_t)(c % 3)];
-  flesh_vec3_cross(e[0], e[1], n);
+  flesh_area_vector_at(x, contact->surface.faces + 3 * (size_t)face, n);
   const double length = sqrt(flesh_vec3_dot(n, n));
   for (int c = 0; c < 3; c++) n[c] /= length;
 }

@@ -22,6 +22,7 @@
 #include "effect/weld_breaks.h"
 #include "effect/weld_segments.h"
 #include "element/body.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
@@ -245,9 +246,8 @@ static int weld_triangles(void *data, int a, int b)
     for (int k = 0; k < 3; k++) T[s][k] = m->X + 3 * (size_t)m->side[s].triangles[3 * (size_t)(s ? b : a) + (size_t)k];
   const int corners = flesh_weld_segment(T[0], T[1], L, &gap);
   if (!corners || fabs(gap) > m->distance) return FLESH_OK;
-  double d[2][3], normal[3];
-  for (int k = 0; k < 6; k++) d[k / 3][k % 3] = T[0][k / 3 + 1][k % 3] - T[0][0][k % 3];
-  flesh_vec3_cross(d[0], d[1], normal);
+  double normal[3];
+  flesh_area_vector(T[0][0], T[0][1], T[0][2], normal);
   const double twice = sqrt(flesh_vec3_dot(normal, normal));
   const int flat = flesh_face_is_flat(&m->faces, a) && flesh_mesh_order(m->body->mesh) == 1;
   const int breaks = m->self->breaks.limit > 0;
@@ -287,15 +287,14 @@ static int take_surface(making *m, surface *s, int count, const int *triangles, 
   if (!s->numbers) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
   const int status = flesh_face_numbers(m->body->mesh, count, triangles, s->numbers);
   for (int k = 0; k < count && !status; k++) {
-    double d[2][3], normal[3];
+    double normal[3];
+    const double *x[3];
+    for (int i = 0; i < 3; i++) x[i] = m->X + 3 * (size_t)triangles[3 * (size_t)k + (size_t)i];
     for (int c = 0; c < 3; c++) {
-      const double *x[3];
-      for (int i = 0; i < 3; i++) x[i] = m->X + 3 * (size_t)triangles[3 * (size_t)k + (size_t)i];
       boxes[k][c] = fmin(x[0][c], fmin(x[1][c], x[2][c])) - m->distance / 2;
       boxes[k][3 + c] = fmax(x[0][c], fmax(x[1][c], x[2][c])) + m->distance / 2;
-      for (int i = 0; i < 2; i++) d[i][c] = x[i + 1][c] - x[0][c];
     }
-    flesh_vec3_cross(d[0], d[1], normal);
+    flesh_area_vector(x[0], x[1], x[2], normal);
     const double twice = sqrt(flesh_vec3_dot(normal, normal));
     s->edge += sqrt(twice) / count;
     s->young += young_of(m->body, flesh_mesh_surface_tets(m->body->mesh)[s->numbers[k]]) / count;

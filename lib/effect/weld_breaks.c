@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "math/area.h"
 #include "math/mat3.h"
 
 enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* after the parts' */
@@ -106,13 +107,11 @@ static double traction_of(const flesh_weld_breaks *self, int k, const double *x)
 {
   const flesh_weld_part *part = &self->parts[k];
   const double *origin = x + 3 * (size_t)part->triangle[0];
-  double d[2][3], n[3], t[3] = {0};
+  double n[3], t[3] = {0};
   for (int i = part->begin; i < self->parts[k + 1].begin; i++)
     for (int c = 0; c < 3; c++)
       t[c] -= self->stiffness * self->weights[i] * (x[3 * (size_t)self->nodes[i] + (size_t)c] - origin[c]);
-  for (int s = 0; s < 2; s++)
-    for (int c = 0; c < 3; c++) d[s][c] = x[3 * (size_t)part->triangle[s + 1] + (size_t)c] - origin[c];
-  flesh_vec3_cross(d[0], d[1], n);
+  flesh_area_vector_at(x, part->triangle, n);
   const double length = sqrt(flesh_vec3_dot(n, n)), normal = length > 0 ? flesh_vec3_dot(t, n) / length : 0;
   for (int c = 0; c < 3 && normal < 0; c++) t[c] -= normal * n[c] / length;
   return sqrt(flesh_vec3_dot(t, t));

@@ -13,6 +13,7 @@
 #include "geometry/near_pairs.h"
 #include "geometry/surface_intersections.h"
 #include "geometry/surface_winding.h"
+#include "math/area.h"
 #include "math/mat3.h"
 
 /* Two faces of which one goes through the other, or lies inside the other's body. */
@@ -160,11 +161,9 @@ static void measure(const work *w, region *regions)
   for (int f = 0; f < s->face_count; f++) {
     if (w->flagged[f]) continue;
     region *of = &regions[flesh_set_of(w->region, node_of(w, f, 0))];
-    const double *p[3];
-    double e[2][3], n[3];
-    for (int k = 0; k < 3; k++) widen(of->box, p[k] = w->x + 3 * (size_t)s->faces[3 * f + k]);
-    for (int c = 0; c < 3; c++) e[0][c] = p[1][c] - p[0][c], e[1][c] = p[2][c] - p[0][c];
-    flesh_vec3_cross(e[0], e[1], n);
+    double n[3];
+    for (int k = 0; k < 3; k++) widen(of->box, w->x + 3 * (size_t)s->faces[3 * f + k]);
+    flesh_area_vector_at(w->x, s->faces + 3 * (size_t)f, n);
     const double area = flesh_vec3_dot(n, n);
     if (area > of->area) of->area = area, of->face = f;
   }

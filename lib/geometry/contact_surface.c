@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/sort.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 #include "mesh/pieces.h"
@@ -85,11 +86,8 @@ static int list_edges(flesh_contact_surface *s)
 static void measure(const double *X, flesh_contact_surface *s)
 {
   for (int f = 0; f < s->face_count; f++) {
-    const double *corner[3];
-    double e[2][3], n[3];
-    for (int k = 0; k < 3; k++) corner[k] = X + 3 * (size_t)s->faces[3 * f + k];
-    for (int c = 0; c < 3; c++) e[0][c] = corner[1][c] - corner[0][c], e[1][c] = corner[2][c] - corner[0][c];
-    flesh_vec3_cross(e[0], e[1], n);
+    double n[3];
+    flesh_area_vector_at(X, s->faces + 3 * (size_t)f, n);
     const double area = sqrt(flesh_vec3_dot(n, n)) / 2;
     s->area += area;
     for (int k = 0; k < 3; k++) {

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "geometry/continuous_collision.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 
@@ -41,11 +42,7 @@ static void close_ways(ways *w)
 static int looks(const ways *w, int face, const double unit[3], int sign)
 {
   double n[3];
-  const double *p[3];
-  double e[2][3];
-  for (int k = 0; k < 3; k++) p[k] = w->X + 3 * (size_t)w->s->faces[3 * face + k];
-  for (int c = 0; c < 3; c++) e[0][c] = p[1][c] - p[0][c], e[1][c] = p[2][c] - p[0][c];
-  flesh_vec3_cross(e[0], e[1], n);
+  flesh_area_vector_at(w->X, w->s->faces + 3 * (size_t)face, n);
   return sign * flesh_vec3_dot(unit, n) > facing * sqrt(flesh_vec3_dot(n, n));
 }
 

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "geometry/box_tree.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 
@@ -114,9 +115,8 @@ static int make_planes(flesh_obstacle_tree *self)
   if (!self->planes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", self->triangles);
   for (int t = 0; t < self->triangles; t++) {
     const double *X = corner_of(self, t, 0), *Y = corner_of(self, t, 1), *Z = corner_of(self, t, 2);
-    double e[3], f[3], *n = self->planes + 4 * (size_t)t;
-    for (int c = 0; c < 3; c++) e[c] = Y[c] - X[c], f[c] = Z[c] - X[c];
-    flesh_vec3_cross(e, f, n);
+    double *n = self->planes + 4 * (size_t)t;
+    flesh_area_vector(X, Y, Z, n);
     const double length = sqrt(flesh_vec3_dot(n, n));
     for (int c = 0; c < 3; c++) n[c] /= length;
     n[3] = flesh_vec3_dot(n, X);

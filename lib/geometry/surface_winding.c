@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "geometry/orient.h"
+#include "math/area.h"
 #include "math/mat3.h"
 
 /* RAYS are tried, each a segment that ends outside of the surface. */
@@ -49,13 +50,10 @@ static double extent(const flesh_contact_surface *s, const double *x)
 int flesh_surface_winding(const flesh_contact_surface *s, const int *face_body, int body, int from, const double *x)
 {
   const double *corner[3];
-  double p[3], e[2][3], n[3], q[3];
+  double p[3], n[3], q[3];
   for (int k = 0; k < 3; k++) corner[k] = x + 3 * (size_t)s->faces[3 * from + k];
-  for (int c = 0; c < 3; c++) {
-    p[c] = (corner[0][c] + corner[1][c] + corner[2][c]) / 3;
-    e[0][c] = corner[1][c] - corner[0][c], e[1][c] = corner[2][c] - corner[0][c];
-  }
-  flesh_vec3_cross(e[0], e[1], n);
+  for (int c = 0; c < 3; c++) p[c] = (corner[0][c] + corner[1][c] + corner[2][c]) / 3;
+  flesh_area_vector(corner[0], corner[1], corner[2], n);
   const double area = sqrt(flesh_vec3_dot(n, n)), length = extent(s, x);
   if (!(area > 0) || !(length < INFINITY)) return 0;
   for (int c = 0; c < 3; c++) n[c] /= area;

@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/stop.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 #include "mesh/edges.h"
@@ -23,7 +24,7 @@ static const double tangent = 0.87;                             /* cosine of the
 static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const int corner[3])
 {
   const double *x[3];
-  double longest = 0, farthest = 0, at[3], normal[3], middle[3] = {0}, e[2][3], own[3];
+  double longest = 0, farthest = 0, at[3], normal[3], middle[3] = {0}, own[3];
   for (int k = 0; k < 3; k++) x[k] = mesh->positions + 3 * (size_t)corner[k];
   for (int k = 0; k < 3; k++) longest = fmax(longest, flesh_distance(x[k], x[(k + 1) % 3]));
   for (int k = 0; k < 3; k++) {
@@ -33,9 +34,7 @@ static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface 
     for (int c = 0; c < 3; c++) middle[c] += x[k][c] / 3;
   }
   surface->nearest(surface->data, middle, at, normal);
-  for (int k = 0; k < 2; k++)
-    for (int c = 0; c < 3; c++) e[k][c] = x[k + 1][c] - x[0][c];
-  flesh_vec3_cross(e[0], e[1], own);
+  flesh_area_vector(x[0], x[1], x[2], own);
   return fabs(flesh_vec3_dot(own, normal)) > least_cosine * sqrt(flesh_vec3_dot(own, own)) ? farthest : INFINITY;
 }
 
@@ -147,10 +146,8 @@ static int find_chains(const flesh_mesh *mesh, const int *on, chains *c)
 static void flatten(const int *face, const double normal[3], const double *positions, double *x)
 {
   const double *X = positions + 3 * (size_t)face[0];
-  double e[2][3], own[3], height = 0;
-  for (int k = 0; k < 2; k++)
-    for (int c = 0; c < 3; c++) e[k][c] = positions[3 * (size_t)face[4 * k + 4] + (size_t)c] - X[c];
-  flesh_vec3_cross(e[0], e[1], own);
+  double own[3], height = 0;
+  flesh_area_vector(X, positions + 3 * (size_t)face[4], positions + 3 * (size_t)face[8], own);
   const double square = flesh_vec3_dot(own, own);
   if (!(fabs(flesh_vec3_dot(own, normal)) < tangent * sqrt(square))) return;
   for (int c = 0; c < 3; c++) height += (x[c] - X[c]) * own[c] / square;

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/stop.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "mesh/edges.h"
 #include "mesh/inspect.h"
@@ -99,12 +100,7 @@ static int is_outer(const smoothing *s, int n)
 /* The normal of a triangle of the surface, of length 1. */
 static void find_normal(const smoothing *s, int triangle, double normal[3])
 {
-  const double *X = s->mesh->positions;
-  const int *nodes = s->mesh->surface + 3 * (size_t)triangle;
-  double edges[2][3];
-  for (int e = 0; e < 2; e++)
-    for (int d = 0; d < 3; d++) edges[e][d] = X[3 * (size_t)nodes[e + 1] + (size_t)d] - X[3 * (size_t)nodes[0] + (size_t)d];
-  flesh_vec3_cross(edges[0], edges[1], normal);
+  flesh_area_vector_at(s->mesh->positions, s->mesh->surface + 3 * (size_t)triangle, normal);
   const double length = sqrt(flesh_vec3_dot(normal, normal));
   for (int d = 0; d < 3; d++) normal[d] /= length;
 }

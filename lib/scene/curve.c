@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "flesh/surface.h"
+#include "math/area.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 #include "mesh/curve.h"
@@ -91,11 +92,8 @@ static void nearest_on_triangles(const void *data, const double p[3], double at[
     found = k;
     for (int c = 0; c < 3; c++) at[c] = w[0] * x[0][c] + w[1] * x[1][c] + w[2] * x[2][c];
   }
-  const int *corner = s->corners + 3 * (size_t)found;
-  double e[2][3], n[3];
-  for (int a = 0; a < 2; a++)
-    for (int c = 0; c < 3; c++) e[a][c] = s->X[3 * (size_t)corner[a + 1] + c] - s->X[3 * (size_t)corner[0] + c];
-  flesh_vec3_cross(e[0], e[1], n);
+  double n[3];
+  flesh_area_vector_at(s->X, s->corners + 3 * (size_t)found, n);
   normalise(n, normal);
 }
 

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math/area.h"
 #include "math/mat3.h"
 #include "parallel/body_figures.h"
 #include "system/one_effect.h"
@@ -48,12 +49,8 @@ static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, dou
   double area = 0;
   memset(a, 0, 3 * (size_t)flesh_mesh_node_count(mesh) * sizeof *a);
   for (int k = 0; k < count; k++) {
-    const double *corner[3];
-    double n[3], edge[2][3];
-    for (int b = 0; b < 3; b++) corner[b] = X + 3 * (size_t)triangle[3 * k + b];
-    for (int e = 0; e < 2; e++)
-      for (int c = 0; c < 3; c++) edge[e][c] = corner[e + 1][c] - corner[0][c];
-    flesh_vec3_cross(edge[0], edge[1], n);
+    double n[3];
+    flesh_area_vector_at(X, triangle + 3 * (size_t)k, n);
     for (int d = 0; d < 9; d++) a[3 * (size_t)triangle[3 * k + d / 3] + (size_t)(d % 3)] += n[d % 3] / 6;
   }
   flesh_team_add_ghosts(team, a);
