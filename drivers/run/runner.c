@@ -374,7 +374,7 @@ static void close_running(flesh_running *r)
   flesh_proximity_clear(&r->proximity);
   free(r->J_mean);
   free(r->J_min);
-  flesh_part_frames_close(&r->part_frames);
+  flesh_frames_close(&r->part_frames);
   flesh_run_trace_clear(&r->trace);
 }
 

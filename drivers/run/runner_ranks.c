@@ -51,9 +51,9 @@ int flesh_running_open_parts(flesh_running *r)
   status = flesh_ranks_agree(ranks, status);
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);
   if (status) return status;
-  return flesh_part_frames_set_fields(r->part_frames, flesh_scene_share_body(ranks->share),
-                                      flesh_ranks_system(ranks, r->scene), flesh_scene_times(r->scene)->method,
-                                      output->fields, output->fields_at);
+  return flesh_frames_set_fields(r->part_frames, flesh_scene_share_body(ranks->share),
+                                 flesh_ranks_system(ranks, r->scene), flesh_scene_times(r->scene)->method, output->fields,
+                                 output->fields_at);
 }
 
 /* A rank's part of a state that goes into a file. */
@@ -119,7 +119,7 @@ int flesh_running_sync_parts(flesh_running *r)
 /* Each rank writes its own frames; what else is observed is sums, which the first has. */
 static int observe_parts(flesh_running *r, const flesh_step_record *record)
 {
-  int status = r->part_frames ? flesh_part_frames_observe(r->part_frames, record) : FLESH_OK;
+  int status = r->part_frames ? flesh_frames_observe(r->part_frames, record) : FLESH_OK;
   r->state.t = record->state->t;
   for (int o = 0; o < r->observer_count && status >= 0; o++)
     status = r->observers[o].observe(r->observers[o].data, record);

@@ -29,7 +29,7 @@ typedef struct flesh_running {
   flesh_proximity proximity;
   int observer_count;
   const flesh_observer *observers; /* of the whole, on the first */
-  flesh_part_frames *part_frames; /* of a split mesh, of which each rank writes its part; NULL: none */
+  flesh_frames *part_frames; /* of a split mesh, of which each rank writes its part; NULL: none */
   json_t *ranks; /* what result.json says of them */
   double started; /* monotonic seconds */
   double set_up;  /* s that the command has taken before */

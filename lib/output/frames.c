@@ -1,5 +1,5 @@
-/* frames.c: VTU files of the body as it moves, and their index. */
-#include "flesh/observer.h"
+/* frames.c: VTU files of the body as it moves, whole or in parts, one of each rank, and their index. */
+#include "output/part_frames.h"
 
 #include <dirent.h>
 #include <stdlib.h>
@@ -9,6 +9,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/file.h"
+#include "base/sync.h"
 #include "mesh/mesh.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
@@ -20,10 +21,13 @@ enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
 
 struct flesh_frames {
   const flesh_mesh *mesh;
+  const flesh_team *team; /* that shares out the body, of which the mesh is this rank's part; NULL: the mesh is the whole */
+  int rank, ranks, every;
+  int last;               /* step of the last frame; -1: none */
   char *directory, *path; /* path: room for directory/name */
   double *displacement;   /* [3*nodes] */
-  int every;
-  flesh_pvd index;
+  double box[6];          /* around the whole body at rest */
+  flesh_pvd index;        /* on the first rank */
   flesh_fields fields;
 };
 
@@ -31,6 +35,15 @@ static const char *path_of(flesh_frames *frames, const char *name)
 {
   sprintf(frames->path, "%s/%s", frames->directory, name);
   return frames->path;
+}
+
+/* This rank's file of a step. */
+static const char *own_file(flesh_frames *frames, int step)
+{
+  char name[2 * NAME_SIZE];
+  if (frames->team) snprintf(name, sizeof name, "frame_%06d_%05d.vtu", step, frames->rank);
+  else snprintf(name, sizeof name, "frame_%06d.vtu", step);
+  return path_of(frames, name);
 }
 
 /* frame_<digits and _>.vtu or .pvtu, or obstacle_<digits and _>.obj */
@@ -62,21 +75,25 @@ static void remove_frames(flesh_frames *frames, int last)
   closedir(folder);
 }
 
-static int create(const char *directory, const flesh_mesh *mesh, int every, flesh_frames **result)
+int flesh_part_frames_create(const char *directory, const flesh_mesh *mesh, const flesh_team *team, int rank, int ranks,
+                             int every, flesh_frames **result)
 {
-  flesh_frames *frames = calloc(1, sizeof *frames);
-  if (!frames) return flesh_no_memory_for(directory);
-  frames->mesh = mesh;
-  frames->every = every;
-  frames->directory = strdup(directory);
-  frames->path = malloc(strlen(directory) + NAME_SIZE + 1);
-  frames->displacement = malloc(3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh));
-  if (!frames->directory || !frames->path || !frames->displacement) {
-    flesh_frames_close(&frames);
-    return flesh_no_memory_for(directory);
+  flesh_frames *frames = *result = calloc(1, sizeof *frames);
+  if (frames) {
+    *frames = (flesh_frames){.mesh = mesh, .team = team, .rank = rank, .ranks = ranks, .every = every, .last = -1,
+                             .directory = strdup(directory), .path = malloc(strlen(directory) + NAME_SIZE + 1),
+                             .displacement = malloc((3 * (size_t)flesh_mesh_node_count(mesh) + 1) * sizeof(double))};
+    if (frames->directory && frames->path && frames->displacement) return FLESH_OK;
   }
-  *result = frames;
-  return FLESH_OK;
+  flesh_frames_close(result);
+  return flesh_no_memory_for(directory);
+}
+
+static int create(const char *directory, const flesh_mesh *mesh, int every, flesh_frames **frames)
+{
+  const int status = flesh_part_frames_create(directory, mesh, NULL, 0, 1, every, frames);
+  if (!status) flesh_body_rest_box(mesh, NULL, (*frames)->box);
+  return status;
 }
 
 int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
@@ -112,6 +129,16 @@ int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every
   return status;
 }
 
+int flesh_part_frames_resume(flesh_frames **frames, int last)
+{
+  flesh_frames *self = *frames;
+  int status = FLESH_OK;
+  self->last = last;
+  if (!self->rank) status = flesh_pvd_resume(path_of(self, "frames.pvd"), self->every, last, &self->index);
+  if (status) flesh_frames_close(frames);
+  return status;
+}
+
 int flesh_frames_close(flesh_frames **frames)
 {
   if (!frames || !*frames) return FLESH_OK;
@@ -130,6 +157,7 @@ int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body, const 
 {
   FLESH_NEED({frames, "frames"}, {body, "body"}, {system, "system"});
   flesh_fields opened;
+  if (frames->team) flesh_body_rest_box(frames->mesh, frames->team, frames->box);
   int status = flesh_mesh_check_counts(body->mesh, "frames", "", frames->mesh->nodes, frames->mesh->tets);
   if (!status) status = flesh_fields_open(body, system, method, fields, places, &opened);
   if (status) return status;
@@ -143,17 +171,29 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   FLESH_NEED({data, "frames"}, {record, "record"});
   flesh_frames *frames = data;
   if (record->step % frames->every && !record->last) return FLESH_OK;
-  char *name;
-  double box[6];
+  char stem[NAME_SIZE], *name = NULL;
   int status = flesh_mesh_check_counts(flesh_system_mesh(record->system), "frames", "", frames->mesh->nodes,
                                        frames->mesh->tets);
-  if (!status) status = flesh_pvd_next(&frames->index, &name);
-  flesh_body_rest_box(frames->mesh, NULL, box);
-  if (!status) status = flesh_obstacles_write(frames->directory, record, box);
   if (status) return status;
   flesh_frame frame;
-  flesh_frame_make(frames->mesh, &frames->fields, NULL, frames->displacement, record, &frame);
-  snprintf(name, NAME_SIZE, "frame_%06d.vtu", record->step);
-  status = flesh_vtu_write(path_of(frames, name), &frame.content);
+  flesh_frame_make(frames->mesh, &frames->fields, frames->team, frames->displacement, record, &frame);
+  status = flesh_team_agree(frames->team, flesh_vtu_write(own_file(frames, record->step), &frame.content));
+  frames->last = record->step;
+  if (status || frames->rank) return status;
+  status = flesh_pvd_next(&frames->index, &name);
+  if (!status) status = flesh_obstacles_write(frames->directory, record, frames->box);
+  if (status) return status;
+  snprintf(stem, sizeof stem, "frame_%06d", record->step);
+  snprintf(name, NAME_SIZE, "frame_%06d.%s", record->step, frames->team ? "pvtu" : "vtu");
+  if (frames->team) status = flesh_pvtu_write(path_of(frames, name), &frame.content, stem, frames->ranks);
   return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);
+}
+
+int flesh_part_frames_sync(flesh_frames *frames, int settled)
+{
+  const int every = frames->every, first = settled < 0 ? 0 : (settled / every + 1) * every;
+  int status = FLESH_OK;
+  for (int step = first; step <= frames->last && !status; step += every) status = flesh_sync(own_file(frames, step));
+  /* The last one of a run is of any step. */
+  return status || frames->last < 0 ? status : flesh_sync(own_file(frames, frames->last));
 }
