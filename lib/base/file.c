@@ -161,3 +161,17 @@ void flesh_number_print(FILE *stream, double value)
   char text[FLESH_NUMBER_SIZE];
   fputs(flesh_number_text(value, text), stream);
 }
+
+void flesh_word_write(FILE *stream, uint32_t word)
+{
+  const uint8_t bytes[4] = {word & 255, word >> 8 & 255, word >> 16 & 255, word >> 24};
+  fwrite(bytes, 1, sizeof bytes, stream);
+}
+
+void flesh_single_write(FILE *stream, double value)
+{
+  const float single = (float)value;
+  uint32_t word;
+  memcpy(&word, &single, sizeof word);
+  flesh_word_write(stream, word);
+}

@@ -3,6 +3,7 @@
 #ifndef FLESH_BASE_FILE_H
 #define FLESH_BASE_FILE_H
 
+#include <stdint.h>
 #include <stdio.h>
 
 #include "base/folder.h"
@@ -33,5 +34,9 @@ enum { FLESH_NUMBER_SIZE = 40 };
 const char *flesh_number_text(double value, char text[FLESH_NUMBER_SIZE]);
 /* Prints it. */
 void flesh_number_print(FILE *stream, double value);
+
+/* Writes four bytes, the low one first on any machine: of a word, or of a number in single precision. */
+void flesh_word_write(FILE *stream, uint32_t word);
+void flesh_single_write(FILE *stream, double value);
 
 #endif

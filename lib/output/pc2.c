@@ -8,30 +8,16 @@
 
 #include "base/error.h"
 
-static void write_word(FILE *stream, uint32_t word)
-{
-  const uint8_t bytes[4] = {word & 255, word >> 8 & 255, word >> 16 & 255, word >> 24};
-  fwrite(bytes, 1, sizeof bytes, stream);
-}
-
-static void write_single(FILE *stream, double value)
-{
-  float single = (float)value;
-  uint32_t word;
-  memcpy(&word, &single, sizeof word);
-  write_word(stream, word);
-}
-
 static void write_header(const flesh_pc2 *cache)
 {
   static const char mark[12] = "POINTCACHE2";
   FILE *stream = cache->file.stream;
   fwrite(mark, 1, sizeof mark, stream);
-  write_word(stream, 1);
-  write_word(stream, (uint32_t)cache->points);
-  write_single(stream, 0);
-  write_single(stream, 1);
-  write_word(stream, (uint32_t)cache->samples);
+  flesh_word_write(stream, 1);
+  flesh_word_write(stream, (uint32_t)cache->points);
+  flesh_single_write(stream, 0);
+  flesh_single_write(stream, 1);
+  flesh_word_write(stream, (uint32_t)cache->samples);
 }
 
 int flesh_pc2_open(const char *path, int points, flesh_pc2 *cache)
@@ -48,7 +34,7 @@ int flesh_pc2_add(flesh_pc2 *cache, const double *positions)
     return flesh_fail(FLESH_ERR_FILE, "%s: a point cache holds at most %d samples",
                       cache->file.path, INT_MAX);
   for (size_t d = 0; d < 3 * (size_t)cache->points; d++)
-    write_single(cache->file.stream, positions[d]);
+    flesh_single_write(cache->file.stream, positions[d]);
   if (ferror(cache->file.stream))
     return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", cache->file.path,
                       errno ? strerror(errno) : "the disk may be full");

@@ -25,13 +25,6 @@ static void write_obj(const flesh_surface *s, const double *x, FILE *stream)
   }
 }
 
-/* Little endian on any machine. */
-static void write_word(FILE *stream, uint32_t word)
-{
-  const uint8_t bytes[4] = {word & 255, word >> 8 & 255, word >> 16 & 255, word >> 24};
-  fwrite(bytes, 1, 4, stream);
-}
-
 static void write_ply(const flesh_surface *s, const double *x, FILE *stream)
 {
   int largest = 0;
@@ -42,17 +35,12 @@ static void write_ply(const flesh_surface *s, const double *x, FILE *stream)
           "property float x\nproperty float y\nproperty float z\n"
           "element face %d\nproperty list %s int vertex_indices\nend_header\n",
           s->vertices, s->faces, largest < 256 ? "uchar" : "int");
-  for (size_t d = 0; d < 3 * (size_t)s->vertices; d++) {
-    float single = (float)x[d];
-    uint32_t word;
-    memcpy(&word, &single, 4);
-    write_word(stream, word);
-  }
+  for (size_t d = 0; d < 3 * (size_t)s->vertices; d++) flesh_single_write(stream, x[d]);
   for (int f = 0; f < s->faces; f++) {
     if (largest < 256) putc(s->starts[f + 1] - s->starts[f], stream);
-    else write_word(stream, (uint32_t)(s->starts[f + 1] - s->starts[f]));
+    else flesh_word_write(stream, (uint32_t)(s->starts[f + 1] - s->starts[f]));
     for (int k = s->starts[f]; k < s->starts[f + 1]; k++)
-      write_word(stream, (uint32_t)s->corners[k]);
+      flesh_word_write(stream, (uint32_t)s->corners[k]);
   }
 }
 
