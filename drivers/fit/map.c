@@ -10,6 +10,7 @@
 #include "base/sort.h"
 #include "math/area.h"
 #include "math/mat3.h"
+#include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
@@ -58,22 +59,13 @@ typedef struct side {
   int corners[3], tet; /* index into tets */
 } side;
 
-void flesh_fit_map_centre(const flesh_mesh *mesh, int tet, double centre[3])
-{
-  for (int c = 0; c < 3; c++) {
-    centre[c] = 0;
-    for (int a = 0; a < 4; a++)
-      centre[c] += flesh_mesh_positions(mesh)[3 * (size_t)flesh_mesh_tets(mesh)[4 * (size_t)tet + (size_t)a] + (size_t)c] / 4;
-  }
-}
-
 /* The face's area over the distance of the tets' centres, m. */
 static double conductance(const flesh_mesh *mesh, const int corners[3], int a, int b)
 {
   double normal[3], from[3], to[3];
   flesh_area_vector_at(flesh_mesh_positions(mesh), corners, normal);
-  flesh_fit_map_centre(mesh, a, from);
-  flesh_fit_map_centre(mesh, b, to);
+  flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), a, from);
+  flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), b, to);
   for (int c = 0; c < 3; c++) to[c] -= from[c];
   return 0.5 * sqrt(flesh_vec3_dot(normal, normal) / flesh_vec3_dot(to, to));
 }

@@ -26,8 +26,6 @@ struct flesh_fit_map {
 int flesh_fit_map_prepare(flesh_fit *fit);
 extern const flesh_key flesh_fit_map_table[];
 
-/* The middle of a tet's corners. */
-void flesh_fit_map_centre(const flesh_mesh *mesh, int tet, double centre[3]);
 /* Writes a scene's map of values p [parameters] to a path. */
 int flesh_fit_map_write(const flesh_fit *fit, const char *path, const double *p);
 

@@ -8,6 +8,7 @@
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "fit/map.h"
+#include "mesh/inspect.h"
 #include "output/vtu.h"
 #include "run/result.h"
 #include "study/table.h"
@@ -98,7 +99,7 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
     const double deviation = r->found->deviations ? r->found->deviations[k] : NAN;
     double centre[3];
     fprintf(file.stream, "%d", map->tets[k]);
-    flesh_fit_map_centre(mesh, map->tets[k], centre);
+    flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), map->tets[k], centre);
     for (int c = 0; c < 3; c++) flesh_table_field(file.stream, centre[c]);
     const double fields[] = {p, flesh_fit_p_of(&map->of, q - 1.96 * deviation),
                              flesh_fit_p_of(&map->of, q + 1.96 * deviation), deviation,

@@ -160,9 +160,8 @@ static int show(const flesh_mesh *mesh, const char *path)
   if (info.curved)
     printf("  %-14s %.4g at least, in tet %d\n", "scaled J", info.scaled_jacobian_min, info.most_bent_tet);
   const int *worst = flesh_mesh_tets(mesh) + 4 * (size_t)info.worst_tet;
-  double centre[3] = {0};
-  for (int i = 0; i < 4; i++)
-    for (int d = 0; d < 3; d++) centre[d] += x[3 * (size_t)worst[i] + d] / 4;
+  double centre[3];
+  flesh_mesh_centre(mesh, x, info.worst_tet, centre);
   printf("  %-14s %d, nodes %d %d %d %d, centre (%.6g, %.6g, %.6g)\n", "worst tet", info.worst_tet,
          worst[0], worst[1], worst[2], worst[3], centre[0], centre[1], centre[2]);
   return FLESH_OK;

@@ -84,6 +84,14 @@ static double edge_length(const flesh_mesh *mesh, int node, int other)
   return sqrt(flesh_vec3_dot(along, along));
 }
 
+void flesh_mesh_centre(const flesh_mesh *mesh, const double *x, int tet, double centre[3])
+{
+  for (int c = 0; c < 3; c++) {
+    centre[c] = 0;
+    for (int a = 0; a < 4; a++) centre[c] += x[3 * (size_t)mesh->tet_nodes[4 * (size_t)tet + (size_t)a] + (size_t)c] / 4;
+  }
+}
+
 double flesh_mesh_mean_edge(const flesh_mesh *mesh)
 {
   double edges = 0;

@@ -12,6 +12,8 @@ double flesh_radius_ratio(const double *x, const int nodes[4]);
 
 /* The mean over the six edges of every tet, at rest, between corners. */
 double flesh_mesh_mean_edge(const flesh_mesh *mesh);
+/* The mean of a tet's corners where its nodes are at x [3*nodes]. */
+void flesh_mesh_centre(const flesh_mesh *mesh, const double *x, int tet, double centre[3]);
 
 /* The distinct region tags in rising order into *list (new, NULL when out of memory); returns their
  * number. */

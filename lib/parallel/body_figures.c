@@ -41,10 +41,10 @@ double flesh_body_inverted(const flesh_mesh *mesh, const flesh_team *team, const
   return counts[0] / counts[1];
 }
 
-void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, int with_bound, double *mean,
+void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, double *mean,
                         double *least, flesh_mesh_measures *measures)
 {
-  flesh_mesh_measure(mesh, x, with_bound, mean, least, measures);
+  flesh_mesh_measure(mesh, x, 1, mean, least, measures);
   if (!team) return;
   double sums[2] = {measures->volume, measures->inverted}, most = -measures->J_min;
   flesh_team_sum(team, 2, sums);
@@ -59,11 +59,7 @@ int flesh_body_worst_tet(const flesh_mesh *mesh, const flesh_team *team, const d
 {
   int worst;
   *J = flesh_mesh_jacobians(mesh, x, NULL, &worst, NULL);
-  const int *corners = flesh_mesh_tets(mesh) + 4 * (size_t)worst;
-  for (int c = 0; c < 3; c++) {
-    middle[c] = 0;
-    for (int a = 0; a < 4; a++) middle[c] += x[3 * corners[a] + c] / 4;
-  }
+  flesh_mesh_centre(mesh, x, worst, middle);
   if (!team) return worst;
   double most = -*J;
   const int own = team->tets[worst], first = (int)-flesh_team_argmax(team, &most, -own);

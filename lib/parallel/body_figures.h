@@ -14,9 +14,9 @@ void flesh_body_rest_box(const flesh_mesh *mesh, const flesh_team *team, double 
 double flesh_body_volume(const flesh_mesh *mesh, const flesh_team *team, const double *x);
 /* The share of its tets that are inverted anywhere at x. */
 double flesh_body_inverted(const flesh_mesh *mesh, const flesh_team *team, const double *x);
-/* Does what flesh_mesh_measure does: `mean` and `least` [tets] are of the rank's tets, *measures of the body. Tets have
- * their numbers in the body, and the first of several with the least J is told. */
-void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, int with_bound, double *mean,
+/* Does what flesh_mesh_measure does, with the bound: `mean` and `least` [tets] are of the rank's tets, *measures of the
+ * body. Tets have their numbers in the body, and the first of several with the least J is told. */
+void flesh_body_measure(const flesh_mesh *mesh, const flesh_team *team, const double *x, double *mean,
                         double *least, flesh_mesh_measures *measures);
 /* The body's tet with the least J at x [3*nodes], that J, and the middle of its corners, m. */
 int flesh_body_worst_tet(const flesh_mesh *mesh, const flesh_team *team, const double *x, double *J, double middle[3]);

@@ -9,6 +9,7 @@
 #include "base/rising.h"
 #include "base/scan.h"
 #include "math/mat3.h"
+#include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "scene/selection.h"
@@ -34,17 +35,6 @@ const flesh_key flesh_fibre_field_keys[] = {
 
 static int has_box(const flesh_tet_selection *s) { return !isnan(s->box[0]); }
 
-/* Centre of the tet's corners at rest. */
-static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
-{
-  const double *X = flesh_mesh_positions(mesh);
-  const int *node = flesh_mesh_tets(mesh) + 4 * (size_t)tet;
-  for (int c = 0; c < 3; c++) {
-    centre[c] = 0;
-    for (int a = 0; a < 4; a++) centre[c] += X[3 * (size_t)node[a] + (size_t)c] / 4;
-  }
-}
-
 static int is_chosen(const flesh_tet_selection *s, const flesh_mesh_set *set, const flesh_body_part *part,
                      const flesh_mesh *mesh, int tet)
 {
@@ -54,7 +44,7 @@ static int is_chosen(const flesh_tet_selection *s, const flesh_mesh_set *set, co
   if (!of_region || (part && (tet < part->first_tet || tet - part->first_tet >= part->tets))) return 0;
   if (set && flesh_rising_find(set->tets.values, 0, set->tets.count, tet) < 0) return 0;
   if (!has_box(s)) return 1;
-  centre_of(mesh, tet, centre);
+  flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), tet, centre);
   for (int c = 0; c < 3; c++)
     if (!(centre[c] >= s->box[c] && centre[c] <= s->box[3 + c])) return 0;
   return 1;
@@ -159,7 +149,7 @@ int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_
   if (!status && file) return read_file(field->file, part, mesh, chosen);
   for (int k = 0; !status && k < chosen->count; k++) {
     double centre[3], *to = chosen->directions + 3 * (size_t)k;
-    centre_of(mesh, chosen->tets[k], centre);
+    flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), chosen->tets[k], centre);
     if (along) tangent(a, b, centre, to);
     else memcpy(to, d, 3 * sizeof *to);
   }

@@ -51,6 +51,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/inspect.h"
 #include "system/internal.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
@@ -164,11 +165,7 @@ static void find_place(flesh_energy_watch *watch, const flesh_state *state)
   const flesh_mesh *mesh = flesh_system_mesh(watch->system);
   const uint8_t *used = flesh_mesh_node_used(mesh);
   b->worst_J = flesh_mesh_jacobians(mesh, state->x, NULL, &b->worst_tet, NULL);
-  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)b->worst_tet;
-  for (int c = 0; c < 3; c++) {
-    b->worst_position[c] = 0;
-    for (int a = 0; a < 4; a++) b->worst_position[c] += state->x[3 * tet[a] + c] / 4;
-  }
+  flesh_mesh_centre(mesh, state->x, b->worst_tet, b->worst_position);
   double fastest = -1;
   for (int i = 0; i < watch->n / 3; i++) {
     const double *v = state->v + 3 * (size_t)i, square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];

@@ -77,7 +77,7 @@ static int watch_open(watch *w)
 static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record *record)
 {
   flesh_mesh_measures m;
-  flesh_body_measure(w->mesh, w->team, state->x, 1, w->J_mean, w->J_min, &m);
+  flesh_body_measure(w->mesh, w->team, state->x, w->J_mean, w->J_min, &m);
   record->volume = m.volume;
   record->inverted = m.inverted;
   record->J_min = m.J_min;
