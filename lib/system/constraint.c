@@ -62,38 +62,30 @@ int flesh_system_prescribes_alike(const flesh_system *system, const flesh_system
   return alike;
 }
 
-void flesh_system_prescribe(const flesh_system *system, double t, double *x)
+/* Prescribes positions, or (x NULL) velocities and accelerations. */
+static void prescribe(const flesh_system *system, double t, double *x, double *v, double *a)
 {
   const double *X = flesh_mesh_positions(system->mesh);
   for (int k = 0; k < system->constraint_count; k++) {
     const flesh_constraint *constraint = &system->constraints[k];
     if (t < constraint->from || t >= constraint->until) continue;
     for (int j = 0; j < constraint->count; j++) {
-      int node = constraint->nodes[j];
-      double y[3] = {X[3 * node], X[3 * node + 1], X[3 * node + 2]};
-      if (constraint->motion.count) flesh_motion_apply(&constraint->motion, t, X + 3 * node, y);
-      for (int c = 0; c < 3; c++)
-        if (constraint->axes >> c & 1) x[3 * node + c] = y[c];
+      const size_t first = 3 * (size_t)constraint->nodes[j];
+      double y[3] = {X[first], X[first + 1], X[first + 2]}, velocity[3] = {0}, acceleration[3] = {0};
+      if (constraint->motion.count && x) flesh_motion_apply(&constraint->motion, t, X + first, y);
+      else if (constraint->motion.count) flesh_motion_rates(&constraint->motion, t, X + first, velocity, acceleration);
+      for (size_t c = 0; c < 3; c++) {
+        if (!(constraint->axes >> c & 1)) continue;
+        if (x) x[first + c] = y[c];
+        else v[first + c] = velocity[c], a[first + c] = acceleration[c];
+      }
     }
   }
 }
 
+void flesh_system_prescribe(const flesh_system *system, double t, double *x) { prescribe(system, t, x, NULL, NULL); }
+
 void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v, double *a)
 {
-  const double *X = flesh_mesh_positions(system->mesh);
-  for (int k = 0; k < system->constraint_count; k++) {
-    const flesh_constraint *constraint = &system->constraints[k];
-    if (t < constraint->from || t >= constraint->until) continue;
-    for (int j = 0; j < constraint->count; j++) {
-      int node = constraint->nodes[j];
-      double velocity[3] = {0, 0, 0}, acceleration[3] = {0, 0, 0};
-      if (constraint->motion.count)
-        flesh_motion_rates(&constraint->motion, t, X + 3 * node, velocity, acceleration);
-      for (int c = 0; c < 3; c++) {
-        if (!(constraint->axes >> c & 1)) continue;
-        v[3 * node + c] = velocity[c];
-        a[3 * node + c] = acceleration[c];
-      }
-    }
-  }
+  prescribe(system, t, NULL, v, a);
 }
