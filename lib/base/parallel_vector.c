@@ -57,6 +57,16 @@ double flesh_dot_of_part(const double *x, const double *y, int begin, int end)
   return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
 }
 
+double flesh_weighted_square_of_part(const double *x, const double *w, int begin, int end)
+{
+  double s[8] = {0};
+  int i = begin;
+  for (; i + 8 <= end; i += 8)
+    for (int l = 0; l < 8; l++) s[l] += (x[i + l] * w[i + l]) * (x[i + l] * w[i + l]);
+  for (; i < end; i++) s[0] += (x[i] * w[i]) * (x[i] * w[i]);
+  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+}
+
 static void dot_part(void *data, int k, int begin, int end)
 {
   pair *p = data;

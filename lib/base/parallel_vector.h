@@ -26,5 +26,7 @@ int flesh_same(flesh_threads *threads, int n, const double *x, const double *y);
 
 /* The sum of x y over begin <= i < end. */
 double flesh_dot_of_part(const double *x, const double *y, int begin, int end);
+/* The sum of the squares of w x, likewise. */
+double flesh_weighted_square_of_part(const double *x, const double *w, int begin, int end);
 
 #endif

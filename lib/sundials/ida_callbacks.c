@@ -6,6 +6,7 @@
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "base/threads.h"
 #include "sundials/ida_problem.h"
 #include "sundials/pair_matrix.h"
@@ -40,7 +41,7 @@ sunindextype flesh_ida_entries(const flesh_ida_problem *self)
   return flesh_sunindex(2 * (int64_t)self->evaluation.n + full + (J->couples ? full : 9 * (int64_t)J->K->rows));
 }
 
-static int make_view(flesh_ida_problem *self)
+int flesh_ida_make_sparse(flesh_ida_problem *self)
 {
   if (self->sparse.D_values) return FLESH_OK;
   int status = self->sparse.view.starts ? FLESH_OK : flesh_scalar_view_create(self->jacobian.K, &self->sparse.view);
@@ -95,7 +96,7 @@ static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
   if (!self->jacobian.couples && !self->jacobian.D_is_diagonal)
     return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the "
                                           "rest shape; use the condensed solver");
-  int status = make_view(self);
+  int status = flesh_ida_make_sparse(self);
   if (status) return status;
   flesh_scalar_view_fill(&self->sparse.view, self->jacobian.K, self->sparse.K_values);
   flesh_scalar_view_fill(&self->sparse.view, self->jacobian.D, self->sparse.D_values);
@@ -180,17 +181,11 @@ static sunrealtype weighted_norm_of_team(N_Vector x, N_Vector w)
   return N_VWL2Norm(x, w) / sqrt(6 * team->all);
 }
 
-/* The norm on one rank, in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
-static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
+/* The norm on one rank. */
+static sunrealtype weighted_norm(N_Vector x, N_Vector w)
 {
-  const sunindextype n = N_VGetLength(x_vector);
-  const double *x = N_VGetArrayPointer(x_vector), *w = N_VGetArrayPointer(w_vector);
-  double s[8] = {0};
-  sunindextype i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) s[l] += (x[i + l] * w[i + l]) * (x[i + l] * w[i + l]);
-  for (; i < n; i++) s[0] += (x[i] * w[i]) * (x[i] * w[i]);
-  return sqrt((((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))) / (double)n);
+  const int n = (int)N_VGetLength(x);
+  return sqrt(flesh_weighted_square_of_part(N_VGetArrayPointer(x), N_VGetArrayPointer(w), 0, n) / n);
 }
 
 int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)

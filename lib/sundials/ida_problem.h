@@ -96,6 +96,8 @@ double *flesh_ida_open(const flesh_ida_problem *problem, N_Vector v, int room);
 void flesh_ida_close(const flesh_ida_problem *problem, N_Vector v, const double *written);
 /* FLESH_ERR_ARGUMENT, with words, where the system is shared out: a SUNSparseMatrix is that of one rank. */
 int flesh_ida_check_sparse(const flesh_ida_problem *problem);
+/* Makes room for K and D as scalars. FLESH_ERR_MEMORY. */
+int flesh_ida_make_sparse(flesh_ida_problem *problem);
 /* The point of (t, y, y'), which lies in x, v, a; without y' the free dofs' a are 0. */
 flesh_point flesh_ida_point(flesh_ida_problem *problem, double t, const double *y, const double *yp);
 /* y [2*n], yp [2*n], F [2*n]. */

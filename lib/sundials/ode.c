@@ -77,9 +77,6 @@ void flesh_ode_problem_destroy(flesh_ode_problem **problem)
   flesh_block_matrix_destroy(&self->condensed.A);
   flesh_block_matrix_destroy(&self->condensed.C);
   flesh_direct_destroy(&self->condensed.direct);
-  flesh_scalar_view_clear(&self->view);
-  free(self->K_values);
-  free(self->C_values);
   free(self->inverse); /* and the other vectors with it */
   free(self);
   *problem = NULL;

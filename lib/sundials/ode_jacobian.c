@@ -36,28 +36,23 @@ static int prepare_sparse(flesh_ode_problem *self, SUNMatrix J)
   if (!self->motion->jacobian.couples && !flesh_block_is_diagonal(self->C))
     return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the rest "
                                           "shape; use flesh_ode_jacobian_times");
-  if (self->C_values) return FLESH_OK;
-  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
-  if (status) return status;
-  const size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
-  if (!self->K_values) self->K_values = malloc(bytes);
-  if (self->K_values) self->C_values = malloc(bytes);
-  return self->C_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
+  return flesh_ida_make_sparse(self->motion);
 }
 
 static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
 {
-  const flesh_scalar_view *view = &self->view;
+  const flesh_ida_sparse *sparse = &self->motion->sparse;
+  const flesh_scalar_view *view = &sparse->view;
   const int64_t n = self->n;
   const uint8_t *fixed = self->motion->constraints.fixed;
   sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
   double *values = SUNSparseMatrix_Data(J);
-  flesh_scalar_view_fill(view, self->K, self->K_values);
-  flesh_scalar_view_fill(view, self->C, self->C_values);
+  flesh_scalar_view_fill(view, self->K, sparse->K_values);
+  flesh_scalar_view_fill(view, self->C, sparse->D_values);
   /* The zeros on the diagonal keep the pattern as it is where the identity is added. */
   for (int half = 0; half < 2; half++)
     for (int64_t d = 0; d < n; d++) {
-      const double *forces = half ? self->C_values : self->K_values;
+      const double *forces = half ? sparse->D_values : sparse->K_values;
       starts[half * n + d] = next;
       rows[next] = d;
       values[next++] = half && !fixed[d];

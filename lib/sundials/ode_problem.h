@@ -24,8 +24,6 @@ struct flesh_ode_problem {
   double *rate, *room; /* [2*n], [2*n] */
   flesh_block_matrix *K, *C; /* dr/dx, dr/dv for the products; NULL before they are wanted */
   int damped;
-  flesh_scalar_view view; /* of the sparse Jacobian, as are the next two; made when one is first filled */
-  double *K_values, *C_values;
   flesh_ode_condensed condensed; /* NULL matrices before it is wanted */
 };
 

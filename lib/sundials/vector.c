@@ -255,13 +255,7 @@ sunrealtype flesh_vector_largest(N_Vector x)
 static void weighted_square_part(void *data, int k, int begin, int end)
 {
   operation *o = data;
-  const double *p = o->x, *q = o->y;
-  double s[8] = {0}; /* as additions wait for each other */
-  int d = begin;
-  for (; d + 8 <= end; d += 8)
-    for (int l = 0; l < 8; l++) s[l] += (p[d + l] * q[d + l]) * (p[d + l] * q[d + l]);
-  for (; d < end; d++) s[0] += (p[d] * q[d]) * (p[d] * q[d]);
-  o->results[k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+  o->results[k] = flesh_weighted_square_of_part(o->x, o->y, begin, end);
 }
 
 static sunrealtype weighted_two_norm(N_Vector x, N_Vector w)
