@@ -97,7 +97,7 @@ static double above_plane(const flesh_obstacle *o, const flesh_bounds *b)
   return least - slack * size;
 }
 
-/* A lower bound of the distance of the capsule's axis from the box. */
+/* A lower bound of the distance of the capsule's axis from the box, less what rounding may have added. */
 static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
 {
   double centre[3], radius, weights[2], square = 0;
@@ -107,35 +107,28 @@ static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
     const double d = centre[c] - weights[0] * o->a[c] - weights[1] * o->b[c];
     square += d * d;
   }
-  return sqrt(square) - radius;
+  return sqrt(square) * (1 - slack) - radius;
+}
+
+/* How far the obstacle is from the bounds, at least; INFINITY may stand for more than `reach`. NaN is not far. */
+static double clearance_within(const flesh_obstacle *o, const flesh_bounds *b, double reach)
+{
+  switch (o->shape) {
+  case FLESH_OBSTACLE_PLANE: return above_plane(o, b);
+  case FLESH_OBSTACLE_SPHERE: return distance_of(b, o->a) * (1 - slack) - o->radius;
+  case FLESH_OBSTACLE_MESH: return flesh_obstacle_tree_clearance(o->tree, b->low, b->high, reach * (1 + slack)) * (1 - slack);
+  case FLESH_OBSTACLE_CAPSULE: break;
+  }
+  return from_axis(o, b) - o->radius;
 }
 
 double flesh_obstacle_clearance(const flesh_obstacle *o, const flesh_bounds *bounds)
 {
-  double least = 0;
-  switch (o->shape) {
-  case FLESH_OBSTACLE_PLANE: least = above_plane(o, bounds); break;
-  case FLESH_OBSTACLE_SPHERE: least = distance_of(bounds, o->a) - o->radius; break;
-  case FLESH_OBSTACLE_MESH: least = flesh_obstacle_tree_clearance(o->tree, bounds->low, bounds->high); break;
-  case FLESH_OBSTACLE_CAPSULE: least = from_axis(o, bounds) - o->radius; break;
-  }
-  return least > 0 ? least * (1 - slack) : 0; /* NaN is not far */
+  const double least = clearance_within(o, bounds, INFINITY);
+  return least > 0 ? least : 0;
 }
 
 int flesh_obstacle_is_far(const flesh_obstacle *o, const flesh_bounds *bounds, double reach)
 {
-  double centre[3], radius, weights[2], square = 0;
-  switch (o->shape) {
-  case FLESH_OBSTACLE_PLANE: return above_plane(o, bounds) > reach;
-  case FLESH_OBSTACLE_SPHERE: return flesh_bounds_are_far(bounds, o->a, o->radius + reach);
-  case FLESH_OBSTACLE_MESH: return flesh_obstacle_tree_is_far(o->tree, bounds->low, bounds->high, reach * (1 + slack));
-  case FLESH_OBSTACLE_CAPSULE: break;
-  }
-  sphere_around(bounds, centre, &radius);
-  flesh_nearest_on_segment(o->a, o->b, centre, weights);
-  for (int c = 0; c < 3; c++) {
-    const double d = centre[c] - weights[0] * o->a[c] - weights[1] * o->b[c];
-    square += d * d;
-  }
-  return sqrt(square) > (o->radius + reach + radius) * (1 + slack);
+  return clearance_within(o, bounds, reach) > reach;
 }

@@ -222,29 +222,11 @@ static int is_far(const flesh_box_branch *bounds, const double y[3], double w)
   return square >= w * w;
 }
 
-int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *self, const double low[3], const double high[3], double w)
+double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *self, const double low[3], const double high[3], double reach)
 {
   int stack[FLESH_BOX_TREE_DEPTH], height = 0;
-  for (stack[height++] = 0; height > 0;) {
-    const flesh_box_branch *b = &self->tree->branches[stack[--height]];
-    double square = 0;
-    for (int c = 0; c < 3; c++) {
-      const double d = flesh_max(b->low[c] - high[c], low[c] - b->high[c]);
-      square += d > 0 ? d * d : 0 * d; /* NaN is not far */
-    }
-    if (square > w * w) continue;
-    if (!b->children) return 0;
-    stack[height++] = b->children + 1;
-    stack[height++] = b->children;
-  }
-  return 1;
-}
-
-double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *self, const double low[3], const double high[3])
-{
-  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
-  double least = INFINITY;
-  for (stack[height++] = 0; height > 0;) {
+  double most = reach * reach, least = INFINITY;
+  for (stack[height++] = 0; height > 0 && least > 0;) {
     const flesh_box_branch *b = &self->tree->branches[stack[--height]];
     double square = 0;
     for (int c = 0; c < 3; c++) {
@@ -252,9 +234,9 @@ double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *self, const doub
       square += d > 0 ? d * d : 0 * d;
     }
     if (isnan(square)) return NAN;
-    if (square >= least) continue;
+    if (square > most) continue;
     if (!b->children) {
-      least = square;
+      least = most = square;
       continue;
     }
     stack[height++] = b->children + 1;

@@ -19,10 +19,8 @@ void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *tree, const double y
                                  flesh_barrier *barrier);
 double flesh_obstacle_tree_max_feasible_step(const flesh_obstacle_tree *tree, const double y0[3],
                                const double y1[3]);
-/* Whether no leaf's box is nearer than w to the box from low to high. */
-int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *tree, const double low[3], const double high[3], double w);
-/* How far the box from low to high is from the leaves' boxes, at least; NaN where it is. */
-double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *tree, const double low[3], const double high[3]);
+/* How far the box from low to high is from the leaves' boxes, at least; INFINITY: farther than `reach`; NaN where it is. */
+double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *tree, const double low[3], const double high[3], double reach);
 /* Borrowed; nodes at the same place are one. */
 void flesh_obstacle_tree_surface(const flesh_obstacle_tree *tree, int *nodes,
                                  const double **positions, int *triangles, const int **corners);
