@@ -7,6 +7,7 @@
 #include "flesh/contact.h"
 #include "effect/contact.h"
 #include "picture/picture_body.h"
+#include "surface/surface.h"
 
 static const flesh_obstacle *find(const flesh_picture_panel *panel, int wanted, int *count)
 {
@@ -63,39 +64,15 @@ static int cut_plane(const double *ring, flesh_picture_obstacle *o)
   return FLESH_OK;
 }
 
-/* An index per node, and places that compare. */
-typedef struct spot {
-  const double *x;
-  int node;
-} spot;
-
-static int compare_spots(const void *a, const void *b)
-{
-  const spot *p = a, *q = b;
-  for (int d = 0; d < 3; d++)
-    if (p->x[d] != q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
-  return 0;
-}
-
 /* Lets corners at one place be one node, so that light runs smoothly over seams. */
 static int weld(int nodes, const double *positions, int triangles, int *corners)
 {
-  spot *spots = malloc(sizeof *spots * (size_t)(nodes + 1));
-  int *first = malloc(sizeof *first * (size_t)(nodes + 1));
-  if (!spots || !first) {
-    free(spots), free(first);
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-  }
-  for (int i = 0; i < nodes; i++) spots[i] = (spot){positions + 3 * (size_t)i, i};
-  qsort(spots, (size_t)nodes, sizeof *spots, compare_spots);
-  for (int i = 0; i < nodes; i++) {
-    int same = i && !compare_spots(&spots[i], &spots[i - 1]);
-    first[spots[i].node] = same ? first[spots[i - 1].node] : spots[i].node;
-  }
-  for (int c = 0; c < 3 * triangles; c++) corners[c] = first[corners[c]];
-  free(spots);
+  int *first = malloc(sizeof *first * ((size_t)nodes + 1));
+  const int status = first ? flesh_surface_first_vertices(nodes, positions, first)
+                           : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  for (int c = 0; c < 3 * triangles && !status; c++) corners[c] = first[corners[c]];
   free(first);
-  return FLESH_OK;
+  return status;
 }
 
 double flesh_picture_plane_extent(const flesh_view *view)

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/sort.h"
 
 static int no_memory(int things)
 {
@@ -57,6 +58,34 @@ static int has_texture(const flesh_surface_draft *draft)
   for (int c = 0; c < draft->corners; c++)
     if (draft->texture_of[c] >= 0) return 1;
   return 0;
+}
+
+/* A vertex by its place. */
+typedef struct spot {
+  const double *x;
+  int vertex;
+} spot;
+
+static int compare(const void *a, const void *b)
+{
+  const spot *p = a, *q = b;
+  for (int d = 0; d < 3; d++)
+    if (p->x[d] != q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+  return 0;
+}
+
+int flesh_surface_first_vertices(int count, const double *positions, int *first)
+{
+  spot *spots = malloc(((size_t)count + 1) * sizeof *spots);
+  if (!spots) return no_memory(count);
+  for (int v = 0; v < count; v++) spots[v] = (spot){positions + 3 * (size_t)v, v};
+  flesh_sort(spots, (size_t)count, sizeof *spots, compare); /* what is equal stays in its order */
+  for (int k = 0, from = 0; k < count; k++) {
+    if (compare(&spots[k], &spots[from])) from = k;
+    first[spots[k].vertex] = spots[from].vertex;
+  }
+  free(spots);
+  return FLESH_OK;
 }
 
 int flesh_surface_draft_finish(flesh_surface_draft *draft, flesh_surface **surface)

@@ -6,7 +6,6 @@
 #include <strings.h>
 
 #include "base/error.h"
-#include "base/sort.h"
 #include "surface/surface.h"
 
 /* Bytes of a binary file: a header that says nothing, a count, and facets: a normal, three corners and two more bytes. */
@@ -117,36 +116,13 @@ static int read_text(flesh_scanner *s, flesh_surface_draft *draft)
   return status;
 }
 
-typedef struct corner {
-  double x[3];
-  int at; /* the vertex */
-} corner;
-
-static int compare(const void *a, const void *b)
-{
-  const corner *p = a, *q = b;
-  for (int d = 0; d < 3; d++)
-    if (p->x[d] != q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
-  return 0;
-}
-
 /* Makes vertices at the same place one: the first of them. */
 static int merge(flesh_surface_draft *draft)
 {
   const int count = draft->vertices;
-  corner *corners = malloc(sizeof *corners * ((size_t)count + 1));
-  if (!corners) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %d facets", draft->faces);
-  for (int v = 0; v < count; v++) {
-    for (int d = 0; d < 3; d++) corners[v].x[d] = draft->positions[3 * (size_t)v + (size_t)d];
-    corners[v].at = v;
-  }
-  flesh_sort(corners, (size_t)count, sizeof *corners, compare);
-  /* Corner v has vertex v so far; what is equal stays in its order, so that the first of a place is behind none. */
-  for (int k = 0, first = 0; k < count; k++) {
-    if (compare(&corners[k], &corners[first])) first = k;
-    draft->vertex_of[corners[k].at] = corners[first].at;
-  }
-  free(corners);
+  /* Corner v has vertex v so far. */
+  const int status = flesh_surface_first_vertices(count, draft->positions, draft->vertex_of);
+  if (status) return status;
   draft->vertices = 0;
   for (int v = 0; v < count; v++) {
     const int first = draft->vertex_of[v];

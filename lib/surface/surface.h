@@ -43,6 +43,9 @@ int flesh_surface_draft_open_corners(const flesh_surface_draft *draft);
 int flesh_surface_draft_finish(flesh_surface_draft *draft, flesh_surface **surface);
 void flesh_surface_draft_clear(flesh_surface_draft *draft);
 
+/* The first of the vertices at the place of each [count]. FLESH_ERR_MEMORY. */
+int flesh_surface_first_vertices(int count, const double *positions, int *first);
+
 /* Readers of one format each; s stands at the beginning. OBJ's reader changes the text. */
 int flesh_surface_read_obj(flesh_scanner *s, char *text, flesh_surface_draft *draft);
 int flesh_surface_read_ply(flesh_scanner *s, flesh_surface_draft *draft);
