@@ -177,19 +177,6 @@ static int make_rows(building *b, int kind, int count, const int *pairs, flesh_n
   return failed ? no_memory(b->bond_count) : FLESH_OK;
 }
 
-/* The faces of each node of the surface. */
-static int list_faces(const flesh_contact_surface *s, flesh_near_rows *around)
-{
-  const size_t nodes = (size_t)s->node_count, corners = 3 * (size_t)s->face_count;
-  around->start = calloc(nodes + 2, sizeof *around->start);
-  around->second = malloc((corners + 1) * sizeof *around->second);
-  if (!around->start || !around->second) return no_memory((int)nodes);
-  for (size_t k = 0; k < corners; k++) around->start[s->node_place[s->faces[k]] + 2]++;
-  for (size_t n = 0; n < nodes; n++) around->start[n + 2] += around->start[n + 1];
-  for (size_t k = 0; k < corners; k++) around->second[around->start[s->node_place[s->faces[k]] + 1]++] = (int)(k / 3);
-  return FLESH_OK;
-}
-
 /* Numbers the bonded features and their internal variables, from `begin` on. */
 static int number_rows(const flesh_contact_surface *s, int begin, flesh_near_bonds *self)
 {
@@ -207,7 +194,7 @@ static int number_rows(const flesh_contact_surface *s, int begin, flesh_near_bon
       self->variables += breaks ? (kind == POINTS ? FLESH_POINT_VARIABLES : 1) : 0;
     }
   }
-  return self->variables ? list_faces(s, &self->around) : FLESH_OK;
+  return self->variables ? flesh_contact_surface_around(s, 3, &self->around.start, &self->around.second) : FLESH_OK;
 }
 
 static int build(building *b, flesh_near_finder *finder, int begin, flesh_near_bonds *self)

@@ -97,21 +97,16 @@ static int open_work(const flesh_near_finder *finder, const double *x, work *w)
   const flesh_contact_surface *s = finder->surface;
   const size_t nodes = (size_t)s->node_count, faces = (size_t)s->face_count;
   *w = (work){.finder = finder, .s = s, .x = x};
-  w->start = calloc(nodes + 2, sizeof *w->start);
-  w->around = malloc((3 * faces + 1) * sizeof *w->around);
   w->set = malloc((3 * nodes + 1) * sizeof *w->set);
   w->boxes = malloc((6 * (size_t)s->body_count + 1) * sizeof *w->boxes);
   w->flagged = calloc(faces + 1, 1);
-  if (!w->start || !w->around || !w->set || !w->boxes || !w->flagged)
+  if (!w->set || !w->boxes || !w->flagged)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for patches of %d faces", s->face_count);
   w->region = w->set + nodes;
   w->whole = w->region + nodes;
   for (size_t k = 0; k < 3 * nodes; k++) w->set[k] = -1;
-  for (int k = 0; k < 3 * s->face_count; k++) w->start[s->node_place[s->faces[k]] + 2]++;
-  for (size_t n = 0; n < nodes; n++) w->start[n + 2] += w->start[n + 1];
-  for (int k = 0; k < 3 * s->face_count; k++) w->around[w->start[s->node_place[s->faces[k]] + 1]++] = k / 3;
   for (int f = 0; f < s->face_count; f++) join_face(w, w->whole, f);
-  return FLESH_OK;
+  return flesh_contact_surface_around(s, 3, &w->start, &w->around);
 }
 
 /* Links the faces of edges with those that they meet. */

@@ -3,6 +3,7 @@
 
 #include <limits.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/disjoint_sets.h"
@@ -269,6 +270,18 @@ int flesh_contact_surface_renumber(const flesh_contact_surface *whole, int nodes
   for (int k = 0; k < s->node_count; k++) s->node_place[local[k]] = k;
   for (size_t k = 0; k < faces; k++) s->faces[k] = local[whole->node_place[whole->faces[k]]];
   for (size_t k = 0; k < 2 * edges; k++) s->edges[k] = local[whole->node_place[whole->edges[k]]];
+  return FLESH_OK;
+}
+
+int flesh_contact_surface_around(const flesh_contact_surface *s, int corners, int **start, int **list)
+{
+  const int *ends = corners == 3 ? s->faces : s->edges, count = corners * (corners == 3 ? s->face_count : s->edge_count);
+  *start = calloc((size_t)s->node_count + 2, sizeof **start);
+  *list = malloc(((size_t)count + 1) * sizeof **list);
+  if (!*start || !*list) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is around %d nodes", s->node_count);
+  for (int k = 0; k < count; k++) (*start)[s->node_place[ends[k]] + 2]++;
+  for (int n = 0; n < s->node_count; n++) (*start)[n + 2] += (*start)[n + 1];
+  for (int k = 0; k < count; k++) (*list)[(*start)[s->node_place[ends[k]] + 1]++] = k / corners;
   return FLESH_OK;
 }
 

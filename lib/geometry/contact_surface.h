@@ -43,6 +43,10 @@ int flesh_contact_surface_of_triangles(int nodes, const double *X, int count, co
 int flesh_contact_surface_renumber(const flesh_contact_surface *whole, int nodes, const int *local,
                                    flesh_contact_surface *surface);
 
+/* Lists the faces (corners 3) or the edges (corners 2) of each node of the surface: of node n, by its place, they are
+ * list[start[n]] to before list[start[n + 1]], ascending. Returns new, to be freed also when it fails: FLESH_ERR_MEMORY. */
+int flesh_contact_surface_around(const flesh_contact_surface *surface, int corners, int **start, int **list);
+
 void flesh_contact_surface_clear(flesh_contact_surface *surface);
 size_t flesh_contact_surface_memory(const flesh_contact_surface *surface);
 

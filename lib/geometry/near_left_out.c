@@ -50,22 +50,13 @@ static int open_ways(const flesh_contact_surface *s, const double *X, ways *w)
 {
   const size_t nodes = (size_t)s->node_count;
   *w = (ways){.s = s, .X = X};
-  w->start = calloc(nodes + 2, sizeof *w->start);
-  w->edges = malloc((2 * (size_t)s->edge_count + 1) * sizeof *w->edges);
-  w->first = calloc(nodes + 2, sizeof *w->first);
-  w->faces = malloc((3 * (size_t)s->face_count + 1) * sizeof *w->faces);
   w->length = malloc((nodes + 1) * sizeof *w->length);
   w->queue = malloc((nodes + 1) * sizeof *w->queue);
-  if (!w->start || !w->edges || !w->first || !w->faces || !w->length || !w->queue)
+  if (!w->length || !w->queue)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for ways along a surface of %d nodes", s->node_count);
   for (size_t n = 0; n < nodes; n++) w->length[n] = INFINITY;
-  for (int k = 0; k < 2 * s->edge_count; k++) w->start[s->node_place[s->edges[k]] + 2]++;
-  for (size_t n = 0; n < nodes; n++) w->start[n + 2] += w->start[n + 1];
-  for (int k = 0; k < 2 * s->edge_count; k++) w->edges[w->start[s->node_place[s->edges[k]] + 1]++] = k / 2;
-  for (int k = 0; k < 3 * s->face_count; k++) w->first[s->node_place[s->faces[k]] + 2]++;
-  for (size_t n = 0; n < nodes; n++) w->first[n + 2] += w->first[n + 1];
-  for (int k = 0; k < 3 * s->face_count; k++) w->faces[w->first[s->node_place[s->faces[k]] + 1]++] = k / 3;
-  return FLESH_OK;
+  const int status = flesh_contact_surface_around(s, 2, &w->start, &w->edges);
+  return status ? status : flesh_contact_surface_around(s, 3, &w->first, &w->faces);
 }
 
 /* Lengths of ways from the place, up to the limit; what was reached before is forgotten. */
