@@ -272,9 +272,7 @@ static int buoyancy_restrict(const flesh_effect *whole, const flesh_rank_part *p
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a buoyancy");
   *self = *from;
   const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  buoyancy_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_effect_operations buoyancy_operations = {
@@ -310,9 +308,5 @@ int flesh_effect_buoyancy(const flesh_body *body, double level, double density, 
   int count;
   const int *surface = flesh_mesh_surface(body->mesh, &count);
   const int status = flesh_faces_create(body->mesh, count, surface, &self->faces);
-  if (status) {
-    buoyancy_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(&buoyancy_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &buoyancy_operations, body->mesh, self, effect);
 }

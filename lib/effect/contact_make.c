@@ -218,13 +218,9 @@ int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_op
   }
   if (!status)
     status = flesh_contact_core_create(body->mesh, self->obstacle, self->core.weight, self->thickness, &self->core);
-  if (status) {
-    flesh_contact_destroy(self);
-    return status;
-  }
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
-  return flesh_effect_create(&flesh_contact_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &flesh_contact_operations, body->mesh, self, effect);
 }
 
 /* The faces near the core that are of the rank's tets. */

@@ -196,9 +196,5 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
       !(stiffness > 0) ? &mass_operations : against == FLESH_STIFFNESS_CURRENT ? &current_operations : &rest_operations;
   int status = mass > 0 ? flesh_mass_matrix_create(body, &self->M) : FLESH_OK;
   if (!status && stiffness > 0) status = take_stiffness(self, body, against);
-  if (status) {
-    damping_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, operations, body->mesh, self, effect);
 }

@@ -106,9 +106,7 @@ static int drag_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag");
   *self = *from;
   const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  drag_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_effect_operations drag_operations = {
@@ -142,9 +140,5 @@ int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, d
   self->factor = density * coefficient / 2;
   for (int c = 0; c < 3; c++) self->velocity[c] = velocity[c];
   const int status = flesh_faces_create(body->mesh, count, triangles, &self->faces);
-  if (status) {
-    drag_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(&drag_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &drag_operations, body->mesh, self, effect);
 }

@@ -33,6 +33,14 @@ int flesh_effect_create(const flesh_effect_operations *operations, const flesh_m
   return FLESH_OK;
 }
 
+int flesh_effect_create_after(int status, const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
+                              flesh_effect **effect)
+{
+  if (!status) return flesh_effect_create(operations, mesh, data, effect);
+  operations->destroy(data);
+  return status;
+}
+
 flesh_point flesh_point_at(double t, const double *x, const double *v, const double *a)
 {
   return (flesh_point){.t = t, .load = 1, .x = x, .v = v, .a = a, .lagged = {t, x, v}, .frozen = {x, v}, .penalty = 1};

@@ -11,6 +11,10 @@ static const double flesh_feasible_step_kept = 0.9;
 /* The penalties of incompressible tets are raised by this factor at least, wherever multipliers are solved for. */
 enum { FLESH_LEAST_PENALTY = 5 };
 
+/* flesh_effect_create; where `status` is not FLESH_OK, the data are destroyed, and that is returned. */
+int flesh_effect_create_after(int status, const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
+                              flesh_effect **effect);
+
 /* FLESH_ERR_ARGUMENT where the effect is made for a mesh of other counts of nodes or tets: its arrays have other lengths. */
 int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh);
 

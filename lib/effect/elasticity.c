@@ -292,13 +292,9 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
   elasticity *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
-  int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
-  if (status) {
-    elasticity_destroy(self);
-    return status;
-  }
-  self->stiffness_ratio = find_stiffness_ratio(&self->tets);
+  const int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
+  if (!status) self->stiffness_ratio = find_stiffness_ratio(&self->tets);
   const flesh_effect_operations *operations =
-      flesh_tets_hold_means(&self->tets) ? &holding_operations : &elasticity_operations;
-  return flesh_effect_create(operations, body->mesh, self, effect);
+      !status && flesh_tets_hold_means(&self->tets) ? &holding_operations : &elasticity_operations;
+  return flesh_effect_create_after(status, operations, body->mesh, self, effect);
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "effect/effect.h"
 #include "base/memory.h"
 #include "effect/carried_point.h"
 #include "effect/ties.h"
@@ -37,12 +38,9 @@ static int joint_restrict(const flesh_effect *whole, const flesh_rank_part *part
 {
   const joint *from = whole->data;
   joint *self = calloc(1, sizeof *self);
-  (void)body;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a joint");
   const int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  joint_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)
@@ -107,9 +105,5 @@ int flesh_effect_joint(const flesh_body *body, flesh_nodes first, flesh_nodes se
   if (!status) status = flesh_carried_groups_copy(first, second, &self->groups);
   free(nodes);
   free(weights);
-  if (status) {
-    joint_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(&joint_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &joint_operations, body->mesh, self, effect);
 }

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/effect.h"
 #include "base/memory.h"
 #include "effect/carried_point.h"
 #include "effect/rank_share.h"
@@ -158,7 +159,6 @@ static int joint_spring_restrict(const flesh_effect *whole, const flesh_rank_par
   const int here = flesh_rank_share_node(part, from->nodes[0]) >= 0;
   const size_t count = here ? (size_t)from->count : 0;
   joint_spring *self = flesh_calloc(1, sizeof *self);
-  (void)body;
   if (self) {
     *self = (joint_spring){.count = (int)count, .stiffness = here ? from->stiffness : 0, .length = from->length};
     self->nodes = flesh_calloc(count + 1, sizeof *self->nodes); /* node 0 without a weight where there is none */
@@ -267,9 +267,5 @@ int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point 
   status = attach(self, body, first_count, first_point, second_point);
   if (!status && length == 0 && !memcmp(first_point, second_point, 3 * sizeof *first_point)) /* as a ball does */
     status = flesh_carried_groups_copy(first->nodes, second->nodes, &self->groups);
-  if (status) {
-    joint_spring_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(&joint_spring_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &joint_spring_operations, body->mesh, self, effect);
 }

@@ -185,9 +185,7 @@ static int make_of(const flesh_effect *whole, const int *numbers, const flesh_bo
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
   flesh_free(tets);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, made);
-  muscle_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, made);
 }
 
 static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
@@ -272,10 +270,6 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   if (!status)
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
-  if (status) {
-    muscle_destroy(self);
-    return status;
-  }
   const int has_speed = self->fibre.max_shortening_velocity > 0;
-  return flesh_effect_create(has_speed ? &fast_muscle_operations : &muscle_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, has_speed ? &fast_muscle_operations : &muscle_operations, body->mesh, self, effect);
 }

@@ -261,9 +261,7 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
   if (!status) status = flesh_amplitude_copy_of(&from->amplitude, &self->amplitude);
   flesh_free(kept);
   flesh_free(local);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  pressure_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static void pressure_sum(const flesh_effect *effect, const flesh_point *point, double *sums)

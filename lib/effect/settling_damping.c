@@ -127,9 +127,7 @@ static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *p
   *self = *(const settling_damping *)whole->data; /* the mass of the whole with it */
   self->own = mass_of(body);
   const int status = flesh_mass_matrix_create(body, &self->M);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  settling_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_effect_operations settling_operations = {
@@ -166,10 +164,6 @@ int flesh_effect_settling_damping(const flesh_body *body, double rate, double sp
   self->from = from;
   self->until = until;
   int status = flesh_mass_matrix_create(body, &self->M);
-  if (status) {
-    settling_destroy(self);
-    return status;
-  }
   self->total = self->own = mass_of(body);
-  return flesh_effect_create(&settling_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &settling_operations, body->mesh, self, effect);
 }

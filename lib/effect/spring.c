@@ -366,12 +366,8 @@ int flesh_effect_spring_within(const flesh_body *body, const double point[3], do
   if (!status) status = attach(body->mesh, point, self);
   self->radius = isnan(radius) ? flesh_spring_radius(body, self->tet) : radius;
   if (!status && self->radius > 0) status = widen(body->mesh, isnan(radius), self);
-  if (status) {
-    spring_destroy(self);
-    return status;
-  }
   self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
-  return flesh_effect_create(&spring_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &spring_operations, body->mesh, self, effect);
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,

@@ -167,10 +167,8 @@ int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_opt
   FLESH_NEED_BODY({body, "body"}, {options, "options"});
   contact *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
-  int status = make(body, options, pair_count, pairs, self);
-  if (!status)
-    return flesh_effect_create(self->separates ? &flesh_separating_contact_operations : &flesh_surface_contact_operations,
-                               body->mesh, self, effect);
-  flesh_surface_contact_operations.destroy(self);
-  return status;
+  const int status = make(body, options, pair_count, pairs, self);
+  return flesh_effect_create_after(status,
+                                   self->separates ? &flesh_separating_contact_operations : &flesh_surface_contact_operations,
+                                   body->mesh, self, effect);
 }

@@ -47,9 +47,7 @@ static int restrict_to_part(const flesh_effect *whole, const flesh_rank_part *pa
   self->own = flesh_rank_part_own(part);
   self->numbers = flesh_rank_part_nodes(part);
   const int status = take(from, part, self);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  whole->operations->destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *cells_of_ranks(const flesh_effect *whole, int *everywhere)

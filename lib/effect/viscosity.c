@@ -184,9 +184,5 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", self->tets.materials);
   for (int m = 0; !status && m < self->tets.materials; m++)
     self->viscous[m] = (flesh_viscous){.shear = shear, .bulk = bulk};
-  if (status) {
-    viscosity_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(&viscosity_operations, body->mesh, self, effect);
+  return flesh_effect_create_after(status, &viscosity_operations, body->mesh, self, effect);
 }

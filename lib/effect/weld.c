@@ -77,15 +77,12 @@ static int weld_restrict(const flesh_effect *whole, const flesh_rank_part *part,
   const weld *from = whole->data;
   const int breaks = from->breaks.limit > 0;
   weld *self = calloc(1, sizeof *self);
-  (void)body;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld");
   self->stiffness = from->stiffness;
   int status = flesh_ties_restrict(&from->ties, part, 0, &self->ties);
   if (!status && breaks) status = flesh_ties_restrict(&from->ties, part, 1, &self->all);
   if (!status && breaks) status = flesh_weld_breaks_restrict(&from->breaks, part, &self->breaks);
-  if (!status) return flesh_effect_create(whole->operations, body->mesh, self, restricted);
-  weld_destroy(self);
-  return status;
+  return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);
 }
 
 static const flesh_cells *weld_cells(const flesh_effect *whole, int *everywhere)
@@ -348,10 +345,6 @@ int flesh_effect_weld(const flesh_body *body, flesh_triangles first, flesh_trian
   self->breaks.limit = isnan(breaks_at) ? 0 : breaks_at;
   making m = {.body = body, .X = flesh_mesh_positions(body->mesh), .distance = distance, .self = self};
   const int status = make(&m, (const int[]){first.count, second.count}, (const int *const[]){first.corners, second.corners});
-  if (status) {
-    weld_destroy(self);
-    return status;
-  }
-  return flesh_effect_create(self->breaks.limit > 0 ? &breaking_operations : &weld_operations, body->mesh, self,
+  return flesh_effect_create_after(status, self->breaks.limit > 0 ? &breaking_operations : &weld_operations, body->mesh, self,
                              effect);
 }
