@@ -221,15 +221,11 @@ static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fi
 static int name_parameter(flesh_fit *fit, int k)
 {
   flesh_fit_parameter *p = &fit->parameters[k];
-  char *whole = flesh_arena_print(&fit->arena, "%s", p->key);
-  if (!whole) return flesh_no_memory();
-  for (char *letter = whole; *letter; letter++)
-    if (strchr(".[]", *letter)) *letter = '_';
-  const size_t length = strlen(whole);
-  if (length && whole[length - 1] == '_') whole[length - 1] = 0;
-  const char *dot = strrchr(p->key, '.');
+  char *whole;
+  char *last = flesh_setting_name(&fit->arena, p->key, &whole);
   const flesh_node *given = flesh_node_find(p->place, "name");
-  if (!p->name) p->name = whole + (dot ? dot + 1 - p->key : 0);
+  if (!last) return flesh_no_memory();
+  if (!p->name) p->name = last;
   int taken = 0;
   for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, p->name);
   if (taken && !given) p->name = whole, taken = 0;

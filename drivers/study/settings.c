@@ -74,6 +74,18 @@ int flesh_settings_check(const flesh_node *place, const char *scene, int count, 
   return flesh_node_fail_within(status, place, "%s", "");
 }
 
+char *flesh_setting_name(flesh_arena *arena, const char *key, char **whole)
+{
+  const char *dot = strrchr(key, '.');
+  *whole = flesh_arena_print(arena, "%s", key);
+  if (!*whole) return NULL;
+  for (char *letter = *whole; *letter; letter++)
+    if (strchr(".[]", *letter)) *letter = '_';
+  const size_t length = strlen(*whole);
+  if (length && (*whole)[length - 1] == '_') (*whole)[length - 1] = 0;
+  return *whole + (dot ? dot + 1 - key : 0);
+}
+
 int flesh_setting_check_name(const flesh_node *place, const char *name)
 {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";

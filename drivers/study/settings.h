@@ -23,6 +23,9 @@ int flesh_settings_read(flesh_arena *arena, const char *spec, const flesh_node *
 
 /* Whether the scene's keys take the overrides, the last of which stands at `place`, where an error is reported. */
 int flesh_settings_check(const flesh_node *place, const char *scene, int count, const char **overrides);
+/* The name that a key gives what has none: its last word. *whole, in the arena, is the key as one word, which the name is the
+ * end of. NULL without memory. */
+char *flesh_setting_name(flesh_arena *arena, const char *key, char **whole);
 /* FLESH_ERR_ARGUMENT for a name that is no word of letters, digits and _, or begins with a digit. */
 int flesh_setting_check_name(const flesh_node *place, const char *name);
 

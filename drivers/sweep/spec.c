@@ -210,14 +210,9 @@ static int name_columns(flesh_sweep *sweep)
         return flesh_node_fail(column->place, "two columns are named %s", column->name);
       continue;
     }
-    const char *dot = strrchr(column->key, '.');
-    char *whole = flesh_arena_print(&sweep->arena, "%s", column->key);
-    if (!whole) return flesh_no_memory();
-    for (char *letter = whole; *letter; letter++)
-      if (strchr(".[]", *letter)) *letter = '_';
-    column->name = whole + (dot ? dot + 1 - column->key : 0);
-    size_t length = strlen(whole);
-    if (length && whole[length - 1] == '_') whole[length - 1] = 0;
+    char *whole;
+    column->name = flesh_setting_name(&sweep->arena, column->key, &whole);
+    if (!column->name) return flesh_no_memory();
     if (taken(sweep, c, column->name)) column->name = whole;
     int status = flesh_setting_check_name(column->place, column->name);
     if (status) return status;
