@@ -121,7 +121,8 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
 /* A filtered step that has gained more than predicted goes on along its arc, twice as far at a time. */
 static void go_along_arc(flesh_newton *self, flesh_step *step)
 {
-  const int falls_short = step->kind == FLESH_DIRECTION_FILTERED && step->length == 1 && step->actual > 1.2 * step->predicted;
+  const int falls_short = step->kind == FLESH_DIRECTION_FILTERED && step->length == 1 &&
+                          step->actual > flesh_short_gain * step->predicted;
   if (!falls_short || !flesh_uses(&self->options, FLESH_TECHNIQUE_LONGER_STEPS)) return;
   while (flesh_volume_arc_double(&self->arc, step->u, step->p, self->equations.proposal) && take_proposal(self, step)) continue;
 }

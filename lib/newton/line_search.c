@@ -165,7 +165,7 @@ static void accept(flesh_search *self, line *line, flesh_step *step)
   /* The decrease that the quadratic model predicts at its minimum. */
   const double predicted = -line->length * line->slope / 2;
   const int significant = predicted > 10 * line->round_off;
-  const int too_short = significant && line->start - line->value > 1.2 * predicted;
+  const int too_short = significant && line->start - line->value > flesh_short_gain * predicted;
   const int locally = too_short && flesh_is_local(self->equations, line->b);
   self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
   if (!flesh_uses(options, FLESH_TECHNIQUE_LONGER_STEPS)) self->short_filtered = 0;

@@ -7,6 +7,8 @@
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double flesh_armijo = 1e-4;
+/* A step was too short where it has lowered the potential by more than so many times what its quadratic model predicts. */
+static const double flesh_short_gain = 1.2;
 
 /* A step in the making. The search fills in what stands below the direction's kind. */
 typedef struct flesh_step {

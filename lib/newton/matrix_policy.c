@@ -21,6 +21,13 @@ static int uses(const flesh_matrix_policy *self, flesh_technique technique)
 /* Drift of the stiff rows from which on the preconditioner is made anew. */
 static const double MOST_DRIFT = 0.1;
 
+/* The part of the target that solves aim at: one that ends lower gains nothing, as the target is met. */
+static const double AIM = 0.5;
+/* The share of the residual's norm that a good iteration leaves at most: where more is left, it has stopped falling. */
+static const double FALLING = 0.3;
+/* How far a prediction that has failed raises the safety of the next ones at most, and what of it stays at the next stage. */
+static const double MOST_RAISED = 8, STAYS = 0.95, DRIFT_STAYS = 0.97;
+
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
   *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
@@ -68,8 +75,8 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
     self->age++;
   }
   /* The model may have become better since; it is tried again slowly. */
-  self->safety_factor = fmax(1, 0.95 * self->safety_factor);
-  if (!self->kept) self->drift *= 0.97;
+  self->safety_factor = fmax(1, STAYS * self->safety_factor);
+  if (!self->kept) self->drift *= DRIFT_STAYS;
   self->stage_continues = 0;
 }
 
@@ -103,7 +110,7 @@ static int drifts_little(const flesh_matrix_policy *self, double norm)
 static int serves_twice(const flesh_matrix_policy *self, double norm)
 {
   const double next = self->predicted_error;
-  return self->age == 0 && 2 * self->safety_factor * next * next <= 0.5 * self->target * norm;
+  return self->age == 0 && 2 * self->safety_factor * next * next <= AIM * self->target * norm;
 }
 
 int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double *r)
@@ -122,13 +129,13 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     if (!(norm < before)) return 0;
     const double error = flesh_direction_model_error(self->direction, r);
     if (self->age > 0) self->drift = error / (before * self->age);
-    else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), 8);
+    else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), MOST_RAISED);
     else self->curvature = error / (before * before);
     /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken; the step
      * from here is shorter by norm / before, or less as residuals get softer, and meets |K'| step with its own
      * length. */
     self->predicted_error = 2 * self->safety_factor * error * norm / before;
-    if (!(self->predicted_error <= 0.5 * self->target) && !serves_twice(self, norm)) return 0;
+    if (!(self->predicted_error <= AIM * self->target) && !serves_twice(self, norm)) return 0;
   }
   self->kept = 1;
   return 1;
@@ -200,7 +207,7 @@ static const double DEEPEST_FIRST = 2e-5;
  * and no deeper than single precision. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
 {
-  const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;
+  const double before = self->smallest_norm, rate = norm / before, least = AIM * self->target;
   if (!(before > 0) || norm < before) self->smallest_norm = norm;
   if (self->target == 0) return tolerance;
   if (before > 0 && self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
@@ -224,8 +231,8 @@ int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, con
   flesh_equations *equations = self->equations;
   const double before = self->previous_norm;
   self->previous_norm = norm;
-  if (norm < 0.3 * before && norm < 0.3 * self->smallest_norm) return 0;
-  if (norm < 0.3 * before || before == 0) return flesh_equations_at_round_off(equations, u, norm);
+  if (norm < FALLING * before && norm < FALLING * self->smallest_norm) return 0;
+  if (norm < FALLING * before || before == 0) return flesh_equations_at_round_off(equations, u, norm);
   if (norm > AGAIN * self->round_off && self->round_off > 0) return 0;
   self->round_off = flesh_equations_residual_round_off(equations, u);
   return norm <= FLESH_ROUND_OFF_LEAVES * self->round_off;
