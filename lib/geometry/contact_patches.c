@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 int flesh_contact_patches_create(const flesh_contact_surface *s, flesh_contact_patches *self)
 {
@@ -21,18 +22,15 @@ int flesh_contact_patches_create(const flesh_contact_surface *s, flesh_contact_p
 void flesh_contact_patches_clear(flesh_contact_patches *self)
 {
   free(self->face_patch); /* and those of edges and nodes with it */
-  free(self->pairs);
+  flesh_free(self->pairs);
   *self = (flesh_contact_patches){0};
 }
 
 int flesh_contact_patches_reserve(flesh_contact_patches *self, int pairs)
 {
-  if (pairs <= self->pair_room) return FLESH_OK;
-  flesh_patch_pair *grown = realloc(self->pairs, (size_t)pairs * sizeof *grown);
-  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs of patches", pairs);
-  self->pairs = grown;
-  self->pair_room = pairs;
-  return FLESH_OK;
+  return flesh_grow_to(&self->pairs, sizeof *self->pairs, pairs, &self->pair_room)
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs of patches", pairs);
 }
 
 /* All of whose faces one patch has, that one's it is. */

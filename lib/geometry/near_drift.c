@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "math/mat3.h"
 
 /* Cubes along an axis, at most, so that their numbers are integers. */
@@ -34,16 +35,6 @@ typedef struct job {
   const double *from, *x;
   double origin[3], side;
 } job;
-
-static int make_room(void **list, int *room, int wanted, size_t size)
-{
-  if (wanted <= *room) return 1;
-  void *more = realloc(*list, (size_t)wanted * size);
-  if (!more) return 0;
-  *list = more;
-  *room = wanted;
-  return 1;
-}
 
 static void displacement_of(const job *j, int node, double u[3])
 {
@@ -133,10 +124,9 @@ static cell *cell_at(flesh_near_drift *drift, const int place[3])
     cell *known = &drift->cells[drift->table[at]];
     if (known->place[0] == place[0] && known->place[1] == place[1] && known->place[2] == place[2]) return known;
   }
-  void *cells = drift->cells;
-  const int wanted = drift->cell_count < drift->cell_room ? 0 : drift->cell_count / 2 * 3 + 64;
-  if (2 * drift->cell_count >= drift->table_size || !make_room(&cells, &drift->cell_room, wanted, sizeof(cell))) return NULL;
-  drift->cells = cells;
+  if (2 * drift->cell_count >= drift->table_size ||
+      !flesh_grow(&drift->cells, sizeof *drift->cells, drift->cell_count, &drift->cell_room))
+    return NULL;
   drift->table[at] = drift->cell_count;
   cell *made = &drift->cells[drift->cell_count++];
   *made = (cell){.place = {place[0], place[1], place[2]}, .low = {INFINITY, INFINITY, INFINITY},
@@ -236,11 +226,10 @@ double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *
   const int leaves = finder->tree->leaf_count;
   int size = 64;
   while (size < 16 * leaves && size < 1 << 28) size *= 2;
-  void *list = drift->leaves, *table = drift->table;
-  const int enough = make_room(&list, &drift->leaf_room, leaves, sizeof(leaf)) &&
-                     make_room(&table, &drift->table_size, size, sizeof *drift->table);
-  drift->leaves = list;
-  drift->table = table;
+  int *table = size > drift->table_size ? flesh_realloc(drift->table, (size_t)size * sizeof *table) : NULL;
+  if (table) drift->table = table, drift->table_size = size;
+  const int enough = drift->table_size >= size &&
+                     flesh_grow_to(&drift->leaves, sizeof *drift->leaves, leaves, &drift->leaf_room);
   if (!enough || !(within >= 0) || !measure_leaves(&j, within)) return INFINITY;
   drift->cell_count = 0;
   memset(drift->table, -1, (size_t)drift->table_size * sizeof *drift->table);
@@ -254,8 +243,8 @@ double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *
 
 void flesh_near_drift_clear(flesh_near_drift *drift)
 {
-  free(drift->leaves);
-  free(drift->cells);
-  free(drift->table);
+  flesh_free(drift->leaves);
+  flesh_free(drift->cells);
+  flesh_free(drift->table);
   *drift = (flesh_near_drift){0};
 }

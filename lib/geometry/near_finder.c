@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 /* A tree whose leaves are this much looser than when it was grouped is grouped anew. */
 static const double worn = 1.5;
@@ -124,15 +125,9 @@ void flesh_near_finder_walk(flesh_near_finder *self, flesh_threads *threads, con
 
 void flesh_near_part_add(flesh_near_part *part, int kind, int first, int second)
 {
-  if (part->count[kind] == part->room[kind]) {
-    const int room = part->room[kind] < 64 ? 64 : part->room[kind] / 2 * 3;
-    int *more = room < 1 << 29 ? realloc(part->found[kind], 2 * (size_t)room * sizeof *more) : NULL;
-    if (!more) {
-      part->failed = 1;
-      return;
-    }
-    part->found[kind] = more;
-    part->room[kind] = room;
+  if (!flesh_grow(&part->found[kind], 2 * sizeof **part->found, part->count[kind], &part->room[kind])) {
+    part->failed = 1;
+    return;
   }
   int *pair = part->found[kind] + 2 * (size_t)part->count[kind]++;
   pair[0] = first, pair[1] = second;

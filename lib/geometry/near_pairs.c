@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "geometry/continuous_collision.h"
 #include "geometry/near_finder.h"
 
@@ -123,22 +124,12 @@ static void visit_faces(void *data, flesh_near_part *part, int f, int g)
       if (of_g >> (3 + j) & 1) try_edges(s, part, edges[3 * (size_t)f + (size_t)i], edges[3 * (size_t)g + (size_t)j]);
 }
 
-/* Room for `count` pairs, half as much again where it has to grow. */
-static int make_room(int count, int **pairs, int *room)
-{
-  if (count <= *room) return FLESH_OK;
-  const int wanted = count < 1 << 28 ? count / 2 * 3 + 64 : count;
-  int *more = realloc(*pairs, 2 * (size_t)wanted * sizeof *more);
-  if (!more) return FLESH_ERR_MEMORY;
-  *pairs = more;
-  *room = wanted;
-  return FLESH_OK;
-}
-
 int flesh_near_pairs_reserve(flesh_near_pairs *pairs, int points, int edges)
 {
-  const int status = make_room(points, &pairs->point_faces, &pairs->point_room);
-  return status ? status : make_room(edges, &pairs->edge_pairs, &pairs->edge_room);
+  return flesh_grow_to(&pairs->point_faces, 2 * sizeof *pairs->point_faces, points, &pairs->point_room) &&
+                 flesh_grow_to(&pairs->edge_pairs, 2 * sizeof *pairs->edge_pairs, edges, &pairs->edge_room)
+             ? FLESH_OK
+             : FLESH_ERR_MEMORY;
 }
 
 /* Whether a face keeps a node that is one of the own, or an edge with such a first one. */
@@ -237,8 +228,8 @@ static int exclude(flesh_near_finder *self, const double *X, double distance, fl
   memcpy(self->excluded, rows, sizeof rows);
   flesh_near_pairs_clear(&pairs);
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* there were more pairs than there will be */
-    free(self->parts[k].found[0]);
-    free(self->parts[k].found[1]);
+    flesh_free(self->parts[k].found[0]);
+    flesh_free(self->parts[k].found[1]);
     self->parts[k] = (flesh_near_part){0};
   }
   return status;
@@ -296,8 +287,8 @@ void flesh_near_finder_destroy(flesh_near_finder **finder)
                          self->excluded[1].start, self->excluded[1].second, self->owned};
   for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
   for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
-    free(self->parts[k].found[0]);
-    free(self->parts[k].found[1]);
+    flesh_free(self->parts[k].found[0]);
+    flesh_free(self->parts[k].found[1]);
   }
   flesh_box_tree_destroy(&self->tree);
   free(self);
@@ -306,7 +297,7 @@ void flesh_near_finder_destroy(flesh_near_finder **finder)
 
 void flesh_near_pairs_clear(flesh_near_pairs *pairs)
 {
-  free(pairs->point_faces);
-  free(pairs->edge_pairs);
+  flesh_free(pairs->point_faces);
+  flesh_free(pairs->edge_pairs);
   *pairs = (flesh_near_pairs){0};
 }

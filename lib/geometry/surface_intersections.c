@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "geometry/near_finder.h"
 #include "geometry/orient.h"
 #include "math/mat3.h"
@@ -111,13 +112,8 @@ int flesh_surface_intersections_find(flesh_near_finder *finder, const double *x,
   search s = {finder, x};
   flesh_near_finder_walk(finder, threads, NULL, visit_faces, &s);
   const int count = flesh_near_finder_count(finder, EDGE_FACE);
-  if (count > found->room || count > found->item_room) {
-    int *pairs = realloc(found->pairs, 2 * (size_t)count * sizeof *pairs);
-    if (pairs) found->pairs = pairs, found->room = count;
-    flesh_surface_intersection *items = realloc(found->items, (size_t)count * sizeof *items);
-    if (items) found->items = items, found->item_room = count;
-  }
-  if (count < 0 || count > found->room || count > found->item_room)
+  if (count < 0 || !flesh_grow_to(&found->pairs, 2 * sizeof *found->pairs, count, &found->room) ||
+      !flesh_grow_to(&found->items, sizeof *found->items, count, &found->item_room))
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for intersections of %d faces", finder->surface->face_count);
   if (count > 0) flesh_near_finder_gather(finder, EDGE_FACE, finder->surface->edge_count, found->pairs);
   for (int k = 0; k < count; k++) describe(finder, x, found->pairs + 2 * (size_t)k, &found->items[k]);
@@ -127,7 +123,7 @@ int flesh_surface_intersections_find(flesh_near_finder *finder, const double *x,
 
 void flesh_surface_intersections_clear(flesh_surface_intersections *found)
 {
-  free(found->pairs);
-  free(found->items);
+  flesh_free(found->pairs);
+  flesh_free(found->items);
   *found = (flesh_surface_intersections){0};
 }
