@@ -78,14 +78,12 @@ static const flesh_node *node_at(const flesh_node *root, const char *path)
 /* Whether a key is a length or a place. */
 static int is_length(const char *key)
 {
-  char path[sizeof((flesh_varied *)0)->key], *text = NULL;
+  char path[sizeof((flesh_varied *)0)->key];
   size_t count = 0;
   for (; *key; key += strcspn(key, "]") + (*key == '['))
     while (*key && *key != '[') path[count++] = *key++;
   path[count] = 0;
-  const int is = !flesh_scene_schema_section(FLESH_SCHEMA_MARKDOWN, path, &text) && strstr(text, "[m] |");
-  free(text);
-  return is;
+  return !strcmp(flesh_scene_schema_unit(path), "m");
 }
 
 /* The size of a value: of a vector's component the largest one's, of a rotation a radian at least, as a small one's own would
