@@ -6,6 +6,7 @@
 
 #include "body.h"
 #include "methods.h"
+#include "pull.h"
 #include "test.h"
 
 static const double soft = 4e4, stiff = 6e5, peak = 3e5, optimal = 1.25; /* Pa; Pa */
@@ -25,21 +26,6 @@ static double tension(int curve, double activation, double stretch)
 {
   const double l = stretch / optimal;
   return peak / optimal * (activation * (curve ? thelen(l) : blemker(l)) + (l > 1 ? passive(curve, l) : 0));
-}
-
-/* The nominal stress of form S along x at this stretch, sides free; the stretch of the sides by bisection. */
-static double uniaxial(const flesh_material *m, double stretch, double *side)
-{
-  const double alpha = 1 + m->mu / m->lambda - m->mu / (4 * m->lambda);
-  double low = 0.1, high = 5, mid = 1, length = 3;
-  for (int k = 0; k < 200; k++) {
-    mid = (low + high) / 2;
-    length = stretch * stretch + 2 * mid * mid;
-    const double P = m->mu * mid * (1 - 1 / (length + 1)) + m->lambda * (stretch * mid * mid - alpha) * stretch * mid;
-    *(P > 0 ? &high : &low) = mid;
-  }
-  *side = mid;
-  return m->mu * stretch * (1 - 1 / (length + 1)) + m->lambda * (stretch * mid * mid - alpha) * mid * mid;
 }
 
 static void add(test_body *b, flesh_effect *effect) { CHECK_OK(flesh_system_add_effect(b->system, &effect)); }
@@ -159,23 +145,6 @@ static double isotonic_stretch(const flesh_material *m, int curve, double activa
     *(uniaxial(m, mid, &side) + tension(curve, activation, mid) > pull ? &high : &low) = mid;
   }
   return mid;
-}
-
-static void add_pull(test_body *b, double pull)
-{
-  int count, chosen = 0;
-  const int *surface = flesh_mesh_surface(b->mesh, &count);
-  int *face = malloc(3 * (size_t)count * sizeof *face);
-  for (int k = 0; k < count; k++) {
-    double low = INFINITY;
-    for (int a = 0; a < 3; a++) low = fmin(low, flesh_mesh_positions(b->mesh)[3 * surface[3 * k + a]]);
-    if (low < 1 - 1e-9) continue;
-    memcpy(face + 3 * chosen++, surface + 3 * k, 3 * sizeof *face);
-  }
-  flesh_effect *effect = NULL;
-  CHECK_OK(flesh_effect_traction(&b->body, chosen, face, (double[]){pull, 0, 0}, NULL, &effect));
-  add(b, effect);
-  free(face);
 }
 
 static const flesh_curve_point weak[] = {{0, 0}, {1, 0.3}};

@@ -4,6 +4,7 @@
  * load shortens as fast as Hill's hyperbola says; what the speed takes off is dissipated. Cubes have next to no mass,
  * but for the last one. */
 #include "body.h"
+#include "pull.h"
 #include "test.h"
 
 static const double PEAK = 3e5, OPTIMAL = 1.1, FASTEST = 8, POISSON = 0.3, SOFT = 1e3;
@@ -16,21 +17,6 @@ static double of_speed(double v)
 {
   if (v < -1) return 0;
   return v < 0 ? (1 + v) / (1 - v / 0.25) : (0.4 + 10 * 1.4 * v) / (0.4 + 10 * v);
-}
-
-/* The nominal stress of form S along x at this stretch, sides free, by bisection. */
-static double uniaxial(const flesh_material *m, double stretch)
-{
-  const double alpha = 1 + m->mu / m->lambda - m->mu / (4 * m->lambda);
-  double low = 0.1, high = 5, side = 1, length = 3;
-  for (int k = 0; k < 200; k++) {
-    side = (low + high) / 2;
-    length = stretch * stretch + 2 * side * side;
-    const double J = stretch * side * side,
-                 P = m->mu * side * (1 - 1 / (length + 1)) + m->lambda * (J - alpha) * stretch * side;
-    *(P > 0 ? &high : &low) = side;
-  }
-  return m->mu * stretch * (1 - 1 / (length + 1)) + m->lambda * (stretch * side * side - alpha) * side * side;
 }
 
 typedef struct cube {
@@ -136,7 +122,8 @@ static errors move(int order, int curve, double activation, double rate, int ste
   for (int k = 0; k < steps; k++) {
     const double from = 1 + rate * c.b.state.t;
     step(&c, h);
-    const double to = 1 + rate * c.b.state.t, own = uniaxial(&c.b.material, to), force = reaction(&c) - own;
+    double side;
+    const double to = 1 + rate * c.b.state.t, own = uniaxial(&c.b.material, to, &side), force = reaction(&c) - own;
     e.step = fmax(e.step, fabs(force - tension(curve, activation, from, to, h)) / PEAK);
     e.hill = fabs(force - hill(curve, activation, to, rate)) / PEAK;
     e.tension = force / PEAK;
@@ -177,22 +164,6 @@ static void short_steps_pull_as_hill_and_thelen(void)
     }
 }
 
-static void add_pull(test_body *b, double pull)
-{
-  int count, chosen = 0;
-  const int *surface = flesh_mesh_surface(b->mesh, &count);
-  int *face = malloc(3 * (size_t)count * sizeof *face);
-  for (int k = 0; k < count; k++) {
-    double low = INFINITY;
-    for (int a = 0; a < 3; a++) low = fmin(low, flesh_mesh_positions(b->mesh)[3 * surface[3 * k + a]]);
-    if (low > 1 - 1e-9) memcpy(face + 3 * chosen++, surface + 3 * k, 3 * sizeof *face);
-  }
-  flesh_effect *effect = NULL;
-  CHECK_OK(flesh_effect_traction(&b->body, chosen, face, (double[]){pull, 0, 0}, NULL, &effect));
-  CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  free(face);
-}
-
 /* (g + A)(s + A) over A (1 + A), 1 on Hill's hyperbola, of a cube that shortens for some steps under a part of the
  * tension that it has at rest: g its tension over that of no speed, s its speed over the greatest. */
 static double shorten(double part, double h, double *speed)
@@ -211,8 +182,9 @@ static double shorten(double part, double h, double *speed)
       if (flesh_mesh_positions(c.b.mesh)[3 * i] > 1 - 1e-9) stretch = c.b.state.x[3 * i];
   }
   *speed = (before - stretch) / h / (FASTEST * OPTIMAL);
+  double side;
   const double still = PEAK / OPTIMAL * active(FLESH_FIBRE_BLEMKER, stretch / OPTIMAL),
-               g = (pull - uniaxial(&c.b.material, stretch)) / still;
+               g = (pull - uniaxial(&c.b.material, stretch, &side)) / still;
   clear(&c);
   return (g + hill_constant) * (*speed + hill_constant) / (hill_constant * (1 + hill_constant));
 }

@@ -9,6 +9,7 @@
 #include "effect/effect.h"
 #include "system/system.h"
 #include "test.h"
+#include "test_matrix.h"
 #include "viscous_reference.h"
 
 /* Kinds of effects: of x, of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
@@ -208,6 +209,63 @@ static comparison measure(problem *p, kind kind, flesh_instructions instructions
   flesh_block_matrix_destroy(&A);
   flesh_system_destroy(&system);
   return found;
+}
+
+/* Tets that share nothing but their first `shared` nodes: tiles run out of room for nodes where there are none, and for
+ * pairs where there are two. */
+static inline flesh_mesh *tets_apart(int tets, int shared)
+{
+  const int own = 4 - shared, nodes = shared + tets * own;
+  double *X = malloc(3 * (size_t)nodes * sizeof *X);
+  int *node = malloc(4 * (size_t)tets * sizeof *node);
+  for (int i = 0; i < nodes; i++) { /* around an axis, or on it */
+    const int on_axis = i < shared || i % own == 3;
+    const double angle = i / own + 1.1 * (i % own), height = i < shared ? i : on_axis;
+    const double corner[3] = {on_axis ? 0 : cos(angle), on_axis ? 0 : sin(angle), height};
+    for (int c = 0; c < 3; c++) X[3 * i + c] = corner[c] + 0.1 * uniform();
+  }
+  for (int k = 0; k < 4 * tets; k++) node[k] = k % 4 < shared ? k % 4 : shared + k / 4 * own + k % 4 - shared;
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_create(nodes, X, tets, node, NULL, &mesh));
+  free(X);
+  free(node);
+  return mesh;
+}
+
+/* Any number of threads gives the same bits. */
+static inline void check_threads(problem *p, kind kind)
+{
+  flesh_system *system;
+  flesh_block_matrix *A[2];
+  CHECK_OK(make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system));
+  double *r[2], V[2], size;
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(flesh_system_matrix_create(system, &A[k]));
+    r[k] = malloc((size_t)p->n * sizeof *r[k]);
+  }
+  for (int count = 1; count <= 3; count++) {
+    int k = count > 1;
+    flesh_threads *threads;
+    CHECK_OK(flesh_threads_create(count, &threads));
+    flesh_point point = point_of(p, kind);
+    const flesh_shift shift = shift_of(kind, FLESH_FILTER_CLAMP);
+    point.threads = threads;
+    CHECK_OK(flesh_system_residual(system, &point, r[k]));
+    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A[k]));
+    CHECK_OK(flesh_system_potential(system, &point, &shift, &V[k], &size));
+    check_both(system, &point, &shift, r[k], V[k]);
+    flesh_threads_destroy(&threads);
+    if (!k) continue;
+    CHECK(!memcmp(r[0], r[1], (size_t)p->n * sizeof *r[0]));
+    CHECK(!memcmp(A[0]->values, A[1]->values,
+                  (size_t)A[0]->row_start[A[0]->rows] * 9 * sizeof(double)));
+    CHECK(V[0] == V[1] && V[0] != 0);
+  }
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix_destroy(&A[k]);
+    free(r[k]);
+  }
+  flesh_system_destroy(&system);
 }
 
 #endif

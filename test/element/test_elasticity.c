@@ -208,32 +208,11 @@ static void batches_agree_with_single_tets(void)
     }
 }
 
-/* Tets that share nothing but their first `shared` nodes: tiles run out of room for nodes where there are none, and for
- * pairs where there are two. */
-static void open_apart(int tets, int shared, problem *p)
-{
-  const int own = 4 - shared, nodes = shared + tets * own;
-  double *X = malloc(3 * (size_t)nodes * sizeof *X);
-  int *node = malloc(4 * (size_t)tets * sizeof *node);
-  for (int i = 0; i < nodes; i++) { /* around an axis, or on it */
-    const int on_axis = i < shared || i % own == 3;
-    const double angle = i / own + 1.1 * (i % own), height = i < shared ? i : on_axis;
-    const double corner[3] = {on_axis ? 0 : cos(angle), on_axis ? 0 : sin(angle), height};
-    for (int c = 0; c < 3; c++) X[3 * i + c] = corner[c] + 0.1 * uniform();
-  }
-  for (int k = 0; k < 4 * tets; k++) node[k] = k % 4 < shared ? k % 4 : shared + k / 4 * own + k % 4 - shared;
-  flesh_mesh *mesh;
-  CHECK_OK(flesh_mesh_create(nodes, X, tets, node, NULL, &mesh));
-  problem_of(FLESH_ENERGY_S, mesh, p);
-  free(X);
-  free(node);
-}
-
 static void tiles_run_out_of_room(void)
 {
   for (int shared = 0; shared < 4; shared += 2) {
     problem p;
-    open_apart(shared ? 230 : 130, shared, &p);
+    problem_of(FLESH_ENERGY_S, tets_apart(shared ? 230 : 130, shared), &p);
     deform(&p, 1);
     for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
       for (int kind = 0; kind < KINDS && available(set); kind++)
@@ -349,41 +328,6 @@ static void open_large(problem *p)
   p->x_frozen = malloc((size_t)p->n * sizeof *p->x_frozen);
   p->v_frozen = malloc((size_t)p->n * sizeof *p->v_frozen);
   deform(p, 1);
-}
-
-static void check_threads(problem *p, kind kind)
-{
-  flesh_system *system;
-  flesh_block_matrix *A[2];
-  CHECK_OK(make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system));
-  double *r[2], V[2], size;
-  for (int k = 0; k < 2; k++) {
-    CHECK_OK(flesh_system_matrix_create(system, &A[k]));
-    r[k] = malloc((size_t)p->n * sizeof *r[k]);
-  }
-  for (int count = 1; count <= 3; count++) {
-    int k = count > 1;
-    flesh_threads *threads;
-    CHECK_OK(flesh_threads_create(count, &threads));
-    flesh_point point = point_of(p, kind);
-    const flesh_shift shift = shift_of(kind, FLESH_FILTER_CLAMP);
-    point.threads = threads;
-    CHECK_OK(flesh_system_residual(system, &point, r[k]));
-    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A[k]));
-    CHECK_OK(flesh_system_potential(system, &point, &shift, &V[k], &size));
-    check_both(system, &point, &shift, r[k], V[k]);
-    flesh_threads_destroy(&threads);
-    if (!k) continue;
-    CHECK(!memcmp(r[0], r[1], (size_t)p->n * sizeof *r[0]));
-    CHECK(!memcmp(A[0]->values, A[1]->values,
-                  (size_t)A[0]->row_start[A[0]->rows] * 9 * sizeof(double)));
-    CHECK(V[0] == V[1] && V[0] != 0);
-  }
-  for (int k = 0; k < 2; k++) {
-    flesh_block_matrix_destroy(&A[k]);
-    free(r[k]);
-  }
-  flesh_system_destroy(&system);
 }
 
 static void threads_give_the_same_bits(void)

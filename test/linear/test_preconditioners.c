@@ -1,11 +1,11 @@
 // TEST quick each_set
 /* test_preconditioners.c: preconditioners, and conjugate gradients with them, against full matrices and GSL. */
-#include <gsl/gsl_eigen.h>
 #include <malloc.h>
 #include <stdlib.h>
 
 #include "base/archive.h"
 #include "matrices.h"
+#include "preconditioners.h"
 #include "linear/linear.h"
 #include "system/pattern.h"
 #include "test.h"
@@ -16,42 +16,6 @@ static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
                                              FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_NONE};
 enum { KINDS = sizeof kinds / sizeof kinds[0] };
-
-/* P^-1 as a full matrix, column by column. */
-static double *applied(flesh_preconditioner_data *preconditioner, int n)
-{
-  double *P = malloc((size_t)n * n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
-         *column = malloc((size_t)n * sizeof *column);
-  for (int d = 0; d < n; d++) {
-    unit[d] = 1;
-    linear->preconditioner_apply(preconditioner, unit, column);
-    for (int e = 0; e < n; e++) P[e * n + d] = column[e];
-    unit[d] = 0;
-  }
-  free(unit);
-  free(column);
-  return P;
-}
-
-/* Symmetric and positive definite, whatever the matrix is. */
-static void check_definite(int n, const double *P)
-{
-  double asymmetry = 0, size = 0;
-  for (int k = 0; k < n * n; k++) {
-    asymmetry = fmax(asymmetry, fabs(P[k] - P[k % n * n + k / n]));
-    size = fmax(size, fabs(P[k]));
-  }
-  CHECK_BELOW(asymmetry, 1e-6 * size); /* incomplete Cholesky is in single precision */
-  gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
-  gsl_vector *values = gsl_vector_alloc((size_t)n);
-  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
-  memcpy(A->data, P, (size_t)n * n * sizeof *P);
-  gsl_eigen_symm(A, values, work);
-  CHECK(gsl_vector_min(values) > 0);
-  gsl_eigen_symm_free(work);
-  gsl_vector_free(values);
-  gsl_matrix_free(A);
-}
 
 static void preconditioners_are_definite(void)
 {
@@ -66,9 +30,9 @@ static void preconditioners_are_definite(void)
     CHECK_OK(linear->preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     for (int m = 0; m < 5; m++) {
       CHECK_OK(linear->preconditioner_setup(preconditioner, matrices[m], NULL));
-      double *P = applied(preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
+      double *P = applied(linear, preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
              *z = malloc((size_t)b.n * sizeof *z);
-      check_definite(b.n, P);
+      check_definite(b.n, P, 1e-6);
       randomise(b.n, r);
       linear->preconditioner_apply(preconditioner, r, z);
       linear->preconditioner_apply(preconditioner, r, r); /* in place gives the same */
@@ -162,7 +126,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     CHECK_OK(
         linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
-    double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
+    double *inverse = applied(linear, preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     double *P = malloc((size_t)b.n * (size_t)b.n * sizeof *P);
     for (int d = 0; d < b.n; d++) {
       double *unit = calloc((size_t)b.n, sizeof *unit);

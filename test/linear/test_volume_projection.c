@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "matrices.h"
+#include "preconditioners.h"
 #include "element/element.h"
 #include "linear/linear.h"
 #include "system/stiff_rows.h"
@@ -133,21 +134,6 @@ static void rows_are_what_is_stiffer(void)
     }
 }
 
-static double *inverse_of(flesh_preconditioner_data *p, int n)
-{
-  double *P = malloc((size_t)n * (size_t)n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
-         *column = malloc((size_t)n * sizeof *column);
-  for (int d = 0; d < n; d++) {
-    unit[d] = 1;
-    linear->preconditioner_apply(p, unit, column);
-    for (int e = 0; e < n; e++) P[e * n + d] = column[e];
-    unit[d] = 0;
-  }
-  free(unit);
-  free(column);
-  return P;
-}
-
 /* Least and largest eigenvalue of P A for symmetric positive definite A and P. */
 static void eigenvalues(int n, const double *P, const double *A, double ends[2])
 {
@@ -174,27 +160,6 @@ static void eigenvalues(int n, const double *P, const double *A, double ends[2])
   gsl_matrix_free(b);
 }
 
-/* Least eigenvalue over the largest entry, and asymmetry. */
-static void check_definite(int n, const double *P)
-{
-  double asymmetry = 0, size = 0;
-  for (int k = 0; k < n * n; k++) {
-    asymmetry = fmax(asymmetry, fabs(P[k] - P[k % n * n + k / n]));
-    size = fmax(size, fabs(P[k]));
-  }
-  CHECK_BELOW(asymmetry, 1e-5 * size);
-  gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
-  gsl_vector *values = gsl_vector_alloc((size_t)n);
-  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
-  memcpy(A->data, P, (size_t)n * (size_t)n * sizeof *P);
-  gsl_eigen_symm(A, values, work);
-  printf("# least eigenvalue %.2g, largest %.2g\n", gsl_vector_min(values), gsl_vector_max(values));
-  CHECK(gsl_vector_min(values) > 0);
-  gsl_eigen_symm_free(work);
-  gsl_vector_free(values);
-  gsl_matrix_free(A);
-}
-
 /* States that solves meet: at rest, pulled, pressed flat, turned inside out, and with nodes anywhere. */
 enum { STATES = 5 };
 static void deform(const ten *t, int state, double *x)
@@ -216,8 +181,8 @@ static void check_definite_anywhere(int polynomial)
       deform(&t, state, x);
       assemble(&t, x, 0, filter);
       CHECK_OK(linear->preconditioner_setup(p, t.K, t.fixed));
-      double *P = inverse_of(p, n);
-      check_definite(n, P);
+      double *P = applied(linear, p, n);
+      check_definite(n, P, 1e-5);
       free(P);
     }
   t.K->values[0] = NAN;
@@ -241,7 +206,7 @@ static void check_conditions(int polynomial)
     make_ten(test_box(3, 1, 1, 3, 1, 1), FLESH_ENERGY_S, poisson[k], &t);
     const int n = t.b.n;
     flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_IC, polynomial, NULL);
-    double *P = inverse_of(p, n), *dense = test_dense(t.K), ends[2], *right = malloc((size_t)n * sizeof *right),
+    double *P = applied(linear, p, n), *dense = test_dense(t.K), ends[2], *right = malloc((size_t)n * sizeof *right),
            *x = malloc((size_t)n * sizeof *x);
     eigenvalues(n, P, dense, ends);
     printf("# nu %g: eigenvalues %.3g to %.3g\n", poisson[k], ends[0], ends[1]);

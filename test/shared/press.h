@@ -25,6 +25,32 @@ static inline flesh_mesh *make_mesh(int nx, int ny, int nz, double (*place)(doub
   return mesh;
 }
 
+/* Dimitriadis, Horkay, Maresca, Kachar & Chadwick 2002, "Determination of elastic moduli of thin layers of soft
+ * material using the atomic force microscope", for a layer bonded to a rigid base. */
+static inline double force_on_layer(double young, double poisson, double radius, double depth, double height)
+{
+  const double pi = 3.14159265358979, x = sqrt(radius * depth) / height;
+  const double alpha = -(1.2876 - 1.4678 * poisson + 1.3442 * poisson * poisson) / (1 - poisson);
+  const double beta = (0.6387 - 1.0277 * poisson + 1.5164 * poisson * poisson) / (1 - poisson);
+  const double cube = pow(alpha, 3) + 4 * pi * pi / 15 * beta;
+  const double fourth = alpha * (pow(alpha, 3) + 3 * pi * pi / 5 * beta);
+  const double more = -2 * alpha / pi * x + 4 * alpha * alpha / (pi * pi) * x * x - 8 / pow(pi, 3) * cube * pow(x, 3) +
+                      16 / pow(pi, 4) * fourth * pow(x, 4);
+  return 4. / 3 * young / (1 - poisson * poisson) * sqrt(radius) * pow(depth, 1.5) * (1 + more);
+}
+
+/* 0 to 1: six tenths of the cells are within a fifth, from where they grow smoothly. */
+static inline double graded(double s)
+{
+  const double near = 0.2, share = 0.6;
+  if (s <= share) return near * s / share;
+  const double u = (s - share) / (1 - share), slope = near / share * (1 - share);
+  return near + slope * u + (1 - near - slope) * u * u;
+}
+
+/* [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
+static inline double near_the_axis(double s, int c) { return c == 2 ? -graded(1 - s) : graded(s); }
+
 /* Takes the obstacle. Its barrier's thickness; its effect is the last. */
 static inline void add_contact(test_body *b, flesh_obstacle *obstacle, double thickness)
 {
