@@ -4,7 +4,6 @@
 #include <math.h>
 
 #include "geometry/obstacle_shape.h"
-#include "math/mat3.h"
 #include "math/nearest.h"
 
 /* Share by which a reach is widened for rounding, so that an obstacle at just the reach is not left out. */

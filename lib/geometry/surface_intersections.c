@@ -2,7 +2,6 @@
 #include "geometry/surface_intersections.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"

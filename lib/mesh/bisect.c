@@ -77,13 +77,7 @@ static int halve(work *w, int k)
   const int most = flesh_mesh_most_tets(w->mesh->edge_nodes ? 2 : 1);
   if (w->tets >= most)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the refined mesh has more than the %d tets that are supported", most);
-  if (w->tets == w->room) {
-    const int room = w->room > most / 2 ? most : 2 * w->room;
-    leaf *leaves = flesh_realloc(w->leaves, (size_t)room * sizeof *leaves);
-    if (!leaves) return no_memory(w);
-    w->leaves = leaves;
-    w->room = room;
-  }
+  if (!flesh_grow(&w->leaves, sizeof *w->leaves, w->tets, &w->room)) return no_memory(w);
   leaf *l = &w->leaves[k], *other = &w->leaves[w->tets];
   const int i = flesh_edge_corners[l->marks.edge][0], j = flesh_edge_corners[l->marks.edge][1];
   const int64_t key = key_of(l->nodes[i], l->nodes[j]);

@@ -6,10 +6,10 @@
 #include "output/vtu.h"
 
 #include <stdint.h>
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/memory.h"
 
 enum { VTK_POLYGON = 7, VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24 };
 
@@ -289,17 +289,12 @@ int flesh_pvd_next(flesh_pvd *pvd, char **name)
 {
   *name = NULL;
   if (pvd->count == pvd->capacity) {
-    int capacity = pvd->capacity ? 2 * pvd->capacity : 256;
-    void *times = realloc(pvd->times, sizeof *pvd->times * (size_t)capacity);
-    if (times) pvd->times = times;
-    void *names = realloc(pvd->names, sizeof *pvd->names * (size_t)capacity);
-    if (names) pvd->names = names;
-    void *files = realloc(pvd->files, sizeof *pvd->files * (size_t)capacity);
-    if (files) pvd->files = files;
-    if (!times || !names || !files)
-      return flesh_fail(FLESH_ERR_MEMORY, "out of memory for an index of %d frames", capacity);
-    for (int f = 0; f < capacity; f++) pvd->files[f] = pvd->names[f];
-    pvd->capacity = capacity;
+    int capacity[2] = {pvd->capacity, pvd->capacity};
+    if (!flesh_grow(&pvd->times, sizeof *pvd->times, pvd->count, &capacity[0]) ||
+        !flesh_grow(&pvd->names, sizeof *pvd->names, pvd->count, &capacity[1]) ||
+        !flesh_grow(&pvd->files, sizeof *pvd->files, pvd->count, &pvd->capacity))
+      return flesh_fail(FLESH_ERR_MEMORY, "out of memory for an index of %d frames", pvd->count + 1);
+    for (int f = 0; f < pvd->capacity; f++) pvd->files[f] = pvd->names[f];
   }
   *name = pvd->names[pvd->count];
   return FLESH_OK;
@@ -313,8 +308,8 @@ int flesh_pvd_add(flesh_pvd *pvd, const char *path, double time)
 
 void flesh_pvd_clear(flesh_pvd *pvd)
 {
-  free(pvd->times);
-  free(pvd->names);
-  free(pvd->files);
+  flesh_free(pvd->times);
+  flesh_free(pvd->names);
+  flesh_free(pvd->files);
   *pvd = (flesh_pvd){0};
 }

@@ -1,5 +1,4 @@
 /* ode_jacobian.c: df/dy as a matrix: SUNDIALS' sparse one, and flesh's. */
-#include <stdlib.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"

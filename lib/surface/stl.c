@@ -1,7 +1,6 @@
 /* stl.c: reads 3D Systems' STL (1989), text or binary: triangles, each with corners of its own, of which those at one place
  * become one vertex. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
