@@ -66,13 +66,6 @@ static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
 static int make_materials(flesh_scene *scene, const flesh_node *body_node,
                           const flesh_node *regions, int *base, int *of_region)
 {
-  const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
-  const flesh_key *list =
-      flesh_key_at(body->children, offsetof(flesh_scene_keys, body.regions) - body->offset);
-  const flesh_key *key =
-      flesh_key_at(body->children, offsetof(flesh_scene_keys, body.material) - body->offset);
-  const flesh_key *region_key =
-      flesh_key_at(list->children, offsetof(flesh_scene_region, material));
   flesh_objects *objects = &scene->keys.body.regions;
   scene->materials =
       flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)scene->keys.bodies.count + 1) *
@@ -85,23 +78,18 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
   int status = FLESH_OK;
   if (scene->keys.body.material.energy >= 0) {
     *base = scene->material_count++;
-    char *path = flesh_key_path(&scene->arena, body->name, key->name);
-    if (!path) return flesh_no_memory_for(scene->path);
-    status = flesh_scene_make_material(flesh_scene_place(body_node, body->children, key->offset), path,
-                                       &scene->keys.body.material, flesh_scene_element(scene, 0), &scene->materials[0]);
+    status = flesh_scene_make_material(flesh_node_find(body_node, "material"), "body.material", &scene->keys.body.material,
+                                       flesh_scene_element(scene, 0), &scene->materials[0]);
   }
   flesh_scene_region *entries = objects->values;
   for (int e = 0; !status && e < objects->count; e++) {
     of_region[e] = *base;
     if (entries[e].material.energy < 0) continue;
     of_region[e] = scene->material_count++;
-    char *path = flesh_arena_print(&scene->arena, "%s.%s[%d].%s", body->name, list->name, e,
-                                   region_key->name);
+    const char *path = flesh_arena_print(&scene->arena, "body.regions[%d].material", e);
     if (!path) return flesh_no_memory_for(scene->path);
-    const flesh_node *node =
-        flesh_scene_place(flesh_node_item(regions, e), list->children, region_key->offset);
-    status = flesh_scene_make_material(node, path, &entries[e].material, flesh_scene_element(scene, 0),
-                                       &scene->materials[of_region[e]]);
+    status = flesh_scene_make_material(flesh_node_find(flesh_node_item(regions, e), "material"), path, &entries[e].material,
+                                       flesh_scene_element(scene, 0), &scene->materials[of_region[e]]);
   }
   return status;
 }

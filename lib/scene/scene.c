@@ -77,17 +77,13 @@ int flesh_scene_make_absolute(flesh_scene *scene, char **path)
 
 static int read_mesh(flesh_scene *scene)
 {
-  const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
-  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, body->offset);
-  const flesh_key *mesh =
-      flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, body));
   int status = flesh_scene_read_body_mesh(scene, &scene->mesh);
   if (!status)
-    status = flesh_scene_fit_mesh(scene, body->name, (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
+    status = flesh_scene_fit_mesh(scene, "body", (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
                                   &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
-  return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
-                : FLESH_OK;
+  return status ? flesh_node_fail_within(status, place, "body.mesh: ") : FLESH_OK;
 }
 
 static int read_start(flesh_scene *scene)
@@ -114,14 +110,10 @@ static int read_start(flesh_scene *scene)
     flesh_scene_start_bodies(scene, scene->start.v);
     return FLESH_OK;
   }
-  const flesh_key *start = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, start));
-  const flesh_key *state =
-      flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
-  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, start));
   int status = flesh_scene_read_state(scene, &scene->start);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
-  return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
-                : FLESH_OK;
+  return status ? flesh_node_fail_within(status, place, "start.state: ") : FLESH_OK;
 }
 
 static int check_solver(const flesh_scene *scene)
@@ -144,21 +136,19 @@ static int check_solver(const flesh_scene *scene)
 /* The skin's file must be there; what is in it is seen when it is bound. */
 static int check_output(flesh_scene *scene)
 {
-  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
-  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, output));
   const flesh_camera *camera = &scene->keys.output.given.camera;
   if (fabs(camera->elevation) > 90)
-    return flesh_node_fail(place, "%s.camera.elevation is %g degrees; it must be -90 to 90", output->name, camera->elevation);
+    return flesh_node_fail(place, "output.camera.elevation is %g degrees; it must be -90 to 90", camera->elevation);
   if (camera->field_of_view >= 120)
-    return flesh_node_fail(place, "%s.camera.field_of_view is %g degrees; it must be 0 to less than 120", output->name,
+    return flesh_node_fail(place, "output.camera.field_of_view is %g degrees; it must be 0 to less than 120",
                            camera->field_of_view);
   if (fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) == 0)
-    return flesh_node_fail(place, "%s.camera.up is zero; it must be a direction, such as [0, 1, 0]", output->name);
+    return flesh_node_fail(place, "output.camera.up is zero; it must be a direction, such as [0, 1, 0]");
   if (!scene->keys.output.given.skin.surface) return FLESH_OK;
   int status = flesh_scene_make_absolute(scene, &scene->keys.output.given.skin.surface);
   if (!status) status = flesh_regular_check(scene->keys.output.given.skin.surface);
-  return status ? flesh_node_fail_within(status, place, "%s.skin.surface: ", output->name)
-                : FLESH_OK;
+  return status ? flesh_node_fail_within(status, place, "output.skin.surface: ") : FLESH_OK;
 }
 
 /* The values of all keys, before anything is made of them. */

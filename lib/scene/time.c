@@ -18,42 +18,36 @@ static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_no
   taken->control = known && (said < 0 ? method == FLESH_METHOD_RUNGE_KUTTA && !isnan(taken->tolerance) : said);
   if (isnan(taken->tolerance)) taken->tolerance = defaults.tolerance;
   if (by_name ? said : said != 1 || known || flesh_method_order(method) == 0) return FLESH_OK;
-  const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
-  const flesh_key *key = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.controlled) - time->offset);
-  return flesh_node_fail(place, "%s.%s is %s; with method %s, whose error %s, it must be %s, or choose another method",
-                         time->name, key->name, by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
+  return flesh_node_fail(place, "time.adaptive is %s; with method %s, whose error %s, it must be %s, or choose another method",
+                         by_name ? "false" : "true", by_name ? "adaptive" : flesh_method_name(method),
                          by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
 }
 
 /* Without inertia there is nothing to step: takes statics, with a warning where the scene names another method. */
-static int take_statics(flesh_scene *scene, const flesh_key *time, const flesh_node *place)
+static int take_statics(flesh_scene *scene, const flesh_node *place)
 {
-  const flesh_key *method = flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
-  const int ignored = scene->keys.time.method != FLESH_METHOD_STATIC &&
-                      flesh_scene_place(place, time->children, method->offset) != place;
+  const flesh_node *method = flesh_node_find(place, "method");
+  const int ignored = scene->keys.time.method != FLESH_METHOD_STATIC && method && !method->removed;
   const char *name = flesh_method_names[scene->keys.time.method];
   scene->keys.time.method = FLESH_METHOD_STATIC;
   if (!ignored) return FLESH_OK;
-  return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.%s is %s, but the scene has no inertia and is solved "
-                                                   "for equilibrium; add the effect inertia, or make the method static",
-                                                   time->name, method->name, name));
+  return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "time.method is %s, but the scene has no inertia and is solved "
+                                                   "for equilibrium; add the effect inertia, or make the method static", name));
 }
 
 int flesh_scene_settle_time(flesh_scene *scene)
 {
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
-  int status = flesh_scene_has_inertia(scene) ? FLESH_OK : take_statics(scene, time, place);
+  int status = flesh_scene_has_inertia(scene) ? FLESH_OK : take_statics(scene, place);
   if (status) return status;
   const int by_name = !flesh_method_find((flesh_method)scene->keys.time.method);
   if (by_name) scene->keys.time.method = FLESH_METHOD_RUNGE_KUTTA;
   if (by_name && scene->keys.time.controlled) scene->keys.time.controlled = 1;
   if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
-    const flesh_key *end =
-        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.end) - time->offset);
     char expected[FLESH_EXPECTATION_SIZE];
-    return flesh_node_fail(place, "%s.%s is missing; it must be %s when the scene has inertia",
-                           time->name, end->name, flesh_key_expectation(end, expected));
+    return flesh_node_fail(place, "time.end is missing; it must be %s when the scene has inertia",
+                           flesh_key_expectation(flesh_key_named(time->children, "end"), expected));
   }
   if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
   const flesh_method method = (flesh_method)scene->keys.time.method;
@@ -64,11 +58,8 @@ int flesh_scene_settle_time(flesh_scene *scene)
                             ? "which goes on from a history of smooth steps; with a weld that breaks or a contact that "
                               "is adaptive it must be adaptive or a method of fixed steps"
                             : NULL;
-  if (refused && method == FLESH_METHOD_IDA) {
-    const flesh_key *key =
-        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
-    return flesh_node_fail(place, "%s.%s is %s, %s", time->name, key->name, flesh_method_name(method), refused);
-  }
+  if (refused && method == FLESH_METHOD_IDA)
+    return flesh_node_fail(place, "time.method is %s, %s", flesh_method_name(method), refused);
   flesh_adaptive_options taken;
   status = settle_adaptive(scene, by_name, place, &taken);
   if (status) return status;
@@ -78,5 +69,5 @@ int flesh_scene_settle_time(flesh_scene *scene)
                                    scene->keys.time.options, taken};
   status = flesh_method_options_check(&scene->time.options);
   if (!status) status = flesh_adaptive_options_check(&taken);
-  return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
+  return status ? flesh_node_fail_within(status, place, "time.") : FLESH_OK;
 }

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "geometry/motion.h"
+#include "mesh/mesh.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/probe_effects.h"
@@ -34,6 +35,14 @@ static int lags(const flesh_scene *s)
   return uses_order(s) || (moves(s) && (flesh_system_has_follower_loads(s->system) ||
                                         flesh_scene_has_positive(s, "friction") || flesh_scene_has_positive(s, "speed")));
 }
+/* Whether a tet has the body's material, the first one, or one that a map makes of it. */
+static int has_own_material(const flesh_scene *s)
+{
+  const int *of = s->keys.body.material_map || s->mesh->split ? NULL : s->body.tet_material;
+  int tet = 0;
+  while (of && tet < flesh_mesh_tet_count(s->mesh) && of[tet] != 0) tet++;
+  return tet < flesh_mesh_tet_count(s->mesh);
+}
 static int has_start_velocity(const flesh_scene *s) { return is_static(s) || !s->keys.start.state; }
 static int has_places(const flesh_scene *s)
 {
@@ -59,6 +68,7 @@ static const struct {
     {"time", {"max_energy_gain"}, moves, "an equilibrium gains no energy"},
     {"time", {"step"}, takes_steps, "an equilibrium in which nothing changes with time takes one step"},
     {"body", {"mass"}, moves, "nothing accelerates in an equilibrium, and gravity pulls alike"},
+    {"body", {"material"}, has_own_material, "regions and bodies have materials of their own"},
     {"start", {"velocity"}, moves, "an equilibrium has no velocities"},
     {"start", {"velocity"}, has_start_velocity, "start.state has velocities"},
     {"solver", {"linear_tolerance", "max_linear", "preconditioner"}, has_pcg, "it is for linear_solver pcg"},

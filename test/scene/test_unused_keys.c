@@ -4,6 +4,7 @@
 
 enum { SETS = 3 };
 
+#define OWN "material: {energy: E, young: 2, poisson: 0.3}"
 #define MUSCLE(peak, keys) "effects[1]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: " peak ", " keys "}}"
 
 /* Values of a scene in motion, and the sentence about what has no effect beside them; NULL: there is none. */
@@ -46,6 +47,10 @@ static const struct {
     {{"time.method=static", "start.velocity=[1, 0, 0]"}, "start.velocity has no effect: an equilibrium has no velocities"},
     {{"start.velocity=[1, 0, 0]"}, NULL},
     {{"body.mass=consistent"}, NULL},
+    {{"body.regions=[{tags: [3, 7], " OWN "}]"}, "body.material has no effect: regions and bodies have materials of their own"},
+    {{"body.regions=[{tags: [3, 7], " OWN "}]", "body.material=null"}, NULL},
+    {{"body.regions=[{tags: [7], " OWN "}]"}, NULL},
+    {{"body.regions=[{tags: [3, 7], density: 7}]"}, NULL},
     {{"body.mass=consistent", "time.method=static"}, "body.mass has no effect: nothing accelerates in an equilibrium"},
     {{"solver.lag_iterations=2"}, "solver.lag_iterations has no effect: it is for motions with friction, "},
     {{"solver.lag_iterations=2", "effects[1]={contact: {plane: {point: [0, 0, -9]}, friction: 1}}"}, NULL},
