@@ -89,8 +89,7 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch)
   return watch->known && watch->serial == watch->evaluation->serial;
 }
 
-flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, const flesh_state *state,
-                                     const double *a)
+flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, const flesh_state *state, const double *a)
 {
   flesh_point point = flesh_evaluation_point(watch->evaluation, t, state->x, state->v, a ? a : watch->evaluation->zeros);
   point.multipliers = state->multipliers;
@@ -295,8 +294,7 @@ int flesh_energy_watch_record_state(flesh_energy_watch *watch, double t, const f
     status = flesh_system_kinetic_energies(watch->system, &point, watch->energies, &kinetic);
   } else {
     flesh_position_potential unknown = {0};
-    status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown,
-                                               watch->energies);
+    status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown, watch->energies);
   }
   add_up(watch, t, status);
   return status;
@@ -331,8 +329,7 @@ int flesh_energy_watch_add_work_in_time(flesh_energy_watch *watch, double t_from
 {
   double work = 0;
   if (!(watch->kinds & FLESH_WORK_IN_TIME) || !watch->known) return FLESH_OK;
-  int status =
-      flesh_system_work_in_time(watch->system, t_from, watch->t, state, watch->energies, 1, &work);
+  int status = flesh_system_work_in_time(watch->system, t_from, watch->t, state, watch->energies, 1, &work);
   watch->balance.supplied += work / 2;
   if (status) watch->known = 0;
   return status;

@@ -216,7 +216,8 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
    * add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
   const double part = fewer * pow(deeper, fmin(self->gains / REFUSAL, DEEPEST)) * depth;
-  const double last = flesh_part_weights_of_residuals(&self->weights, g, self->impulses / impulses_of(self), self->force);
+  const double most = self->largest > 1 ? self->impulses / impulses_of(self) : 0;
+  const double last = flesh_part_weights_of_residuals(&self->weights, g, most, self->force);
   if (self->weights.count > 1) flesh_nonlinear_set_weights(self->nonlinear, self->force);
   self->nonlinear->newton->goal.target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
 }

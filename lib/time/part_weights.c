@@ -265,8 +265,10 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
 {
   const flesh_point point = flesh_point_at(state->t, state->x, state->v, state->v);
   const int n = flesh_system_unknowns(system);
-  double largest = 1;
-  if (!flesh_system_has_role(system, FLESH_ROLE_CONTACT)) return 1;
+  const int touches = flesh_system_has_role(system, FLESH_ROLE_CONTACT);
+  double largest = 1, held = !touches;
+  for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held);
+  if (held > 0) return 1;
   clear_sums(weights, 0);
   if (flesh_system_load(system, &point, load)) memset(load, 0, (size_t)n * sizeof *load);
   for (int i = 0; i < n / 3; i++) {
@@ -278,7 +280,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
     weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed);
-    largest = fmax(largest, weights->of[p].times);
+    if (touches) largest = fmax(largest, weights->of[p].times);
   }
   weights->forget = 0;
   return largest;
@@ -293,11 +295,11 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
   }
 }
 
-/* For how long the velocity that a residual makes in a stage by g leads a part astray. In what flies residuals add up like
- * impulses, by up to `most` times as much as errors. */
+/* For how long the velocity that a residual makes in a stage by g leads a part astray. Where something may touch, residuals add
+ * up like impulses, by up to `most` times as much as errors; elsewhere (0) in what flies, less coherently. */
 static double of_residuals(const flesh_part_weight *part, double g, double most)
 {
-  return part->times * fmin(part->times, most) * fmax(g, part->lasts);
+  return (most > 0 ? part->times * fmin(part->times, most) : pow(part->times, 2. / 3)) * fmax(g, part->lasts);
 }
 
 double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double g, double most, double *of)

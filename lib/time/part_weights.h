@@ -46,7 +46,7 @@ void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
 /* weighted [3*nodes] = errors e as often as they count: of positions, m, or, `velocities`, m/s, each for its part's period. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);
 /* For how long, s, residuals of stages by g, s, lead a part astray at least, and where there are several, in of [3*nodes] how
- * many times that those of each do. They count up to `most` times as often as errors. */
+ * many times that those of each do. They count up to `most` times as often as errors; 0: errors are not counted more often. */
 double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double g, double most, double *of);
 
 #endif

@@ -130,8 +130,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   flesh_energy_watch_add_work(watch, step->from, step->to, step->stage->t, work, !step->second || step->stages);
   if (step->stages) flesh_energy_watch_begin(watch, step->to, step->power);
   if (!status && !step->stages && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
-    status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0,
-                                       &part);
+    status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0, &part);
     watch->balance.supplied += step->second ? part / 2 : part;
   }
   if (status) watch->known = 0;
