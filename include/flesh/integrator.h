@@ -31,7 +31,9 @@ extern "C" {
   ROW(RUNGE_KUTTA, runge_kutta, "runge-kutta", 3,                                                  \
       "diagonally implicit Runge-Kutta methods of several stages (table), each solved as a step "  \
       "of backward Euler; with a tolerance their local error chooses the steps")                   \
-  ROW(IDA, ida, "ida", 0, "IDA's variable steps and orders up to max_order")
+  ROW(IDA, ida, "ida", 0,                                                                          \
+      "IDA's variable steps and orders up to max_order; stiff bodies that nothing holds may err "  \
+      "by tens of tolerances")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
