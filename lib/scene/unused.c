@@ -174,6 +174,11 @@ static int contracts(const flesh_scene *scene, const flesh_effect_entry *entry)
   return is_positive(entry, "peak_stress");
 }
 
+static int shortens(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  return moves(scene) && is_positive(entry, "peak_stress");
+}
+
 /* The fluid of a drag moves, or the body does. */
 static int streams(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
@@ -217,8 +222,7 @@ static const struct {
     {"settling_damping", NULL, has_speeds, "an equilibrium has no velocities"},
     {"drag", NULL, streams, "an equilibrium has no velocities, and the fluid has none"},
     {"muscle", "activation", contracts, "peak_stress is 0: there is no active part"},
-    {"muscle", "max_shortening_velocity", contracts, "peak_stress is 0: there is no active part"},
-    {"muscle", "max_shortening_velocity", has_speeds, "an equilibrium has no velocities"},
+    {"muscle", "max_shortening_velocity", shortens, "it is for muscles with an active part (peak_stress > 0), in motion"},
 };
 
 static int warn_of_effect(flesh_scene *scene, const flesh_effect_entry *entry)
