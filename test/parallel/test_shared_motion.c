@@ -3,37 +3,9 @@
 /* test_shared_motion.c: motions of bodies that are shared out among ranks: adaptive methods and orders against another
  * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all` also what takes
  * long. */
-#include "ranks.h"
+#include "shared_body.h"
 
 #include "motion_reference.h"
-
-/* The body as a whole, which every rank has, and this rank's part of it. */
-typedef struct bodies {
-  flesh_mesh *mesh;
-  flesh_rank_part *part;
-  test_body whole, own;
-} bodies;
-
-static void open_body(bodies *b, flesh_mesh *mesh, flesh_material material, flesh_mass mass, double gravity, int holds)
-{
-  *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh)};
-  for (int k = 0; k < 2; k++) {
-    test_body *body = k ? &b->own : &b->whole;
-    CHECK_OK(test_body_create(k ? (flesh_mesh *)flesh_rank_part_mesh(b->part) : mesh, material, 1000, mass, 1, body));
-    if (k) CHECK_OK(flesh_system_set_part(body->system, b->part));
-    if (gravity != 0) CHECK_OK(test_body_gravity(body, 0, 0, -gravity));
-    if (holds) CHECK_OK(test_body_clamp(body, 1e-9));
-    CHECK_OK(flesh_system_finalize(body->system));
-  }
-}
-
-static void close_body(bodies *b)
-{
-  b->own.mesh = NULL; /* the part's */
-  test_body_destroy(&b->own);
-  test_body_destroy(&b->whole);
-  flesh_rank_part_destroy(&b->part);
-}
 
 /* The part's state becomes that of the whole's start; and the other way round. */
 static void take(const bodies *b, const flesh_state *whole, flesh_state *own)

@@ -1,39 +1,11 @@
 // TEST full memory needs=ranks ranks=1,2,3,5
 /* test_shared_untangle.c: tangles of a body that is shared out among ranks: they are found as on one rank, are left through
  * softer materials, and stay where that fails, on all ranks alike. */
-#include "ranks.h"
+#include "shared_body.h"
 
 #include "body.h"
 #include "time/recovery/lay_out.h"
 #include "time/recovery/winding.h"
-
-/* The body as a whole, which every rank has, and this rank's part of it. */
-typedef struct bodies {
-  flesh_mesh *mesh;
-  flesh_rank_part *part;
-  test_body whole, own;
-} bodies;
-
-static void open_body(bodies *b, flesh_mesh *mesh, flesh_material material, int holds)
-{
-  *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh)};
-  for (int k = 0; k < 2; k++) {
-    test_body *body = k ? &b->own : &b->whole;
-    CHECK_OK(test_body_create(k ? (flesh_mesh *)flesh_rank_part_mesh(b->part) : mesh, material, 1000, FLESH_MASS_LUMPED, 1,
-                              body));
-    if (k) CHECK_OK(flesh_system_set_part(body->system, b->part));
-    if (holds) CHECK_OK(test_body_clamp(body, 1e-9));
-    CHECK_OK(flesh_system_finalize(body->system));
-  }
-}
-
-static void close_body(bodies *b)
-{
-  b->own.mesh = NULL; /* the part's */
-  test_body_destroy(&b->own);
-  test_body_destroy(&b->whole);
-  flesh_rank_part_destroy(&b->part);
-}
 
 /* This rank's part of a vector of the whole. */
 static void take(const flesh_rank_part *part, const double *whole, double *own)
@@ -210,7 +182,7 @@ static flesh_solver_options options_of_bar(void)
 static void open_tangled_bar(bodies *b)
 {
   flesh_solve_stats stats;
-  open_body(b, test_box(9, 3, 3, 1, 1. / 3, 1. / 3), test_material(FLESH_ENERGY_S, 0.49), 1);
+  open_body(b, test_box(9, 3, 3, 1, 1. / 3, 1. / 3), test_material(FLESH_ENERGY_S, 0.49), FLESH_MASS_LUMPED, 0, 1);
   double *x = b->whole.state.x;
   for (int d = 0; d < b->whole.n; d += 3) x[d] = -x[d];
   take(b->part, x, b->own.state.x);
@@ -329,7 +301,7 @@ static void points_come_back(void)
   bodies b;
   flesh_solve_stats stats;
   double sizes[2][3] = {{0}};
-  open_body(&b, two_boxes(), test_material(FLESH_ENERGY_E, 0.3), 0);
+  open_body(&b, two_boxes(), test_material(FLESH_ENERGY_E, 0.3), FLESH_MASS_LUMPED, 0, 0);
   const int nodes = NODES;
   const double *X = flesh_mesh_positions(b.mesh);
   for (int i = 0; i < 2 * nodes; i++) /* the second one upside down, at x = 12 */

@@ -19,19 +19,6 @@ static void find_second_order(void)
       second_order[second_order_count++] = (flesh_method)m;
 }
 
-/* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
-static void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
-{
-  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, mass, 1, b));
-  CHECK_OK(test_body_gravity(b, 0, 0, -2));
-  CHECK_OK(test_body_clamp(b, 1e-9));
-  CHECK_OK(flesh_system_finalize(b->system));
-  for (int i = 0; i < b->n / 3; i++) {
-    double X = flesh_mesh_positions(b->mesh)[3 * i];
-    b->state.v[3 * i + 2] = 0.2 * X * X;
-  }
-}
-
 static double order_of(const test_body *b, flesh_method method, double end, const flesh_state *exact, int coarsest)
 {
   enum { RUNS = 4 };
