@@ -396,30 +396,28 @@ static void check_close(check *c)
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) flesh_free(vectors[k]);
 }
 
-int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const flesh_mesh *mesh, double t,
-                                           const double *x, unsigned long long seed,
-                                           flesh_derivative_report *report, int *zero)
+int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const flesh_mesh *mesh, double t, const double *x,
+                                           unsigned long long seed, flesh_derivative_report *report, int *zero)
 {
-  *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
-                                      .evaluate = {NAN, NAN}};
+  *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN}, .evaluate = {NAN, NAN}};
   int status = flesh_effect_check_mesh(effect, mesh);
   if (status) return status;
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
-  check c = {.effect = effect,
-             .unknowns = 3 * (size_t)info.nodes,
-             .edge = info.edge_mean,
-             .t = t,
-             .x = x,
-             .random = seed,
-             .zero = effect->operations->residual != NULL};
+  check c = {.effect = effect, .unknowns = 3 * (size_t)info.nodes, .edge = info.edge_mean, .t = t, .x = x,
+             .random = seed, .zero = effect->operations->residual != NULL};
   const unsigned long said = flesh_fail_count();
   status = check_open(&c, mesh);
   if (!status) {
     randomize(&c, c.v, c.edge);
     randomize(&c, c.a, c.edge);
-    randomize(&c, c.x_lag, 0.1 * c.edge);
-    for (size_t d = 0; d < c.unknowns; d++) c.x_lag[d] += x[d];
+    /* The lagged state inverts no tet where the point does not, as energies may have no value there. */
+    const double before = flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL);
+    double size = 0.2 * c.edge;
+    do {
+      randomize(&c, c.x_lag, size /= 2);
+      for (size_t d = 0; d < c.unknowns; d++) c.x_lag[d] += x[d];
+    } while (before > 0 && size > 1e-9 * c.edge && flesh_mesh_jacobian_bounds(mesh, c.x_lag, NULL, NULL, NULL) <= 0);
     randomize(&c, c.v_lag, c.edge);
     randomize(&c, c.w, 0.1 * c.edge);
     choose_multipliers(&c, flesh_mesh_tet_count(mesh));

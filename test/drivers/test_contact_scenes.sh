@@ -175,10 +175,22 @@ END
     has stdout.txt 'contact .* 0.0e+00  zero$'
 }
 
+# So is damping by the current stiffness of an energy that has a value where J > 0 alone, in a body with small tets, too.
+a_crumb_beside_a_bar_checks() {
+  "$flesh" mesh box --cells 3,1,1 --size 3,1,1 --out bar.mesh >/dev/null &&
+    "$flesh" mesh box --cells 1,1,1 --size 1/20,1/20,1/20 --out crumb.mesh >/dev/null && cat >crumb.yaml <<'END' || return 1
+body: {mesh: bar.mesh, material: {energy: B, young: 1e5, poisson: 0.4}}
+bodies: [{name: crumb, mesh: crumb.mesh, translation: [0, 0, 9]}]
+effects: [inertia: {}, damping: {stiffness: 0.001, stiffness_at: current}]
+time: {end: 1}
+END
+  expect 0 "$flesh" check crumb.yaml && has stdout.txt 'damping .* pass'
+}
+
 case ${1-} in
 fast) run_tests fast_sheets_end_their_steps; exit ;;
 esac
 run_tests loose_tolerances_gain_no_energy jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball \
-  a_scene_that_touches_checks bodies_are_told_to_pass_through_each_other \
+  a_scene_that_touches_checks a_crumb_beside_a_bar_checks bodies_are_told_to_pass_through_each_other \
   bodies_that_begin_crossed_are_refused bodies_that_begin_crossed_are_let_apart gaps_that_never_close_are_told \
   a_scene_with_contact_repeats bad_contacts_are_refused
