@@ -50,15 +50,10 @@ static int command_bind(int argc, char **argv)
 }
 
 /* A state file on a mesh, without a run. */
-static int apply_to_state(const flesh_mesh *mesh, const char *path, flesh_skin_frames *frames)
+static int read_state(const flesh_mesh *mesh, const char *path, flesh_state *state)
 {
-  const int nodes = flesh_mesh_node_count(mesh);
-  flesh_state state;
-  int status = flesh_state_make(nodes, 0, 0, &state);
-  if (!status) status = flesh_state_read(path, nodes, &state);
-  if (!status) status = flesh_skin_frames_add(frames, 0, &state);
-  free(state.x);
-  return status;
+  const int nodes = flesh_mesh_node_count(mesh), status = flesh_state_make(nodes, 0, 0, state);
+  return status ? status : flesh_state_read(path, nodes, state);
 }
 
 static int apply_to_run(flesh_run_folder *run, flesh_skin_frames *frames)
@@ -108,6 +103,7 @@ static int command_apply(int argc, char **argv)
   flesh_surface *surface = NULL;
   flesh_skin *skin = NULL;
   flesh_skin_frames *frames = NULL;
+  flesh_state state = {0};
   int status =
       mesh_path ? flesh_mesh_read(mesh_path, &own) : flesh_run_folder_open(argv[3], &run);
   if (status && !mesh_path && !flesh_path_stat(argv[3], &info) && S_ISREG(info.st_mode))
@@ -115,11 +111,12 @@ static int command_apply(int argc, char **argv)
   const flesh_mesh *mesh = own ? own : run.scene ? flesh_scene_mesh(run.scene) : NULL;
   if (!status) status = flesh_surface_read(argv[2], &surface);
   if (!status) status = flesh_skin_read(argv[1], mesh, surface, &skin);
+  if (!status && own) status = read_state(own, argv[3], &state); /* before the folder's older frames go */
   flesh_folder_claim claim = {.descriptor = -1};
   if (!status) status = spare_surface(argv[2], out);
   if (!status) status = flesh_output_claim(out, "skin apply", &claim);
   if (!status) status = flesh_skin_frames_create(out, skin, surface, formats, 1, &frames);
-  if (!status) status = own ? apply_to_state(own, argv[3], frames) : apply_to_run(&run, frames);
+  if (!status) status = own ? flesh_skin_frames_add(frames, 0, &state) : apply_to_run(&run, frames);
   if (status) flesh_skin_frames_abandon(&frames);
   else status = flesh_skin_frames_close(&frames);
   flesh_folder_claim_release(&claim);
@@ -130,6 +127,7 @@ static int command_apply(int argc, char **argv)
   flesh_surface_destroy(&surface);
   flesh_mesh_destroy(&own);
   flesh_run_folder_close(&run);
+  free(state.x);
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
