@@ -1,4 +1,4 @@
-# TEST quick program needs=flesh
+# TEST full memory program needs=flesh
 # TEST name=test_report_comparisons full memory program needs=flesh args: comparisons
 # test_command_report.sh: `flesh report`: what it embeds is what the results hold, and what it cannot use it refuses.
 # FLESH names the program. With `comparisons` the reports of all kinds of studies alone, which are computed first.

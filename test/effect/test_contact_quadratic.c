@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_contact_quadratic.c: contact and friction of ten-node tets, whose faces are four triangles each: what their nodes
  * bear adds up to the area, and blocks rest and slide as they should. */
 #include "body.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_impacts.c: bodies that meet obstacles under methods whose balance lies before the end of a step: ends are out of
  * the obstacle at a cost that is bounded, momentum along a smooth plane is kept, and the method goes on from the right
  * acceleration; or spurious energy ends the run at once, with cause, place and time. */

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_weld_breaks.c: welds that break: where, when, what is released and kept; refused steps, states, compression. */
 #include "temporary.h" /* first */
 #include "effect/effect.h"

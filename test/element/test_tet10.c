@@ -1,4 +1,4 @@
-// TEST quick seconds=120
+// TEST full memory seconds=120
 /* test_tet10.c: the batched kernels of ten-node tets (elasticity's, damping's, viscosity's, mass's), with every set of
  * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in
  * any order; tiles and threads; what is refused. */

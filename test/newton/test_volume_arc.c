@@ -1,4 +1,4 @@
-// TEST quick seconds=60 builds=plain
+// TEST full seconds=60
 /* test_volume_arc.c: Newton's iteration of nearly incompressible ten-node tets from rest: how many iterations it takes,
  * however large Poisson's ratio is, and that the preconditioner is made anew where the body has turned. */
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-// TEST quick seconds=120 builds=plain,threads
+// TEST full seconds=120
 /* test_incompressible_motion.c: incompressible bodies in motion: volumes, momenta and energy are kept, methods have their
  * orders, states go on. */
 #include "temporary.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=5
+// TEST full memory seconds=5
 /* test_tets.c: what a constant of each single tet changes: the sum is that of the constant of all, a tet's is that of a scene
  * in which it alone differs (body.material_map), and adjoints by it are gradients. */
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// TEST quick seconds=10
+// TEST full memory seconds=10
 /* test_ahead.c: states between the ends of steps that errors choose: how few steps they take, what they are off by, and
  * when there are none. */
 #include "busy_bar.h"

@@ -1,4 +1,4 @@
-// TEST quick seconds=60
+// TEST full memory seconds=60
 /* test_saved.c: what an integrator remembers goes through bytes: a motion whose integrator is replaced after every step by
  * a new one that loads what the last one saved has the same bits and counts; what cannot be loaded is refused. */
 #include <stdlib.h>
