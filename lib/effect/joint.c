@@ -6,9 +6,9 @@
 #include <stdlib.h>
 
 #include "base/error.h"
-#include "effect/effect.h"
 #include "base/memory.h"
 #include "effect/carried_point.h"
+#include "effect/effect.h"
 #include "effect/ties.h"
 #include "math/mat3.h"
 

@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "effect/effect.h"
 #include "base/memory.h"
 #include "effect/carried_point.h"
+#include "effect/effect.h"
 #include "effect/rank_share.h"
 #include "element/body.h"
 #include "flesh/effects.h"

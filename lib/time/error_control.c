@@ -58,7 +58,9 @@ static const double of_prescribed = 12;
 static const double least_error = 1e-6;      /* that lengthens a step */
 static const double least_power = 0.1;
 static const double rounded = 0.01; /* of what is brief: a shorter step that is not judged is of rounding, and the next doubled */
-enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 }; /* of `gains`, and of the powers of `deeper` */
+/* A refusal by energy adds REFUSAL to `gains`, which as many steps without a refusal take away again. DEEPEST: the highest power
+ * of `deeper`. */
+enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 };
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
