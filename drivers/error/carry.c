@@ -51,8 +51,9 @@ static int keep_whole_edges(const flesh_mesh *mesh, int *count, int *nodes)
 }
 
 /* Makes a set of the nodes that a selection takes by place or number; of its regions the tets stay what they are. */
-static int carry_selection(carry *c, const flesh_selection *selection, const char *path)
+static int carry_selection(void *data, const flesh_selection *selection, const char *path)
 {
+  carry *c = data;
   flesh_selection by_place = *selection;
   char name[48];
   int set, count, *nodes;
@@ -80,30 +81,30 @@ static int carry_selection(carry *c, const flesh_selection *selection, const cha
   return status ? status : override(c, path, "set", name);
 }
 
-/* Carries the selections of a mapping with these keys, whose values are in `target`. A selection's keys begin with its box. */
-static int carry_keys(carry *c, const flesh_key *keys, const void *target, const char *path)
+/* Sees the selections of a mapping with these keys, whose values are in `target`. A selection's keys begin with its box. */
+static int see_keys(const flesh_key *keys, const void *target, const char *path, flesh_error_see *see, void *data)
 {
   int status = FLESH_OK;
   for (; keys && keys->name && !status; keys++) {
     const char *value = (const char *)target + keys->offset;
     if (keys->type == FLESH_KEY_BOX && !strcmp(keys->name, "box") && keys[1].name && !strcmp(keys[1].name, "sphere"))
-      status = carry_selection(c, (const flesh_selection *)(const void *)value, path);
+      status = see(data, (const flesh_selection *)(const void *)value, path);
     else if (keys->type == FLESH_KEY_OBJECT && strcmp(keys->name, "sphere")) {
       char *below = flesh_text_new("%s.%s", path, keys->name);
-      status = below ? carry_keys(c, keys->children, value, below) : flesh_no_memory();
+      status = below ? see_keys(keys->children, value, below, see, data) : flesh_no_memory();
       free(below);
     }
   }
   return status;
 }
 
-static int carry_effects(carry *c)
+int flesh_error_selections(const flesh_scene *scene, flesh_error_see *see, void *data)
 {
-  const flesh_effect_entry *entries = c->scene->keys.effects.values;
+  const flesh_effect_entry *entries = scene->keys.effects.values;
   int status = FLESH_OK;
-  for (int k = 0; k < c->scene->keys.effects.count && !status; k++) {
+  for (int k = 0; k < scene->keys.effects.count && !status; k++) {
     if (!entries[k].path || !entries[k].node) continue;
-    status = carry_keys(c, entries[k].row->keys, entries[k].parameters, entries[k].path);
+    status = see_keys(entries[k].row->keys, entries[k].parameters, entries[k].path, see, data);
   }
   return status;
 }
@@ -126,7 +127,7 @@ int flesh_error_carry(const flesh_scene *scene, int quiet, flesh_overrides *over
   carry c = {.scene = scene, .overrides = overrides, .quiet = quiet};
   *mesh = NULL;
   int status = flesh_mesh_sets_append(&c.sets, &given->sets, &(flesh_mesh_sets_map){0});
-  if (!status) status = carry_effects(&c);
+  if (!status) status = flesh_error_selections(scene, carry_selection, &c);
   if (!status) status = carry_probes(&c);
   flesh_mesh_sets_settle(&c.sets);
   if (!status)

@@ -4,6 +4,11 @@
 
 #include "cli/overrides.h"
 #include "flesh/scene.h"
+#include "scene/selection.h"
+
+/* Calls `see` with each selection of nodes or faces that the scene's effects make, and its path, until one fails. */
+typedef int flesh_error_see(void *data, const flesh_selection *selection, const char *path);
+int flesh_error_selections(const flesh_scene *scene, flesh_error_see *see, void *data);
 
 /* Copies the scene's mesh, with a named set for each selection by box, sphere or numbers of nodes that its effects and
  * probes make, and adds to `overrides` what makes them select that set instead. So a refined mesh (flesh_mesh_refine_marked)

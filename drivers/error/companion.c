@@ -8,7 +8,11 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
+#include "error/carry.h"
 #include "error/cut.h"
+#include "mesh/edges.h"
+#include "mesh/mesh.h"
+#include "mesh/pieces.h"
 #include "run/runner.h"
 #include "scene/scene.h"
 #include "system/system.h"
@@ -19,6 +23,8 @@ static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_
 static const double of_shorter_steps = 2.5, of_shorter_steps_of_bdf2 = 3, of_newmark = 2, of_tolerance = 2.75;
 /* A smaller tolerance, as a share. */
 static const double tolerance_share = 0.25;
+/* A box that ends beyond a node by less than this share of an edge means the node's plane. */
+static const double least_end = 0.05;
 /* Fewer steps say nothing of an order. */
 enum { LEAST_STEPS = 12 };
 
@@ -169,40 +175,47 @@ static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
   }
 }
 
-/* Least and largest coordinates of the nodes that are held in a direction. */
-static int find_held(const flesh_scene *scene, double box[3][2][3])
+typedef struct ends {
+  const flesh_mesh *mesh;
+  char *words; /* [FLESH_ERROR_WORDS] on a selection that ends within tets; "" */
+} ends;
+
+/* Whether the selection has one end of this half of an edge, or of a whole one, and goes on along it. What ends sooner after
+ * the node means its plane. */
+static int goes_on(const flesh_selection *selection, const double *p, const double *q)
 {
-  const int nodes = flesh_mesh_node_count(scene->mesh);
-  const double *X = flesh_mesh_positions(scene->mesh);
-  uint8_t *fixed = calloc(3 * (size_t)nodes + 1, 1);
-  if (!fixed) return flesh_no_memory();
-  flesh_system_fixed(scene->system, scene->start.t, fixed);
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++) box[c][0][d] = INFINITY, box[c][1][d] = -INFINITY;
-  for (int i = 0; i < 3 * nodes; i++)
-    for (int d = 0; d < 3 && fixed[i]; d++) {
-      box[i % 3][0][d] = fmin(box[i % 3][0][d], X[i - i % 3 + d]);
-      box[i % 3][1][d] = fmax(box[i % 3][1][d], X[i - i % 3 + d]);
+  double x[3];
+  for (int c = 0; c < 3; c++) x[c] = p[c] + least_end * (q[c] - p[c]);
+  return flesh_selection_contains(selection, p) && flesh_selection_contains(selection, x) &&
+         !flesh_selection_contains(selection, q);
+}
+
+static int see_ends(void *data, const flesh_selection *selection, const char *path)
+{
+  const ends *e = data;
+  const double *X = e->mesh->positions;
+  int n[10], is_within = 0;
+  for (int t = 0; t < e->mesh->tets && !is_within; t++) {
+    const int middles = flesh_mesh_tet_nodes(e->mesh, t, n) > 4;
+    for (int k = 0; k < 12; k++) {
+      const int *corners = flesh_edge_corners[k / 2], p = n[corners[k % 2]], q = n[middles ? 4 + k / 2 : corners[1 - k % 2]];
+      is_within |= goes_on(selection, X + 3 * (size_t)p, X + 3 * (size_t)q) ||
+                   (middles && goes_on(selection, X + 3 * (size_t)q, X + 3 * (size_t)p));
     }
-  free(fixed);
+  }
+  if (is_within)
+    snprintf(e->words, FLESH_ERROR_WORDS, "%.200s ends within tets: on another mesh it acts on another part of the body", path);
   return FLESH_OK;
 }
 
-/* A pin by a box that cuts tets holds another region on another mesh, which no difference of results can tell apart from
- * the mesh's error. */
-static int check_held(const flesh_scene *scene, flesh_error_judge *judge)
+/* A box or sphere that ends within tets holds or loads other parts on other meshes, which differences of results tell apart
+ * from the mesh's error, or see at all, by chance. */
+static int check_ends(const flesh_scene *scene, flesh_error_judge *judge)
 {
-  double own[3][2][3], other[3][2][3], far = 0;
-  flesh_mesh_info info;
-  flesh_mesh_inspect(scene->mesh, &info);
-  int status = find_held(scene, own);
-  if (!status) status = find_held(judge->companions[0].scene, other);
-  for (int k = 0; k < 18 && !status; k++) {
-    const double a = (&own[0][0][0])[k], b = (&other[0][0][0])[k];
-    if (a != b) far = fmax(far, fabs(a - b));
-  }
-  if (far > 1e-6 * info.edge_mean)
-    refuse(judge, "what is pinned has another extent on the coarser mesh, as its selection cuts through tets");
+  char words[FLESH_ERROR_WORDS] = "";
+  int status = flesh_error_selections(scene, see_ends, &(ends){scene->mesh, words});
+  if (!status) status = flesh_error_selections(scene, see_ends, &(ends){judge->companions[0].scene->mesh, words});
+  if (*words) refuse(judge, words);
   return status;
 }
 
@@ -219,7 +232,7 @@ static int check_cut(const flesh_scene *scene, flesh_error_judge *judge)
   return FLESH_OK;
 }
 
-static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_judge *judge)
+static int read_scenes(const char *path, flesh_error_judge *judge)
 {
   int status = FLESH_OK;
   for (int k = 0; k < judge->count && !status; k++) {
@@ -231,9 +244,7 @@ static int read_scenes(const flesh_scene *scene, const char *path, flesh_error_j
     refuse(judge, flesh_error_text());
     status = FLESH_OK;
   }
-  return status || !judge->count || scene->keys.body.refine == judge->companions[0].scene->keys.body.refine
-             ? status
-             : check_held(scene, judge);
+  return status;
 }
 
 int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_kind kind,
@@ -241,7 +252,8 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
 {
   if (kind == FLESH_ERROR_STEP) choose_step(scene, &judges[kind]);
   else choose_mesh(scene, judges[FLESH_ERROR_STEP].count > 1, &judges[kind]);
-  const int status = read_scenes(scene, path, &judges[kind]);
+  int status = read_scenes(path, &judges[kind]);
+  if (!status && kind == FLESH_ERROR_MESH && judges[kind].count) status = check_ends(scene, &judges[kind]);
   return status || kind == FLESH_ERROR_STEP || !judges[kind].count ? status : check_cut(scene, &judges[kind]);
 }
 

@@ -84,11 +84,17 @@ static int check(const flesh_selection *selection, const flesh_body *body, named
   return FLESH_OK;
 }
 
+int flesh_selection_contains(const flesh_selection *selection, const double p[3])
+{
+  const double *box = selection->box, *centre = selection->sphere.centre, radius = selection->sphere.radius;
+  const double d[3] = {p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
+  return (p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] && p[1] <= box[4] && p[2] <= box[5]) ||
+         d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius;
+}
+
 /* Marks the nodes in the box, the sphere, the list and the set; a node between two of the list is of the list. */
 static void mark(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, uint8_t *chosen)
 {
-  const double *box = selection->box, *centre = selection->sphere.centre,
-               radius = selection->sphere.radius, *X = flesh_mesh_positions(mesh);
   for (int k = 0; k < selection->nodes.count; k++) {
     const int node = selection->nodes.values[k];
     const int own = mesh->split ? flesh_split_part_find(mesh->split, mesh->nodes, node) : node;
@@ -97,16 +103,8 @@ static void mark(const flesh_selection *selection, const flesh_mesh_set *set, co
   for (size_t i = 0; mesh->ends && selection->nodes.count && i < (size_t)mesh->nodes; i++)
     chosen[i] |= chosen[mesh->ends[2 * i]] & chosen[mesh->ends[2 * i + 1]];
   for (int k = 0; set && k < set->nodes.count; k++) chosen[set->nodes.values[k]] = 1;
-  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
-    const double *p = X + 3 * i;
-    if (has_box(selection) && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
-        p[1] <= box[4] && p[2] <= box[5])
-      chosen[i] = 1;
-    if (has_sphere(selection)) {
-      double d[3] = {p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
-      if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius) chosen[i] = 1;
-    }
-  }
+  for (int i = 0; i < mesh->nodes; i++)
+    if (flesh_selection_contains(selection, mesh->positions + 3 * (size_t)i)) chosen[i] = 1;
 }
 
 /* Whether a tet's nodes or faces are chosen by what it is of. */

@@ -47,6 +47,9 @@ extern const flesh_key flesh_sphere_keys[];
 /* Whether anything is given. */
 int flesh_selection_is_given(const flesh_selection *selection);
 
+/* Whether the box or the sphere does, bounds included. */
+int flesh_selection_contains(const flesh_selection *selection, const double p[3]);
+
 /* The mesh's set of that name into *set; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none, with the names of
  * those that there are. */
 int flesh_selection_set(const char *name, const flesh_mesh *mesh, const flesh_mesh_set **set);

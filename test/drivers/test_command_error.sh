@@ -174,12 +174,17 @@ no_bar_is_said() {
   ! grep -q 'clamp.stress_xx_error_mesh' linear_motion/probes.csv || return 1
   expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set time.end=1/10 --error --out short || return 1
   said short mesh '"no coarser mesh" in no_bar and companions == []' && said short step '"twelve steps" in no_bar' || return 1
-  # A pin that ends within the coarser mesh's tets.
-  expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out cut \
-    --set 'effects.pin.box=[[-1, -1, -1], [0.3, 2, 2]]' || return 1
-  said cut mesh '"pinned" in no_bar and "cuts through tets" in no_bar' || return 1
+  # A pin or a load that ends within tets, of the coarser mesh alone too, and where both meshes hold as much.
+  for set in 'pin.box=[[-1, -1, -1], [0.25, 2, 2]]' 'pin.box=[[-1, -1, -1], [0.6, 2, 2]]' 'pin={sphere: {centre: [0, .5, .5], radius: .9}}'; do
+    expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out cut --set "effects.$set" ||
+      return 1
+    said cut mesh '".pin ends within tets" in no_bar' || return 1
+  done
+  expect 0 "$flesh" run still.yaml --error --out cut \
+    --set 'effects[2]={traction: {box: [[1.6, -1, 0.9], [9, 2, 2]], traction: [0, 0, 7]}}' || return 1
+  said cut mesh '"effects[2].traction ends within tets" in no_bar' || return 1
   # Ten-node tets on the coarser mesh have the nodes of four-node ones on the finer.
-  expect 0 "$flesh" run still.yaml --set body.refine=1 --error --out cut --set 'effects.pin.box=[[-1, -1, -1], [0.6, 2, 2]]' ||
+  expect 0 "$flesh" run still.yaml --set body.refine=1 --error --out cut --set 'effects.pin.box=[[-1, -1, -1], [0.51, 2, 2]]' ||
     return 1
   said cut mesh '"better answer" in compared_with' && said cut tip.position_z 'error_mesh > 0' || return 1
   # A violent motion, of which steps of these lengths show no order.
