@@ -43,6 +43,13 @@ static int has_own_material(const flesh_scene *s)
   while (of && tet < flesh_mesh_tet_count(s->mesh) && of[tet] != 0) tet++;
   return tet < flesh_mesh_tet_count(s->mesh);
 }
+/* Whether a tet has the body's density, and not one of a region or another body alone. */
+static int has_own_density(const flesh_scene *s)
+{
+  int tet = 0;
+  while (!s->mesh->split && tet < flesh_mesh_tet_count(s->mesh) && s->body.density[tet] != s->keys.body.density) tet++;
+  return tet < flesh_mesh_tet_count(s->mesh);
+}
 static int has_start_velocity(const flesh_scene *s) { return is_static(s) || !s->keys.start.state; }
 static int has_places(const flesh_scene *s)
 {
@@ -69,6 +76,7 @@ static const struct {
     {"time", {"step"}, takes_steps, "an equilibrium in which nothing changes with time takes one step"},
     {"body", {"mass"}, moves, "nothing accelerates in an equilibrium, and gravity pulls alike"},
     {"body", {"material"}, has_own_material, "regions and bodies have materials of their own"},
+    {"body", {"density"}, has_own_density, "regions and bodies have densities of their own"},
     {"start", {"velocity"}, moves, "an equilibrium has no velocities"},
     {"start", {"velocity"}, has_start_velocity, "start.state has velocities"},
     {"solver", {"linear_tolerance", "max_linear", "preconditioner"}, has_pcg, "it is for linear_solver pcg"},
