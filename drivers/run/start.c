@@ -38,7 +38,8 @@ int flesh_start_check(const flesh_scene *scene)
   const flesh_scene_time *time = flesh_scene_times(scene);
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, time));
   const double t = scene->start.t;
-  const int status = flesh_run_check_times(time->step, time->end, 0, t, t);
+  const int single = flesh_run_is_single(scene->system, time->method);
+  const int status = flesh_run_check_times(single, time->step, time->end, 0, t, t);
   return status ? flesh_node_fail_within(status, place, "time.end: ") : FLESH_OK;
 }
 

@@ -128,7 +128,10 @@ const flesh_state *flesh_integrator_stage(const flesh_integrator *integrator, co
  * Owned by the integrator. */
 flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 
-/* FLESH_ERR_ARGUMENT where a run cannot go from `t` to `end` in steps of h, of which `step` from `begin` have led to t. */
-int flesh_run_check_times(double h, double end, int step, double begin, double t);
+/* Whether a run is one step from its start to its end, whatever h is: an equilibrium in which nothing changes with time. */
+int flesh_run_is_single(const flesh_system *system, flesh_method method);
+/* FLESH_ERR_ARGUMENT where a run, of a `single` step or not, cannot go from `t` to `end` in steps of h, of which `step` from
+ * `begin` have led to t. */
+int flesh_run_check_times(int single, double h, double end, int step, double begin, double t);
 
 #endif

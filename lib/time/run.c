@@ -167,8 +167,7 @@ static int explain(watch *w, const flesh_integrator *integrator, const flesh_sta
 static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double start, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
-  int single =
-      flesh_integrator_method(integrator) == FLESH_METHOD_STATIC && !flesh_system_moves(w->system);
+  const int single = flesh_run_is_single(w->system, flesh_integrator_method(integrator));
   double end = options->end;
   int done = single ? *steps > 0 : state->t >= end, status = FLESH_OK;
   flesh_solve_stats stats = {0};
@@ -200,12 +199,17 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
   return status;
 }
 
-int flesh_run_check_times(double h, double end, int step, double begin, double t)
+int flesh_run_is_single(const flesh_system *system, flesh_method method)
+{
+  return method == FLESH_METHOD_STATIC && !flesh_system_moves(system);
+}
+
+int flesh_run_check_times(int single, double h, double end, int step, double begin, double t)
 {
   if (!(h > 0) || !isfinite(h)) return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
   if (!isfinite(end) || end < t)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the end is %g s; it must not lie before the start at %g s", end, t);
-  if ((end - begin) / h >= INT_MAX)
+  if (!single && (end - begin) / h >= INT_MAX)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%g s in steps of %g s are %.3g steps; at most %d can be taken", end - begin, h,
                       (end - begin) / h, INT_MAX - 1);
   if (step < 0 || !(begin <= t) || (step == 0 && begin != t))
@@ -238,7 +242,8 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   if (integrator->evaluation->system != system)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is made for another system");
   int status = check_observers(options);
-  if (!status) status = flesh_run_check_times(options->h, options->end, from.step, from.begin, state->t);
+  const int single = flesh_run_is_single(system, flesh_integrator_method(integrator));
+  if (!status) status = flesh_run_check_times(single, options->h, options->end, from.step, from.begin, state->t);
   if (!status) status = flesh_evaluation_check_state(integrator->evaluation, state);
   if (status) return status;
   *steps = from.step;

@@ -182,7 +182,8 @@ more_steps_than_can_be_counted_are_refused() {
   scene long '  - inertia: {}' 'step: 1/60, end: 1e10'
   expect 2 "$flesh" run long.yaml --out long --no-frames || return 1
   has stderr.txt 'long.yaml:7:25: time.end: 1e+10 s .* 6e+11 steps; at most 2147483646 can be taken' && [ ! -e long ] &&
-    ! grep steps\ to\ t stdout.txt
+    ! grep steps\ to\ t stdout.txt || return 1
+  scene single '  - pin: {box: [[-1, -1, -1], [1, 1, 1e-9]]}' 'step: 1e-12, end: 1' && expect 0 "$flesh" run single.yaml --out single --no-frames
 }
 
 # `flesh check` says what `flesh run` does before its first step.
