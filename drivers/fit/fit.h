@@ -6,13 +6,12 @@
 #include <gsl/gsl_matrix.h>
 #include <jansson.h>
 
-#include "fit/statistics.h"
 #include "plot/curves.h"
 #include "study/fingerprint.h"
 #include "study/settings.h"
 #include "study/study.h"
 
-enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400 };
+enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400, FLESH_FIT_SENTENCE = 600 };
 
 /* Tables of a run whose numbers are compared with measured ones, in the order of the spec's keys. */
 typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_FIT_OF_POSITIONS } flesh_fit_table;
@@ -116,18 +115,19 @@ typedef struct flesh_fit {
 int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
 void flesh_fit_describe_keys(FILE *stream);
-/* Whether an experiment's scene takes start, from and to of a key, as far as they are finite and have a place in the spec, and
- * numbers that are not whole. */
-int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
-                           const flesh_node *const places[3]);
+/* Whether an experiment's scene takes a parameter's start, from and to as a key, as far as they are finite and have a place in
+ * the spec (of the start, that of its key `start`), and numbers that are not whole. */
+int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
+                           const flesh_fit_parameter *parameter, const char *start);
 
-/* Reads the measured file of an experiment whose scene is given. `columns` is a list of names or NULL; the deviation is NaN
- * where columns of the file say it. */
+/* Keys of a file of measurements. `columns` is a list of names or NULL; the deviation is NaN where columns of the
+ * file say it. */
 typedef struct flesh_fit_measured_keys {
   const char *paths[3]; /* by flesh_fit_table; one is not NULL */
   const flesh_node *columns, *place;
   double deviation, weight;
 } flesh_fit_measured_keys;
+/* Reads the file, of an experiment whose scene is given. */
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
                             flesh_fit_measured *measured);
 
@@ -187,6 +187,8 @@ int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *
 
 /* The i-th of all measured numbers. */
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
+/* The entry of `jacobian` [count * keys], derivatives at p, that is number i's by q of key k, over the number's deviation. */
+double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacobian, int i, int k);
 /* Its residual over its deviation, and the sum of the squares of `count` of them. */
 double flesh_fit_residual(const flesh_fit *fit, int i, const double *values);
 double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values);
@@ -248,9 +250,34 @@ int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
 int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found);
 void flesh_fit_found_close(flesh_fit_found *found);
 
+/* A direction in which the Jacobian's columns, each of length 1, have a singular value below this share of the largest is
+ * not determined: differences of solves leave as much. */
+static const double flesh_fit_least_share = 1e-5;
+/* Changes of a combination that are a smaller share of its largest are left out. */
+static const double flesh_fit_small_share = 1e-2;
+
+/* The error of a parameter; NaN where it is not determined or stays at a bound. */
+typedef struct flesh_fit_error {
+  double standard, low, high; /* standard error in the parameter's unit; ends of the 95 % interval */
+} flesh_fit_error;
+
+typedef struct flesh_fit_statistics {
+  int count;      /* keys */
+  int freedom;    /* degrees of freedom: measured numbers less parameters that are free and determined */
+  double squares; /* sum of squared residuals, each over its deviation */
+  double scale;   /* root of squares / freedom: residuals, in the stated deviations; NaN without freedom */
+  double quantile; /* of Student's t at 97.5 % */
+  flesh_fit_error *errors;
+  double *covariance;  /* [count * count] in the parameters' units; NaN where not determined */
+  double *correlation; /* [count * count] */
+  int sentence_count;
+  char (*sentences)[FLESH_FIT_SENTENCE]; /* what is, and what is not determined */
+} flesh_fit_statistics;
+
 /* Finds the errors of the keys, and of a map's tets, and what the measurements do not determine. FLESH_ERR_MEMORY; of a map
  * also the errors of runs and solves. */
 int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
+void flesh_fit_statistics_close(flesh_fit_statistics *statistics);
 /* Adds a sentence (printf format). */
 void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Says which of n parameters of these names a change by shares [n], which changes nothing, has: one alone, a product, a ratio,

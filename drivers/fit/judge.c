@@ -1,7 +1,5 @@
 /* judge.c: standard errors, intervals and correlation by the linearised model (Seber & Wild 2003, sections 2.1 and
  * 5.1), and in words what the measurements do not determine. */
-#include "fit/statistics.h"
-
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_errno.h>
 #include <math.h>
@@ -30,14 +28,9 @@ typedef struct judging {
 /* Decomposes the Jacobian by q, each residual over its deviation. */
 static void decompose(judging *j)
 {
-  const int n = j->fit->key_count;
-  for (int c = 0; c < j->n; c++) {
-    const int k = j->list[c];
-    const double slope = flesh_fit_slope(&j->fit->parameters[k], j->found->p[k]);
+  for (int c = 0; c < j->n; c++)
     for (int i = 0; i < j->fit->count; i++)
-      gsl_matrix_set(j->svd.U, (size_t)i, (size_t)c, j->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * slope /
-                                                         flesh_fit_datum_at(j->fit, i)->deviation);
-  }
+      gsl_matrix_set(j->svd.U, (size_t)i, (size_t)c, flesh_fit_by_q(j->fit, j->found->p, j->found->jacobian, i, j->list[c]));
   flesh_fit_svd_decompose(&j->svd);
   j->null_count = j->n - j->svd.rank;
 }

@@ -168,12 +168,8 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
 /* The scenes take the constant with the start and the bounds. */
 static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
 {
-  const flesh_fit_parameter *of = &fit->map->of;
-  const double values[] = {of->start, of->from, of->to};
-  const flesh_node *const places[] = {flesh_node_find(of->place, "constant"), flesh_node_find(of->place, "from"),
-                                      flesh_node_find(of->place, "to")};
-  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", of->key);
-  return key ? flesh_fit_check_values(fit, e, key, values, places) : flesh_no_memory();
+  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", fit->map->of.key);
+  return key ? flesh_fit_check_values(fit, e, key, &fit->map->of, "constant") : flesh_no_memory();
 }
 
 int flesh_fit_map_prepare(flesh_fit *fit)

@@ -84,16 +84,18 @@ static double next_to(const double values[3])
   return values[0] != 0 ? next : copysign(DBL_MIN, next);
 }
 
-int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key, const double values[3],
-                           const flesh_node *const places[3])
+int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
+                           const flesh_fit_parameter *parameter, const char *start)
 {
+  const double values[] = {parameter->start, parameter->from, parameter->to};
+  const char *const names[] = {start, "from", "to"};
   const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : flesh_no_memory();
   if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
   for (int v = 0; v < 4 && !status; v++) {
     char number[FLESH_NUMBER_SIZE];
     const double value = v < 3 ? values[v] : next_to(values);
-    const flesh_node *place = places[v % 3];
+    const flesh_node *place = flesh_node_find(parameter->place, names[v % 3]);
     if (!place || !isfinite(value)) continue;
     overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(value, number));
     status = overrides[e->set.count] ? flesh_settings_check(place, e->scene, e->set.count + 1, overrides) : flesh_no_memory();
@@ -139,6 +141,12 @@ const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i)
       i -= m->count;
     }
   return NULL;
+}
+
+double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacobian, int i, int k)
+{
+  return jacobian[(size_t)i * (size_t)fit->key_count + (size_t)k] * flesh_fit_slope(&fit->parameters[k], p[k]) /
+         flesh_fit_datum_at(fit, i)->deviation;
 }
 
 double flesh_fit_residual(const flesh_fit *fit, int i, const double *values)

@@ -65,15 +65,12 @@ static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
 {
   searching *s = data;
   double p[FLESH_FIT_PARAMETERS];
-  const int code = evaluate(x, s, s->jacobian), n = s->fit->parameter_count;
+  const int code = evaluate(x, s, s->jacobian);
   place(s, x, p);
   if (!code && s->failed) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
   for (int i = 0; i < s->count && !s->status; i++)
-    for (int j = 0; j < s->free_count; j++) {
-      const int k = s->list[j];
-      gsl_matrix_set(J, (size_t)i, (size_t)j, s->jacobian[(size_t)i * (size_t)n + (size_t)k] *
-                     flesh_fit_slope(&s->fit->parameters[k], p[k]) / flesh_fit_datum_at(s->fit, i)->deviation);
-    }
+    for (int j = 0; j < s->free_count; j++)
+      gsl_matrix_set(J, (size_t)i, (size_t)j, flesh_fit_by_q(s->fit, p, s->jacobian, i, s->list[j]));
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
@@ -109,11 +106,9 @@ static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors
 /* Half the derivative of the sum of squares by q_k at the last accepted parameters. */
 static double gradient(const searching *s, int k)
 {
-  const int n = s->fit->parameter_count;
   double sum = 0;
   for (int i = 0; i < s->count; i++)
-    sum += s->found->jacobian[(size_t)i * (size_t)n + (size_t)k] * flesh_fit_residual(s->fit, i, s->found->values) /
-           flesh_fit_datum_at(s->fit, i)->deviation;
+    sum += flesh_fit_by_q(s->fit, s->found->p, s->found->jacobian, i, k) * flesh_fit_residual(s->fit, i, s->found->values);
   return sum;
 }
 

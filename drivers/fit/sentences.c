@@ -1,6 +1,4 @@
 /* sentences.c: sentences of what the measurements do not determine. */
-#include "fit/statistics.h"
-
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>

@@ -11,19 +11,12 @@
 #include "run/provenance.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
-#include "study/keyed_text.h"
 
 /* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */
 static const double newton_tolerance = 1e-8;
 
 static const char *const spacings[] = {"linear", "logarithmic", NULL};
 static const char *const derivatives[] = {"tangents", "differences", NULL};
-
-typedef struct measured_keys {
-  char *probes, *history, *positions;
-  const flesh_node *columns;
-  double deviation, weight;
-} measured_keys;
 
 typedef struct experiment_keys {
   char *name, *scene;
@@ -40,13 +33,13 @@ typedef struct fit_keys {
   double tolerance;
 } fit_keys;
 
-#define AT(member) .offset = offsetof(measured_keys, member)
+#define AT(member) .offset = offsetof(flesh_fit_measured_keys, member)
 static const flesh_key measured_table[] = {
-    {.name = "probes", .type = FLESH_KEY_PATH, AT(probes), .default_value = "",
+    {.name = "probes", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_PROBES]), .default_value = "",
      .doc = "CSV with columns of probes.csv: t [s], tip.position_z [m]; without t, one row of the end"},
-    {.name = "history", .type = FLESH_KEY_PATH, AT(history), .default_value = "",
+    {.name = "history", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_HISTORY]), .default_value = "",
      .doc = "instead of probes: CSV with columns of history.csv"},
-    {.name = "positions", .type = FLESH_KEY_PATH, AT(positions), .default_value = "",
+    {.name = "positions", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_POSITIONS]), .default_value = "",
      .doc = "instead of probes: CSV of positions at the end, x,y,z, of nodes (column node, from 0) or of points of the body "
             "at rest (columns X,Y,Z) or at most a quarter of an edge outside"},
     {.name = "columns", .type = FLESH_KEY_TREE, AT(columns), .default_value = "",
@@ -66,7 +59,7 @@ static const flesh_key experiment_table[] = {
     {.name = "set", .type = FLESH_KEY_TREE, AT(set), .default_value = "",
      .doc = "a mapping of values by the scene's keys: {time.end: 1}"},
     {.name = "measured", .type = FLESH_KEY_OBJECTS, AT(measured), .children = measured_table,
-     .child_size = sizeof(measured_keys), .doc = "files of measurements"},
+     .child_size = sizeof(flesh_fit_measured_keys), .doc = "files of measurements"},
     {.name = "derivatives", .type = FLESH_KEY_CHOICE, AT(differences), .choices = derivatives, .default_value = "tangents",
      .doc = "by tangents where the scene has them, a linear solve for each nonlinear one and parameter; or by differences of two "
             "runs for each parameter, which are cheaper in motions damped by the current stiffness"},
@@ -154,7 +147,7 @@ static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experi
 
 static int read_measured(flesh_fit *fit, const experiment_keys *keys, const flesh_scene *scene, flesh_fit_experiment *e)
 {
-  const measured_keys *rows = keys->measured.values;
+  flesh_fit_measured_keys *rows = keys->measured.values;
   e->measured = flesh_arena_take(&fit->arena, sizeof *e->measured * (size_t)keys->measured.count);
   if (!e->measured) return flesh_no_memory();
   if (!keys->measured.count)
@@ -162,10 +155,8 @@ static int read_measured(flesh_fit *fit, const experiment_keys *keys, const fles
   int status = FLESH_OK;
   e->first = fit->count;
   for (int k = 0; k < keys->measured.count && !status; k++) {
-    const flesh_fit_measured_keys one = {.paths = {rows[k].probes, rows[k].history, rows[k].positions},
-                                         .columns = rows[k].columns, .place = item_of(e->place, "measured", k),
-                                         .deviation = rows[k].deviation, .weight = rows[k].weight};
-    status = flesh_fit_measured_read(&fit->arena, scene, &one, &e->measured[k]);
+    rows[k].place = item_of(e->place, "measured", k);
+    status = flesh_fit_measured_read(&fit->arena, scene, &rows[k], &e->measured[k]);
     if (!status) e->measured_count++, e->count += e->measured[k].count;
   }
   fit->count += e->count;
@@ -259,12 +250,9 @@ static int choose_experiments(flesh_fit *fit, int k)
 static int check_key(flesh_fit *fit, int k)
 {
   const flesh_fit_parameter *p = &fit->parameters[k];
-  const double values[] = {p->start, p->from, p->to};
-  const flesh_node *const places[] = {flesh_node_find(p->place, "start"), flesh_node_find(p->place, "from"),
-                                      flesh_node_find(p->place, "to")};
   int status = FLESH_OK;
   for (int e = 0; e < fit->experiment_count && !status; e++)
-    if (fit->experiments[e].acts[k]) status = flesh_fit_check_values(fit, &fit->experiments[e], p->key, values, places);
+    if (fit->experiments[e].acts[k]) status = flesh_fit_check_values(fit, &fit->experiments[e], p->key, p, "start");
   return status;
 }
 
@@ -347,14 +335,9 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
 
 int flesh_fit_read(const char *path, flesh_fit *fit)
 {
-  size_t size;
   flesh_node *root = NULL;
   fit_keys keys = {0}; /* members that are no keys, too */
-  fit->path = flesh_arena_print(&fit->arena, "%s", path);
-  if (!fit->path) return flesh_no_memory();
-  int status = flesh_file_load(path, &fit->text, &size);
-  if (status) return status;
-  const flesh_keyed_text text = {fit->path, fit->text, size, "the spec"};
-  status = flesh_keyed_text_read(&fit->arena, &text, fit_table, &root, &keys);
+  fit->path = path;
+  const int status = flesh_spec_read(&fit->arena, &fit->path, &fit->text, fit_table, &root, &keys);
   return status ? status : make(fit, &keys, root);
 }

@@ -10,7 +10,7 @@
 #include "base/scan.h"
 #include "scene/effect_list.h"
 #include "study/embedded.h"
-#include "study/keyed_text.h"
+#include "study/settings.h"
 
 /* Cases of a file; letters of a name; columns of a line of a scene. */
 enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };

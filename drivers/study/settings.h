@@ -1,12 +1,26 @@
-/* settings.h: what specs share that set keys of scenes: values as --set takes them, and whether scenes take them. */
+/* settings.h: what specs share: files of YAML that a table of keys (base/key.h) describes, values of keys of scenes as --set
+ * takes them, and whether scenes take them. */
 #ifndef FLESH_STUDY_SETTINGS_H
 #define FLESH_STUDY_SETTINGS_H
 
 #include <sha256.h>
 #include <stdio.h>
 
-#include "base/key.h"
-#include "scene/node.h"
+#include "scene/keys.h"
+
+typedef struct flesh_keyed_text {
+  const char *path; /* named in sentences; paths within the text are relative to its folder */
+  const char *text;
+  size_t size;
+  const char *what; /* "the spec" */
+} flesh_keyed_text;
+
+/* Reads the text's mapping into `target`. Gives the text's tree in *root, for what the table cannot check; both live in
+ * the arena. FLESH_ERR_ARGUMENT with file, line, key, value and what is valid. */
+int flesh_keyed_text_read(flesh_arena *arena, const flesh_keyed_text *text, const flesh_key *keys, flesh_node **root,
+                          void *target);
+/* Reads a spec so; *path and *text, new, become those of the file. FLESH_ERR_FILE too. */
+int flesh_spec_read(flesh_arena *arena, const char **path, char **text, const flesh_key *keys, flesh_node **root, void *target);
 
 /* Keys and their values, "key=value", with the places of the values in the spec. */
 typedef struct flesh_settings {

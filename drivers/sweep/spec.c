@@ -9,7 +9,6 @@
 #include "base/scan.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
-#include "study/keyed_text.h"
 #include "study/settings.h"
 #include "sweep/spec.h"
 
@@ -269,16 +268,10 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
 
 int flesh_sweep_read(const char *path, flesh_sweep *sweep)
 {
-  size_t size;
   flesh_node *root = NULL;
   spec s;
-  *sweep = (flesh_sweep){0};
-  sweep->path = flesh_arena_print(&sweep->arena, "%s", path);
-  if (!sweep->path) return flesh_no_memory();
-  int status = flesh_file_load(path, &sweep->text, &size);
-  if (status) return status;
-  const flesh_keyed_text text = {sweep->path, sweep->text, size, "the spec"};
-  status = flesh_keyed_text_read(&sweep->arena, &text, flesh_sweep_spec_table, &root, &s);
+  *sweep = (flesh_sweep){.path = path};
+  const int status = flesh_spec_read(&sweep->arena, &sweep->path, &sweep->text, flesh_sweep_spec_table, &root, &s);
   return status ? status : make(sweep, &s, root);
 }
 
