@@ -77,11 +77,10 @@ typedef struct flesh_accuracy_value {
 /* NaN where there is none. */
 typedef struct flesh_accuracy_figures {
   int status;
-  long steps, rejected, residuals, assemblies, newton, linear;
-  double cpu_s, wall_s_median, wall_s_min; /* of the integration alone, without output */
-  flesh_accuracy_errors errors;            /* against the reference; below its uncertainty NaN */
-  double gain; /* energy that nothing put in, over that of the motion (flesh_energy_balance) */
-  int below;                               /* 1: error_position_rms is below it */
+  flesh_accuracy_cost cost;         /* of the first run, but the least CPU time */
+  double wall_s_median, wall_s_min; /* of the integration alone, without output */
+  flesh_accuracy_errors errors;     /* against the reference; below its uncertainty NaN */
+  int below;                        /* 1: error_position_rms is below it */
   double difference; /* other prices: position rms against the same run solved tightly [m] */
   double estimate;   /* sources: position rms [m] by its own last change */
   double took_s;     /* sources, meshes */
@@ -169,11 +168,10 @@ typedef struct flesh_accuracy_plan {
 
 /* Reads a scene with the overrides of the command line alone. */
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene);
-/* The plan's overrides and those of the row's method, step, tolerance and extra value; to be closed. */
+/* The plan's overrides and those of the row's method, step, tolerance, extra value and mesh; to be closed. */
 void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
-/* Reads the row's scene: the plan's with the row's method, step, tolerance and extra value. */
-int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
-                        flesh_scene **scene);
+/* Reads the row's scene with these. */
+int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene);
 /* The `flesh run` command that repeats the row. Returns new; NULL without memory. */
 char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
 

@@ -97,13 +97,10 @@ static int hold_out(const flesh_system *system, const flesh_accuracy_measure *me
   *errors = (flesh_accuracy_errors){0};
   int status = flesh_accuracy_track_open(1, track->unknowns, &one);
   for (int k = stride; !status && k < (coarse.count - 1) * 2 * stride; k += 2 * stride) {
-    const size_t at = (size_t)k * (size_t)track->unknowns;
-    const flesh_accuracy_state truth = {track->x + at, track->energy[k], track->volume[k]};
     *one.t = track->t[k];
     if (!interpolate(&coarse, measure, track->t[k], one.x, one.v)) continue;
     status = flesh_accuracy_track_evaluate(system, &one);
-    const flesh_accuracy_state guess = {one.x, *one.energy, *one.volume};
-    if (!status) flesh_accuracy_compare_states(measure, scale, &guess, &truth, errors);
+    if (!status) flesh_accuracy_compare_times(measure, scale, &one, 0, track, k, errors);
   }
   flesh_accuracy_track_close(&one);
   return status;

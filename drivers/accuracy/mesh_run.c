@@ -18,22 +18,6 @@ static int first_of(const flesh_accuracy_plan *plan) { return flesh_accuracy_slo
 static const flesh_accuracy_row *row_of(const flesh_accuracy_plan *plan, int k) { return &plan->rows[first_of(plan) + k]; }
 static int is_complete(const flesh_accuracy_row *row) { return row->done && !row->figures.status; }
 
-/* The row's scene: its file with the plan's values, and the row's. */
-static int read_scene(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)
-{
-  flesh_overrides overrides;
-  char number[32];
-  *scene = NULL;
-  if (row->method < 0) flesh_overrides_copy(&overrides, &plan->options.overrides.texts);
-  else flesh_accuracy_overrides(plan, row, &overrides);
-  snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : plan->meshes.own_refine));
-  if (!row->source || row->refine) flesh_overrides_add(&overrides, "body.refine", number);
-  flesh_overrides_add(&overrides, "body.element", flesh_element_name((flesh_element)row->element));
-  const int status = flesh_overrides_read(&overrides, flesh_accuracy_scene_of(plan, row), scene);
-  flesh_overrides_close(&overrides);
-  return status;
-}
-
 static void describe(const flesh_scene *scene, flesh_accuracy_figures *f)
 {
   f->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
@@ -51,10 +35,10 @@ int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
   const int keep = row->group == FLESH_ACCURACY_RESOLUTION;
   flesh_scene *scene = NULL;
   flesh_accuracy_sampler sampler = {0};
-  int status = read_scene(plan, row, &scene);
+  int status = flesh_accuracy_read(plan, row, &scene);
   if (!status) describe(scene, &row->figures);
   if (!status && keep) status = flesh_accuracy_sampler_open(plan, scene, &sampler);
-  if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &sampler : NULL, &row->figures.cpu_s);
+  if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &sampler : NULL, &row->figures.cost.cpu_s);
   if (!status && keep) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &sampler.track);
   flesh_accuracy_sampler_close(&sampler);
   flesh_scene_destroy(&scene);
@@ -173,16 +157,10 @@ static int find_limit(finding *f, int element, json_t *to)
   return status;
 }
 
-/* How far the track is at most from the position it is at for ever: `x` [unknowns]. */
-static int apart_from(const finding *f, const flesh_accuracy_track *track, int times, const double *x, double *apart)
+/* How far the track's first times are at most from where the scene starts. */
+static double distance_from_start(const finding *f, const flesh_accuracy_track *track, int times)
 {
-  flesh_accuracy_track still = {0}, part = *track;
-  const int status = flesh_accuracy_track_open(part.times = times, part.unknowns, &still);
-  for (int t = 0; t < still.times; t++)
-    memcpy(still.x + (size_t)t * (size_t)still.unknowns, x, sizeof(double) * (size_t)still.unknowns);
-  if (!status) *apart = flesh_accuracy_apart(&f->plan->measure, &part, &still);
-  flesh_accuracy_track_close(&still);
-  return status;
+  return flesh_accuracy_apart_from(&f->plan->measure, track, times, f->plan->measure.start);
 }
 
 /* Reads the states. A coarser scene that starts elsewhere, as one does that has a start state of its own, is another
@@ -192,13 +170,10 @@ static int read_tracks(finding *f)
   const double same = 0.01; /* of the motion */
   int status = FLESH_OK;
   for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
-    double first, whole;
     if (!is_complete(row_of(f->plan, k))) continue;
     status = flesh_accuracy_track_read(flesh_accuracy_states_path(f->plan, first_of(f->plan) + k), &f->tracks[k]);
     if (status || !row_of(f->plan, k)->source || f->plan->meshes.shared < 0) continue;
-    status = apart_from(f, &f->tracks[k], 1, f->plan->measure.start, &first);
-    if (!status) status = apart_from(f, &f->tracks[k], f->tracks[k].times, f->plan->measure.start, &whole);
-    f->elsewhere[k] = !status && first > same * whole;
+    f->elsewhere[k] = distance_from_start(f, &f->tracks[k], 1) > same * distance_from_start(f, &f->tracks[k], f->tracks[k].times);
   }
   return status;
 }
@@ -215,13 +190,13 @@ static int judge(finding *f, json_t *to)
   }
   if (status || !first) return status;
   const flesh_accuracy_track *reference = &f->limits[first];
-  double motion = 0, apart = second ? flesh_accuracy_apart(&f->plan->measure, reference, &f->limits[second]) : 0;
+  const double motion = distance_from_start(f, reference, reference->times);
+  double apart = second ? flesh_accuracy_apart(&f->plan->measure, reference, &f->limits[second]) : 0;
   const double uncertainty = fmax(apart, f->change[first]);
-  status = apart_from(f, reference, reference->times, f->plan->measure.start, &motion);
   json_array_append_new(to, json_pack("{ss ss sf sf sf}", "first", flesh_element_name((flesh_element)first), "second",
                                       second ? flesh_element_name((flesh_element)second) : "", "apart", apart, "uncertainty",
                                       uncertainty, "motion", motion));
-  for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
+  for (int k = 0; k < f->plan->meshes.row_count; k++) {
     if (!f->tracks[k].times || f->elsewhere[k]) continue;
     const double error = flesh_accuracy_apart(&f->plan->measure, &f->tracks[k], reference);
     json_array_append_new(to, json_pack("{si sf sb}", "mesh", k, "error", error / motion, "below", error <= uncertainty));

@@ -46,11 +46,21 @@ static const char *const tight[][2] = {{"solver.newton_tolerance", "1e-12"}, {"s
                                        {"solver.max_newton", "100"},         {"solver.max_cutbacks", "8"},
                                        {"solver.line_search", "potential"},  {"solver.accept_unconverged", "false"}};
 
+static void add_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
+{
+  char number[32];
+  snprintf(number, sizeof number, "%d", row->refine + (row->source ? 0 : plan->meshes.own_refine));
+  if (!row->source || row->refine) flesh_overrides_add(all, "body.refine", number);
+  flesh_overrides_add(all, "body.element", flesh_element_name((flesh_element)row->element));
+}
+
 void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   char order[16];
   flesh_overrides_copy(all, &plan->options.overrides.texts);
+  if (row->group == FLESH_ACCURACY_RESOLUTION || row->group == FLESH_ACCURACY_TIMING) add_mesh(plan, row, all);
+  if (row->method < 0) return;
   flesh_overrides_add(all, "time.method", method->scene);
   flesh_overrides_add(all, "time.step", row->step.text);
   if (method->adaptive && *row->tolerance.text) {
@@ -120,8 +130,7 @@ int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char
   return flesh_overrides_read(&plan->options.overrides, path, scene);
 }
 
-int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
-                        flesh_scene **scene)
+int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)
 {
   flesh_overrides all;
   flesh_accuracy_overrides(plan, row, &all);
@@ -161,11 +170,10 @@ const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const fle
 }
 
 const flesh_accuracy_figures flesh_accuracy_unknown = {.status = FLESH_ERR_INTERRUPTED,
-                                                       .cpu_s = NAN,
+                                                       .cost = {.cpu_s = NAN, .wall_s = NAN, .gain = NAN},
                                                        .wall_s_median = NAN,
                                                        .wall_s_min = NAN,
                                                        .errors = {NAN, NAN, NAN, NAN, NAN},
-                                                       .gain = NAN,
                                                        .difference = NAN,
                                                        .estimate = NAN,
                                                        .took_s = NAN,

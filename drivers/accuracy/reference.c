@@ -17,11 +17,6 @@
 
 enum { COLUMNS = 3, LEVELS = 14 };
 
-typedef struct task {
-  const flesh_accuracy_plan *plan;
-  const flesh_accuracy_source *way;
-} task;
-
 /* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either.
  */
 static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser,
@@ -37,11 +32,10 @@ static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_
 }
 
 /* One integration of the source at a level. */
-static int run_level(const task *given, int level, double max_seconds, flesh_accuracy_track *track,
-                     flesh_accuracy_row *row, flesh_accuracy_cost *cost)
+static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, int level, double max_seconds,
+                     flesh_accuracy_track *track, flesh_accuracy_row *row, flesh_accuracy_cost *cost)
 {
-  const flesh_accuracy_plan *plan = given->plan;
-  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(given->way->method), .tight = 1};
+  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(way->method), .tight = 1};
   int adaptive = flesh_accuracy_methods[row->method].adaptive;
   /* Fixed steps begin with a quarter of the interval between the times, or of the longest of --steps. */
   row->step.value = adaptive ? plan->grid.interval : fmin(plan->grid.interval, plan->grid.longest) / ldexp(4, level);
@@ -82,10 +76,8 @@ static void close_room(room *r)
 }
 
 /* Refines until the change is below the target, grows again (rounding) or the time is spent. */
-static int refine(const task *given, room *r, flesh_accuracy_figures *result)
+static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, room *r, flesh_accuracy_figures *result)
 {
-  const flesh_accuracy_plan *plan = given->plan;
-  const flesh_accuracy_source *way = given->way;
   double started = flesh_wall_seconds(), last = 0;
   /* A thousandth of the smallest error that is asked for. */
   double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
@@ -99,7 +91,7 @@ static int refine(const task *given, room *r, flesh_accuracy_figures *result)
     flesh_accuracy_cost cost;
     /* Two levels are needed for an estimate: they take what they take. */
     double most = level < 2 ? plan->max_seconds : left + plan->reference_seconds;
-    status = run_level(given, level, most, &r->row[0], &row, &cost);
+    status = run_level(plan, way, level, most, &r->row[0], &row, &cost);
     if (status) break;
     last = cost.wall_s;
     int best = -1;
@@ -149,11 +141,11 @@ static int finish(const flesh_accuracy_plan *plan, int number, room *r)
 
 int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number)
 {
-  const task given = {plan, &flesh_accuracy_sources[number - flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE)]};
+  const flesh_accuracy_source *way = &flesh_accuracy_sources[number - flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE)];
   flesh_accuracy_figures *f = &plan->rows[number].figures;
   room r = {0};
-  int status = open_room(plan, given.way->stride ? COLUMNS : 1, &r);
-  if (!status) status = refine(&given, &r, f);
+  int status = open_room(plan, way->stride ? COLUMNS : 1, &r);
+  if (!status) status = refine(plan, way, &r, f);
   if (!status && !isfinite(f->estimate))
     status = flesh_fail(FLESH_ERR_BUDGET, "%g s do not suffice for two levels of refinement; --reference-seconds gives more",
                         plan->max_seconds);

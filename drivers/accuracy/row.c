@@ -44,9 +44,7 @@ static int compare(judge_of_run *j, const flesh_accuracy_track *with, flesh_accu
   *j->then.t = *j->now.t;
   if (!flesh_accuracy_track_at(with, &plan->measure, *j->now.t, j->then.x, j->then.v)) return FLESH_OK;
   int status = flesh_accuracy_track_evaluate(flesh_scene_system(j->scene), &j->then);
-  const flesh_accuracy_state now = {j->now.x, *j->now.energy, *j->now.volume};
-  const flesh_accuracy_state then = {j->then.x, *j->then.energy, *j->then.volume};
-  if (!status) flesh_accuracy_compare_states(&plan->measure, &plan->reference.scale, &now, &then, errors);
+  if (!status) flesh_accuracy_compare_times(&plan->measure, &plan->reference.scale, &j->now, 0, &j->then, 0, errors);
   return status;
 }
 
@@ -63,12 +61,6 @@ static int judge_see(void *data, const flesh_state *state)
   return status;
 }
 
-typedef struct task {
-  const flesh_accuracy_plan *plan;
-  const flesh_accuracy_track *reference, *tight; /* tight: NULL for the methods' work */
-  const flesh_accuracy_row *row;
-} task;
-
 /* Runs it again and again: without --repeat short runs more often than long ones. */
 static int enough(const flesh_accuracy_plan *plan, int count, double spent)
 {
@@ -77,24 +69,19 @@ static int enough(const flesh_accuracy_plan *plan, int count, double spent)
   return count >= (plan->quick ? 1 : 3) && (spent > 0.2 || count >= 20);
 }
 
-static int run_repeats(const task *given, const flesh_scene *scene, const flesh_accuracy_watch *watch,
-                       flesh_accuracy_figures *f)
+static int run_repeats(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, const flesh_scene *scene,
+                       const flesh_accuracy_watch *watch, flesh_accuracy_figures *f)
 {
   enum { MOST = 100 };
-  const flesh_accuracy_plan *plan = given->plan;
   double walls[MOST], cpus[MOST], spent = 0;
   int count = 0;
   for (; count < MOST && !enough(plan, count, spent); count++) {
-    const char *steps = flesh_accuracy_steps_path(plan, given->row);
+    const char *steps = flesh_accuracy_steps_path(plan, row);
     flesh_accuracy_cost cost;
     /* The first is watched, the others have only their times. */
     int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, count || !*steps ? NULL : steps,
                                           count ? NULL : watch, &cost);
-    if (!count) {
-      f->steps = cost.steps, f->rejected = cost.rejected, f->residuals = cost.residuals;
-      f->assemblies = cost.assemblies, f->newton = cost.newton, f->linear = cost.linear;
-      f->gain = cost.gain, f->cpu_s = cost.cpu_s, f->wall_s_median = f->wall_s_min = cost.wall_s;
-    }
+    if (!count) f->cost = cost, f->wall_s_median = f->wall_s_min = cost.wall_s;
     if (status) return status;
     walls[count] = cost.wall_s;
     cpus[count] = cost.cpu_s;
@@ -102,7 +89,7 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
   }
   qsort(walls, (size_t)count, sizeof *walls, flesh_compare_double);
   qsort(cpus, (size_t)count, sizeof *cpus, flesh_compare_double);
-  f->cpu_s = cpus[0];
+  f->cost.cpu_s = cpus[0];
   f->wall_s_min = walls[0];
   f->wall_s_median = (walls[(count - 1) / 2] + walls[count / 2]) / 2;
   return FLESH_OK;
@@ -166,14 +153,14 @@ static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, f
   return status;
 }
 
-static int run_and_judge(const task *given, flesh_accuracy_figures *f)
+static int run_and_judge(const flesh_accuracy_work *given, const flesh_accuracy_row *row, flesh_accuracy_figures *f)
 {
   flesh_scene *scene = NULL;
   judge_of_run judged = {0};
   const flesh_accuracy_watch watch = {judge_see, &judged, 1};
-  int status = flesh_accuracy_read(given->plan, given->row, &scene);
+  int status = flesh_accuracy_read(given->plan, row, &scene);
   if (!status) status = judge_open(given->plan, given->reference, given->tight, scene, &judged);
-  if (!status) status = run_repeats(given, scene, &watch, f);
+  if (!status) status = run_repeats(given->plan, row, scene, &watch, f);
   if (!status) judge(given->plan, &judged, f);
   judge_close(&judged);
   flesh_scene_destroy(&scene);
@@ -185,14 +172,14 @@ int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_ac
   flesh_accuracy_plan plan = *given->plan; /* this process's */
   const flesh_accuracy_row *row = &given->plan->rows[number];
   flesh_accuracy_track reference = {0}, tight = {0};
-  task t = {&plan, given->reference, row->group == FLESH_ACCURACY_WORK ? NULL : given->tight, row};
+  flesh_accuracy_work own = {&plan, given->reference, given->tight};
   int status = FLESH_OK;
   if (!given->reference) {
     status = read_made(&plan, row, &reference, &tight);
-    t.reference = &reference;
-    t.tight = row->group == FLESH_ACCURACY_WORK ? NULL : &tight;
+    own.reference = &reference, own.tight = &tight;
   }
-  if (!status) status = run_and_judge(&t, f);
+  if (row->group == FLESH_ACCURACY_WORK) own.tight = NULL;
+  if (!status) status = run_and_judge(&own, row, f);
   flesh_accuracy_track_close(&reference);
   flesh_accuracy_track_close(&tight);
   return status;

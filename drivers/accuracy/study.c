@@ -20,15 +20,16 @@
 
 #define FIGURE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_figures, member)}
 static const flesh_study_field fields[] = {
-    FIGURE(INT, "status_code", status), FIGURE(LONG, "steps", steps), FIGURE(LONG, "rejected", rejected),
-    FIGURE(LONG, "residual_evaluations", residuals), FIGURE(LONG, "hessian_assemblies", assemblies),
-    FIGURE(LONG, "newton", newton), FIGURE(LONG, "linear_iterations", linear), FIGURE(DOUBLE, "cpu_s", cpu_s),
+    FIGURE(INT, "status_code", status), FIGURE(LONG, "steps", cost.steps), FIGURE(LONG, "rejected", cost.rejected),
+    FIGURE(LONG, "residual_evaluations", cost.residuals), FIGURE(LONG, "hessian_assemblies", cost.assemblies),
+    FIGURE(LONG, "newton", cost.newton), FIGURE(LONG, "linear_iterations", cost.linear), FIGURE(DOUBLE, "cpu_s", cost.cpu_s),
     FIGURE(DOUBLE, "wall_s_median", wall_s_median), FIGURE(DOUBLE, "wall_s_min", wall_s_min),
     FIGURE(DOUBLE, "error_position_rms", errors.position_rms), FIGURE(DOUBLE, "error_position_max", errors.position_max),
     FIGURE(DOUBLE, "error_tip", errors.tip), FIGURE(DOUBLE, "error_volume", errors.volume),
-    FIGURE(DOUBLE, "energy_drift", errors.energy), FIGURE(DOUBLE, "energy_gain", gain), FIGURE(INT, "below_reference", below),
-    FIGURE(DOUBLE, "difference", difference), FIGURE(DOUBLE, "estimate", estimate), FIGURE(DOUBLE, "took_s", took_s),
-    FIGURE(INT, "tet_count", tets), FIGURE(INT, "node_count", nodes), FIGURE(DOUBLE, "largest_poisson", poisson), {0}};
+    FIGURE(DOUBLE, "energy_drift", errors.energy), FIGURE(DOUBLE, "energy_gain", cost.gain),
+    FIGURE(INT, "below_reference", below), FIGURE(DOUBLE, "difference", difference), FIGURE(DOUBLE, "estimate", estimate),
+    FIGURE(DOUBLE, "took_s", took_s), FIGURE(INT, "tet_count", tets), FIGURE(INT, "node_count", nodes),
+    FIGURE(DOUBLE, "largest_poisson", poisson), {0}};
 /* In the order of the values of make_case. */
 static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "method", .key = "--methods"},
@@ -51,10 +52,9 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_accuracy_plan *plan = plan_of(data);
   const flesh_accuracy_row *row = &plan->rows[number];
-  const char *const values[COLUMNS] = {flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting,
-                                       row->inputs ? row->inputs : ""};
-  *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row)};
-  memcpy(made->values, values, sizeof values);
+  *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row),
+                             .values = {flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting,
+                                        row->inputs ? row->inputs : ""}};
   return FLESH_OK;
 }
 

@@ -237,20 +237,21 @@ static void grow(double *most, double value)
   if (!isnan(*most) && !(fabs(value) <= fabs(*most))) *most = value;
 }
 
-void flesh_accuracy_compare_states(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
-                                   const flesh_accuracy_state *state, const flesh_accuracy_state *reference,
-                                   flesh_accuracy_errors *errors)
+void flesh_accuracy_compare_times(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
+                                  const flesh_accuracy_track *track, int k, const flesh_accuracy_track *reference, int at,
+                                  flesh_accuracy_errors *errors)
 {
+  const double *x = track->x + (size_t)k * (size_t)track->unknowns;
+  const double *true_x = reference->x + (size_t)at * (size_t)reference->unknowns;
   double largest, tip2 = 0;
   int node;
-  double rms = distance(measure, state->x, reference->x, &largest, &node);
-  for (int c = 3 * scale->tip; c < 3 * scale->tip + 3; c++)
-    tip2 += (state->x[c] - reference->x[c]) * (state->x[c] - reference->x[c]);
+  double rms = distance(measure, x, true_x, &largest, &node);
+  for (int c = 3 * scale->tip; c < 3 * scale->tip + 3; c++) tip2 += (x[c] - true_x[c]) * (x[c] - true_x[c]);
   grow(&errors->position_rms, rms);
   grow(&errors->position_max, largest);
   grow(&errors->tip, sqrt(tip2));
-  grow(&errors->volume, fabs(state->volume - reference->volume) / measure->rest_volume);
-  grow(&errors->energy, (state->energy - reference->energy) / scale->energy);
+  grow(&errors->volume, fabs(track->volume[k] - reference->volume[at]) / measure->rest_volume);
+  grow(&errors->energy, (track->energy[k] - reference->energy[at]) / scale->energy);
 }
 
 void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
@@ -258,12 +259,17 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_track *reference, flesh_accuracy_errors *errors)
 {
   *errors = (flesh_accuracy_errors){0};
-  for (int k = 0; k < track->times; k++) {
-    const size_t at = (size_t)k * (size_t)track->unknowns;
-    const flesh_accuracy_state a = {track->x + at, track->energy[k], track->volume[k]};
-    const flesh_accuracy_state b = {reference->x + at, reference->energy[k], reference->volume[k]};
-    flesh_accuracy_compare_states(measure, scale, &a, &b, errors);
-  }
+  for (int k = 0; k < track->times; k++) flesh_accuracy_compare_times(measure, scale, track, k, reference, k, errors);
+}
+
+double flesh_accuracy_apart_from(const flesh_accuracy_measure *measure, const flesh_accuracy_track *track, int times,
+                                 const double *x)
+{
+  double apart = 0, largest;
+  int node;
+  for (int k = 0; k < times; k++)
+    grow(&apart, distance(measure, track->x + (size_t)k * (size_t)track->unknowns, x, &largest, &node));
+  return apart;
 }
 
 double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,

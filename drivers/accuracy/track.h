@@ -75,16 +75,10 @@ typedef struct flesh_accuracy_errors {
                           kinetic energy of the reference */
 } flesh_accuracy_errors;
 
-/* One time of a run. */
-typedef struct flesh_accuracy_state {
-  const double *x; /* [3*nodes] */
-  double energy, volume;
-} flesh_accuracy_state;
-
-/* Keeps the larger of *errors and the differences between the two states. */
-void flesh_accuracy_compare_states(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
-                                   const flesh_accuracy_state *state, const flesh_accuracy_state *reference,
-                                   flesh_accuracy_errors *errors);
+/* Keeps the larger of *errors and the differences between a track at its time k and the reference at time `at`. */
+void flesh_accuracy_compare_times(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
+                                  const flesh_accuracy_track *track, int k, const flesh_accuracy_track *reference, int at,
+                                  flesh_accuracy_errors *errors);
 /* Compares two tracks of the same times. */
 void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
@@ -93,6 +87,9 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
 /* Largest over time of the mass-weighted RMS distance of two tracks of the same times [m]. */
 double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,
                             const flesh_accuracy_track *b);
+/* Largest of such distances between the track's first `times` and positions x [unknowns] that stay [m]. */
+double flesh_accuracy_apart_from(const flesh_accuracy_measure *measure, const flesh_accuracy_track *track, int times,
+                                 const double *x);
 
 /* The track's state at a time from its first to its last: x, v [unknowns]. 0 where it is not known: between two of its times
  * with a break between them. */
