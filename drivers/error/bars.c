@@ -1,7 +1,6 @@
 /* bars.c: the error bars of a complete run. */
 #include "error/error.h"
 
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,6 +16,7 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 #include "study/embedded.h"
+#include "study/study.h"
 
 static const char *const files[] = {"history.csv", "probes.csv"};
 static const char *const kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
@@ -27,7 +27,7 @@ int flesh_error_wanted(const flesh_scene *scene) { return scene->keys.output.err
 typedef struct bars {
   flesh_scene *scene;
   flesh_error_judge judges[FLESH_ERROR_KINDS];
-  sqlite3 *database;
+  flesh_study_store store; /* of which there is the database alone, in memory */
 } bars;
 
 /* A judge as it stands in result.json, new text. */
@@ -48,40 +48,29 @@ static char *judge_text(const flesh_error_judge *judge)
   return text;
 }
 
-/* Executes a statement, which sqlite3_mprintf makes of the format. */
-static int execute(const bars *b, const char *format, ...)
-{
-  va_list arguments;
-  va_start(arguments, format);
-  char *sql = sqlite3_vmprintf(format, arguments);
-  va_end(arguments);
-  const int bad = !sql || sqlite3_exec(b->database, sql, NULL, NULL, NULL);
-  sqlite3_free(sql);
-  return bad ? flesh_no_memory() : FLESH_OK;
-}
-
 /* Tells SQL how the run is judged, and of the points beside pins. */
-static int fill(const bars *b)
+static int fill(bars *b)
 {
+  flesh_study_store *store = &b->store;
   int count, held, source = 1;
-  int status = execute(b, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, coarser, doubled, adds,"
-                          " data);"
-                          "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
-                          "CREATE TABLE pinned (probe); CREATE TABLE asked (result)");
+  int status = flesh_study_store_execute(store, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, "
+                                                "coarser, doubled, adds, data);"
+                                                "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
+                                                "CREATE TABLE pinned (probe); CREATE TABLE asked (result)");
   for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++) {
     const flesh_error_judge *judge = &b->judges[kind];
     char *text = judge_text(judge);
-    status = text ? execute(b, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %d, %Q)", kind, kind_names[kind],
-                            judge->count, judge->factor, judge->better, judge->coarser, judge->doubled,
-                            judge->adds, text) : flesh_no_memory();
+    status = text ? flesh_study_store_execute(store, "INSERT INTO judges VALUES (%d, %Q, %d, %!.17g, %d, %d, %d, %d, %Q)", kind,
+                                              kind_names[kind], judge->count, judge->factor, judge->better, judge->coarser,
+                                              judge->doubled, judge->adds, text) : flesh_no_memory();
     free(text);
     for (int k = 0; k < judge->count && !status; k++)
-      status = execute(b, "INSERT INTO companions VALUES (%d, %d, %d)", source++, kind, k);
+      status = flesh_study_store_execute(store, "INSERT INTO companions VALUES (%d, %d, %d)", source++, kind, k);
   }
   const flesh_probe *probes = flesh_scene_probes(b->scene, &count);
   for (int k = 0; k < count && !status; k++) {
     status = flesh_probe_is_at_pin(b->scene, &probes[k], 0, &held);
-    if (!status && held) status = execute(b, "INSERT INTO pinned VALUES (%Q)", probes[k].name);
+    if (!status && held) status = flesh_study_store_execute(store, "INSERT INTO pinned VALUES (%Q)", probes[k].name);
   }
   return status;
 }
@@ -108,7 +97,7 @@ static int write_table(const bars *b, const char *folder, int tab)
   flesh_csv csv = {0};
   flesh_file file;
   sqlite3_stmt *query = NULL;
-  const int bad = sqlite3_prepare_v2(b->database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab);
+  const int bad = sqlite3_prepare_v2(b->store.database, sql, -1, &query, NULL) || sqlite3_bind_int(query, 1, tab);
   int status = bad ? flesh_no_memory() : FLESH_OK;
   if (!status && sqlite3_step(query) == SQLITE_ROW) {
     const char *path = flesh_path("%s/%s", folder, files[tab]);
@@ -130,19 +119,20 @@ static int tell(bars *b, const char *folder, int quiet)
   const flesh_results to = {.out = folder, .quiet = quiet};
   const char *const words[] = {flesh_own_text("error_words"), NULL};
   char *paths[1 + FLESH_ERROR_COMPANIONS * FLESH_ERROR_KINDS] = {NULL}, *text = NULL;
-  int count = 0, status = sqlite3_open(":memory:", &b->database) ? flesh_no_memory() : fill(b);
+  int count = 0, status = sqlite3_open(":memory:", &b->store.database) ? flesh_no_memory() : fill(b);
   if (!(paths[count++] = strdup(folder))) status = flesh_no_memory();
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++)
     for (int k = 0; k < b->judges[kind].count && !status; k++)
       if (!(paths[count++] = flesh_text_new("%s/%s", folder, b->judges[kind].companions[k].folder))) status = flesh_no_memory();
   if (!status)
-    status = flesh_curves_make(b->database, count, paths, flesh_own_text("error_columns"), flesh_own_text("error_bars"), &to);
+    status = flesh_curves_make(b->store.database, count, paths, flesh_own_text("error_columns"), flesh_own_text("error_bars"),
+                               &to);
   for (int tab = 0; tab < 2 && !status; tab++) status = write_table(b, folder, tab);
   size_t size;
   const char *path = flesh_path("%s/result.json", folder);
   if (!status) status = flesh_file_load(path, &text, &size);
-  if (!status) status = execute(b, "INSERT INTO asked VALUES (%Q)", text);
-  if (!status) status = flesh_results_make(b->database, path, words, &to);
+  if (!status) status = flesh_study_store_execute(&b->store, "INSERT INTO asked VALUES (%Q)", text);
+  if (!status) status = flesh_results_make(b->store.database, path, words, &to);
   for (int k = 0; k < count; k++) free(paths[k]);
   free(text);
   return status;
@@ -164,12 +154,12 @@ static int make(bars *b, const flesh_runner_options *options)
 
 int flesh_error_bars(const flesh_runner_options *options)
 {
-  bars b = {0};
+  bars b = {.store = {.path = "error bars"}};
   flesh_folder_claim claim = {.descriptor = -1};
   int status = flesh_output_claim(options->out, "run", &claim);
   if (!status) status = make(&b, options);
   for (int kind = 0; kind < FLESH_ERROR_KINDS; kind++) flesh_error_judge_close(&b.judges[kind]);
-  sqlite3_close(b.database);
+  sqlite3_close(b.store.database);
   flesh_scene_destroy(&b.scene);
   flesh_folder_claim_release(&claim);
   return status;

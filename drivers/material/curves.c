@@ -3,8 +3,11 @@
 
 #include <assert.h>
 #include <gsl/gsl_eigen.h>
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <string.h>
+
+#include "math/mat3.h"
 
 static void diagonal(double a, double b, double c, double F[9])
 {
@@ -65,23 +68,6 @@ double flesh_path_parameter(const flesh_path *path, int k)
   return path->start + (path->end - path->start) * k / FLESH_CURVE_STEPS;
 }
 
-/* The least of the nine eigenvalues. */
-static double smallest_of(const double values[9])
-{
-  double least = values[0];
-  for (int k = 1; k < 9; k++) least = fmin(least, values[k]);
-  return least;
-}
-
-/* cof F. */
-static void cofactor_of(const double F[9], double cofactor[9])
-{
-  for (int k = 0; k < 9; k++) {
-    const int i = k / 3, j = k % 3, i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-    cofactor[k] = F[3 * i1 + j1] * F[3 * i2 + j2] - F[3 * i1 + j2] * F[3 * i2 + j1];
-  }
-}
-
 /* H - p d2J/dF2, where d2J/dF_ij dF_kl = e_ikm e_jln F_mn. */
 static void press_hessian(double H[81], const double F[9], double p)
 {
@@ -107,14 +93,14 @@ static double smallest_across(const double H[81], const double n[9])
   gsl_vector_view eigenvalues = gsl_vector_view_array(values, 9);
   gsl_eigen_symm(&matrix.matrix, &eigenvalues.vector, room);
   gsl_eigen_symm_free(room);
-  return smallest_of(values);
+  return gsl_vector_min(&eigenvalues.vector);
 }
 
 /* Takes the pressure that makes P_33 zero off the stress. Returns the smallest eigenvalue, NaN where there is none. */
 static double press(const flesh_material *material, const double F[9], double P[9])
 {
   double cofactor[9], H[81];
-  cofactor_of(F, cofactor);
+  flesh_mat3_cofactor(F, cofactor);
   const double p = P[8] / cofactor[8];
   for (int k = 0; k < 9; k++) P[k] -= p * cofactor[k];
   if (flesh_material_hessian(material, F, H)) return NAN;
@@ -132,10 +118,8 @@ void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double
   if (flesh_material_energy(material, F, energy)) return;
   quantities[0] = *energy - curve->rest_value;
   if (!material->incompressible && !flesh_material_eigen(material, F, values, vectors))
-    quantities[2] = smallest_of(values);
+    quantities[2] = gsl_stats_min(values, 1, 9);
   if (flesh_material_stress(material, F, P)) return;
   if (material->incompressible) quantities[2] = press(material, F, P);
-  double sum = 0;
-  for (int k = 0; k < 9; k++) sum += P[k] * P[k];
-  quantities[1] = path->row < 0 ? sqrt(sum) : P[3 * path->row + path->column];
+  quantities[1] = path->row < 0 ? sqrt(flesh_mat3_norm2(P)) : P[3 * path->row + path->column];
 }

@@ -120,29 +120,22 @@ int flesh_report_write(const flesh_report *report, const char *title, json_t *he
                        const char *path, size_t *size, size_t *packed)
 {
   char *payload = NULL;
-  flesh_report_bytes page = {0};
   flesh_file file;
   int status = pack(report, head, &payload, packed);
-  if (!status) status = flesh_report_bytes_open(&page);
-  if (!status) {
-    const char *rest = print_up_to(page.stream, "@TITLE@", flesh_report_page);
-    print_escaped(page.stream, title);
-    rest = print_up_to(page.stream, "@LEAD@", rest);
-    print_lead(page.stream, report->parts);
-    rest = print_up_to(page.stream, "@STILL@", rest);
-    print_still(page.stream, &report->still);
-    rest = print_up_to(page.stream, "@PAYLOAD@", rest);
-    print_base64(page.stream, payload, *packed);
-    fputs(rest, page.stream);
-    status = flesh_report_bytes_flush(&page);
-  }
-  *size = page.size;
   if (!status) status = flesh_file_open(path, &file);
   if (!status) {
-    fwrite(page.data, 1, page.size, file.stream);
+    const char *rest = print_up_to(file.stream, "@TITLE@", flesh_report_page);
+    print_escaped(file.stream, title);
+    rest = print_up_to(file.stream, "@LEAD@", rest);
+    print_lead(file.stream, report->parts);
+    rest = print_up_to(file.stream, "@STILL@", rest);
+    print_still(file.stream, &report->still);
+    rest = print_up_to(file.stream, "@PAYLOAD@", rest);
+    print_base64(file.stream, payload, *packed);
+    fputs(rest, file.stream);
+    *size = (size_t)ftell(file.stream);
     status = flesh_file_commit(&file);
   }
-  flesh_report_bytes_close(&page);
   free(payload);
   return status;
 }
