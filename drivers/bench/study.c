@@ -50,14 +50,13 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   struct {
     char poisson[FLESH_NUMBER_SIZE], cells[40], threads[16];
   } *texts = calloc(1, sizeof *texts);
-  *made = (flesh_study_case){.owned = texts};
   if (!texts) return flesh_no_memory();
-  const char *const values[COLUMNS] = {c->part, c->cells ? flesh_energy_name(c->energy) : "", texts->poisson, texts->cells,
-                                       c->cells ? flesh_element_name(plan->element) : "", texts->threads};
+  *made = (flesh_study_case){.owned = texts,
+                             .values = {c->part, c->cells ? flesh_energy_name(c->energy) : "", texts->poisson, texts->cells,
+                                        c->cells ? flesh_element_name(plan->element) : "", texts->threads}};
   if (c->cells) flesh_number_text(c->poisson, texts->poisson);
   if (c->cells) snprintf(texts->cells, sizeof texts->cells, "%dx%dx%d", c->cells[0], c->cells[1], c->cells[2]);
   snprintf(texts->threads, sizeof texts->threads, "%d", c->threads);
-  memcpy(made->values, values, sizeof values);
   return FLESH_OK;
 }
 

@@ -8,6 +8,7 @@
 #include "flesh/scene.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
+#include "run/result.h"
 #include "study/fingerprint.h"
 #include "study/study.h"
 
@@ -30,10 +31,9 @@ typedef struct flesh_drift_case {
 
 /* NaN where there is none. */
 typedef struct flesh_drift_figures {
-  int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step, first_bound_step;
-  double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min, J_bound;
-  double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
-  double stressed_rest; /* flesh_figures.stressed_rest, J */
+  int status, exit_code, element, tets, nodes, first_inverted_step, first_bound_step;
+  flesh_figures run;
+  double rest_volume_ratio, rest_volume_ratio_theory, newton_per_step, linear_per_newton, failed_at, distance_from_rest;
   double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
   int point_load; /* something pulls at single nodes: figures do not converge under refinement */
   char message[400];

@@ -166,26 +166,17 @@ static void note_error(int status, flesh_drift_figures *f)
   snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
 }
 
-/* Copies the figures from the run and its watcher. */
-static void note_run(const flesh_figures *figures, const flesh_outcome *outcome, const watcher *w,
-                     flesh_drift_figures *f)
+/* Fills in what follows from the run's figures, its outcome and its watcher. */
+static void note_run(const flesh_outcome *outcome, const watcher *w, flesh_drift_figures *f)
 {
+  const flesh_figures *figures = &f->run;
   f->status = outcome->has_failure ? outcome->failure.status : outcome->status;
   f->exit_code = outcome->exit_code;
   snprintf(f->message, sizeof f->message, "%.399s", outcome->message);
-  f->stressed_rest = figures->stressed_rest;
-  f->steps = figures->steps;
-  f->max_inverted = figures->max_inverted;
-  f->final_inverted = figures->final_inverted;
   f->first_inverted_step = w->first_inverted_step;
   f->first_bound_step = w->first_bound_step;
-  f->max_volume_drift = figures->max_volume_drift;
-  f->final_volume_drift = figures->final_volume_drift;
-  f->J_min = figures->J_min;
-  f->J_bound = figures->J_bound;
   f->newton_per_step = figures->steps ? (double)figures->newton / figures->steps : NAN;
   f->linear_per_newton = figures->newton ? (double)figures->linear / (double)figures->newton : NAN;
-  f->wall_s = figures->wall_s;
   f->failed_at = outcome->status ? (outcome->has_failure ? outcome->failure.t : figures->t) : NAN;
   f->worst_t = w->worst.state.t;
   f->worst_drift = w->worst.drift;
@@ -197,13 +188,12 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
 {
   char folder[256], path[1400];
   flesh_scene *scene = NULL;
-  flesh_figures figures = {0};
   flesh_outcome outcome = {0};
   watcher w = {0};
   *f = (flesh_drift_figures){
-      .first_inverted_step = -1, .max_volume_drift = NAN, .final_volume_drift = NAN, .rest_volume_ratio = NAN,
-      .rest_volume_ratio_theory = NAN, .J_min = NAN, .J_bound = NAN, .newton_per_step = NAN, .linear_per_newton = NAN,
-      .wall_s = NAN, .failed_at = NAN, .distance_from_rest = NAN};
+      .run = {.max_volume_drift = NAN, .final_volume_drift = NAN, .J_min = NAN, .J_bound = NAN, .wall_s = NAN},
+      .first_inverted_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN, .newton_per_step = NAN,
+      .linear_per_newton = NAN, .failed_at = NAN, .distance_from_rest = NAN};
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   if (status) {
@@ -219,14 +209,14 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene].path,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
                                         .observer_count = 1, .observers = &watching};
-  flesh_runner_run(scene, &options, &figures, &outcome);
+  flesh_runner_run(scene, &options, &f->run, &outcome);
   f->tets = flesh_mesh_tet_count(mesh);
   f->nodes = flesh_mesh_node_count(mesh);
   f->element = flesh_scene_body(scene)->element;
   if (f->element == FLESH_ELEMENT_AUTO)
     f->element = flesh_mesh_order(mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
   f->point_load = flesh_point_load(scene) != NULL;
-  note_run(&figures, &outcome, &w, f);
+  note_run(&outcome, &w, f);
   if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
     f->rest_volume_ratio_theory = NAN;
   status = write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
@@ -236,7 +226,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   if (!flesh_state_read(flesh_path("%s/state.txt", path), w.unknowns / 3, &last))
     f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
   f->rest_volume_ratio = rest_ratio(plan, c);
-  flesh_figures_close(&figures);
+  flesh_figures_close(&f->run);
   flesh_scene_destroy(&scene);
   close_watcher(&w);
 }

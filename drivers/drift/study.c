@@ -18,17 +18,18 @@
 
 typedef flesh_drift_figures figures;
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(figures, name)}
+#define OF_RUN(kind, name) {#name, FLESH_FIELD_##kind, offsetof(figures, run.name)}
 static const flesh_study_field fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(figures, status)},
     {"element_kind", FLESH_FIELD_INT, offsetof(figures, element)},
     {"tet_count", FLESH_FIELD_INT, offsetof(figures, tets)},
     {"node_count", FLESH_FIELD_INT, offsetof(figures, nodes)},
-    FIGURE(INT, steps), FIGURE(INT, final_inverted), FIGURE(INT, first_inverted_step), FIGURE(INT, first_bound_step),
-    FIGURE(DOUBLE, J_bound), FIGURE(DOUBLE, max_volume_drift), FIGURE(DOUBLE, final_volume_drift),
-    FIGURE(DOUBLE, rest_volume_ratio), FIGURE(DOUBLE, rest_volume_ratio_theory), FIGURE(DOUBLE, J_min),
-    FIGURE(INT, max_inverted), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton),
-    FIGURE(DOUBLE, wall_s), {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
-    FIGURE(DOUBLE, distance_from_rest), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
+    OF_RUN(INT, steps), OF_RUN(INT, final_inverted), FIGURE(INT, first_inverted_step), FIGURE(INT, first_bound_step),
+    OF_RUN(DOUBLE, J_bound), OF_RUN(DOUBLE, max_volume_drift), OF_RUN(DOUBLE, final_volume_drift),
+    FIGURE(DOUBLE, rest_volume_ratio), FIGURE(DOUBLE, rest_volume_ratio_theory), OF_RUN(DOUBLE, J_min),
+    OF_RUN(INT, max_inverted), FIGURE(DOUBLE, newton_per_step), FIGURE(DOUBLE, linear_per_newton),
+    OF_RUN(DOUBLE, wall_s), {"failure_t", FLESH_FIELD_DOUBLE, offsetof(figures, failed_at)},
+    FIGURE(DOUBLE, distance_from_rest), OF_RUN(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
     FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), FIGURE(INT, point_load), {0}};
 
 /* In the order of the values of make_case. */
@@ -49,24 +50,19 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_drift_scene *scene = &plan->scenes[c->scene];
   const flesh_drift_variant *v = &plan->variants[c->variant];
   char *poisson = malloc(FLESH_NUMBER_SIZE);
-  *made = (flesh_study_case){.scene = scene->path, .owned = poisson};
+  *made = (flesh_study_case){.scene = scene->path,
+                             .owned = poisson,
+                             .values = {scene->name, scene->element, scene->refine, poisson, flesh_energy_name(v->energy),
+                                        flesh_constants_name(v->constants), flesh_drift_solver_name(c->solver),
+                                        scene->fingerprint}};
   if (!poisson) return flesh_no_memory();
   flesh_number_text(plan->poissons[c->poisson], poisson);
-  const char *const values[COLUMNS] = {scene->name,
-                                       scene->element,
-                                       scene->refine,
-                                       poisson,
-                                       flesh_energy_name(v->energy),
-                                       flesh_constants_name(v->constants),
-                                       flesh_drift_solver_name(c->solver),
-                                       scene->fingerprint};
-  memcpy(made->values, values, sizeof values);
   return FLESH_OK;
 }
 
 static const char *status_word(const figures *f)
 {
-  if (!f->status && f->stressed_rest > 0) return "stressed rest";
+  if (!f->status && f->run.stressed_rest > 0) return "stressed rest";
   return flesh_fields_status(f->status, f->status == FLESH_UNDEFINED    ? "undefined"
                                         : f->status == FLESH_ERR_ENERGY ? "energy grew"
                                                                         : "not converged");

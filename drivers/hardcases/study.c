@@ -57,24 +57,16 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   const flesh_hardcases_run *run = &plan->runs[number];
   const flesh_hardcases_setting *s = run->setting;
   texts *t = malloc(sizeof *t);
-  *made = (flesh_study_case){.owned = t};
   if (!t) return flesh_no_memory();
   snprintf(t->seed, sizeof t->seed, "%d", run->seed);
   flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
   flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);
   *t->sum = 0;
   if (run->row->fingerprint) snprintf(t->sum, sizeof t->sum, "#%llx", run->row->fingerprint);
-  const char *const values[COLUMNS] = {run->row->name,
-                                       s->body ? s->body->file ? s->body->file : s->body->name : "",
-                                       t->seed,
-                                       flesh_energy_name(s->energy),
-                                       flesh_constants_name(s->constants),
-                                       t->poisson,
-                                       t->step,
-                                       flesh_element_name(s->element),
-                                       flesh_hardcases_solver_name(s->solver),
-                                       t->sum};
-  memcpy(made->values, values, sizeof values);
+  *made = (flesh_study_case){.owned = t,
+                             .values = {run->row->name, s->body ? s->body->file ? s->body->file : s->body->name : "", t->seed,
+                                        flesh_energy_name(s->energy), flesh_constants_name(s->constants), t->poisson, t->step,
+                                        flesh_element_name(s->element), flesh_hardcases_solver_name(s->solver), t->sum}};
   return FLESH_OK;
 }
 
