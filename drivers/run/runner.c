@@ -367,6 +367,7 @@ static void close_running(flesh_running *r)
   json_decref(r->program);
   json_decref(r->inputs);
   json_decref(r->resumed);
+  json_decref(r->warning);
   json_decref(r->ranks);
   free(r->state.x);
   free(r->own.x);
@@ -387,7 +388,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
   r.checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
-  if (first && flesh_scene_warning(scene)) warn(&r, outcome, 1, flesh_scene_warning(scene));
+  if (flesh_scene_warning(scene) && !options->resume) r.warning = flesh_json_text(flesh_scene_warning(scene));
   int status = flesh_figures_open(figures, flesh_running_system(&r), scene);
   if (options->ranks) {
     if (!status) status = flesh_running_share(&r);
@@ -397,6 +398,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
   if (!status && options->resume) status = go_on(&r, figures);
+  if (first && r.warning) warn(&r, outcome, 1, json_string_value(r.warning));
   const int begun = !status, prepared = begun && first;
   if (begun && options->ranks) status = flesh_running_open_parts(&r);
   if (!status) status = simulate(&r, figures, outcome);

@@ -32,6 +32,7 @@ static char *notes_of(const flesh_running *r)
   json_t *notes = json_object();
   json_object_set(notes, "inputs", r->inputs);
   json_object_set(notes, "resumed", r->resumed);
+  json_object_set(notes, "warning", r->warning);
   char *text = json_dumps(notes, JSON_COMPACT);
   json_decref(notes);
   return text;
@@ -175,6 +176,7 @@ int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkp
   json_t *notes = json_loads(from->notes, 0, NULL);
   r->inputs = json_incref(json_object_get(notes, "inputs"));
   r->resumed = json_incref(json_object_get(notes, "resumed"));
+  r->warning = json_incref(json_object_get(notes, "warning"));
   json_decref(notes);
   *head = from->head;
   int status = r->inputs ? check_inputs(r)

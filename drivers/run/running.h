@@ -40,7 +40,7 @@ typedef struct flesh_running {
   flesh_run_trace trace;
   int progress; /* show a line */
   int running; /* result.json says so */
-  json_t *program, *inputs, *resumed; /* resumed: where the run has gone on from */
+  json_t *program, *inputs, *resumed, *warning; /* where the run has gone on from; what the scene that it began with warns of */
   flesh_figures *figures; /* borrowed */
   double cpu_before, cpu_begin; /* s, of the run's parts before this one; of the process before its steps */
   struct {

@@ -319,6 +319,11 @@ a_method_without_inertia_is_told() {
   for quiet in time.method=static time.method=null; do
     expect 0 "$flesh" run bent.yaml --out bent --no-frames --set $quiet && has bent/result.json '"warning": null' || return 1
   done
+  # A resumed run has the warning, too, though scene.yaml has the method in force.
+  scene moved '  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 1, 1]], motion: [{time: 0}, {time: 1, translation: [1, 0, 0]}]}' \
+    'method: bdf2, end: 1, step: 1/20'
+  expect 6 "$flesh" run moved.yaml --out moved --no-frames --checkpoint 5steps --max-seconds 1e-3 || return 1
+  expect 0 "$flesh" run --resume moved --max-seconds 99 && has moved/result.json '"warning": "time.method is bdf2'
 }
 
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \

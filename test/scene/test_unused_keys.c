@@ -53,8 +53,6 @@ static const struct {
     {{"body.regions=[{tags: [3, 7], density: 7}]"}, NULL},
     {{"body.regions=[{tags: [3, 7], density: 7}]", "body.density=9"}, "body.density has no effect: regions and bodies have"},
     {{"body.regions=[{tags: [7], density: 7}]", "body.density=9"}, NULL},
-    {{"effects[0]=gravity", "time.method=newmark"}, "time.method is newmark, but the scene has no inertia"},
-    {{"effects[0]=gravity", "time.method=adaptive"}, "time.method is adaptive, but the scene has no inertia"},
     {{"body.mass=consistent", "time.method=static"}, "body.mass has no effect: nothing accelerates in an equilibrium"},
     {{"solver.lag_iterations=2"}, "solver.lag_iterations has no effect: it is for motions with friction, "},
     {{"solver.lag_iterations=2", "effects[1]={contact: {plane: {point: [0, 0, -9]}, friction: 1}}"}, NULL},
