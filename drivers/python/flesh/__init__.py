@@ -25,7 +25,7 @@ integrator or history cannot be copied (ArgumentError).
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
 from . import _callbacks, _kinds, body, effects, errors, fibre, frame, integrator, material, mesh, motion, options
-from . import output, own_effect, results, scene, sensitivity, sundials, surface, system
+from . import output, own_effect, point, results, scene, sensitivity, sundials, surface, system
 from ._library import ffi, lib, text
 from .body import *
 from .effects import *
@@ -50,7 +50,7 @@ from .system import *
 __version__ = text(lib.flesh_version())
 __all__ = ["__version__", "set_error_handler"]
 for _module in (body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect,
-                results, scene, sensitivity, sundials, surface, system):
+                point, results, scene, sensitivity, sundials, surface, system):
     __all__ += _module.__all__
     globals().update(_kinds.check(_module))
 

@@ -89,10 +89,8 @@ class Names:
 
     def value(self, word, name):
         """The number of a word. ArgumentError, with the words that there are, for any other."""
-        if word in self.words:
-            return self.words[word]
         plain = {known.lower().replace("-", "_"): value for known, value in self.words.items()}
-        found = plain.get(word.lower().replace("-", "_")) if isinstance(word, str) else None
+        found = self.words.get(word, plain.get(word.lower().replace("-", "_"))) if isinstance(word, str) else None
         if found is None:
             raise ArgumentError(f"{name} is {word!r}; it must be one of {', '.join(self.words)}")
         return found

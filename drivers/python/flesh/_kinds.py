@@ -2,6 +2,7 @@
 Python's float would read as numbers."""
 import functools
 import inspect
+import reprlib
 import typing
 from collections.abc import Mapping, Sequence
 
@@ -12,6 +13,14 @@ def _classes(hint):
     kinds = tuple(Mapping if kind is typing.Mapping else kind for kind in kinds)
     kinds = tuple(kind for kind in kinds if inspect.isclass(kind))
     return kinds if any(kind is Mapping or kind.__module__.startswith(__package__ + ".") for kind in kinds) else ()
+
+
+def _is_number(value):
+    """Whether Python takes it for a number, and not for a text of one."""
+    try:
+        return not isinstance(value, (str, bytes, bytearray)) and float(value) is not None
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def _checked(function):
@@ -32,9 +41,8 @@ def _checked(function):
             if name in items and not (hasattr(value, "__iter__") and all(
                     isinstance(one, items[name]) for one in (value if hasattr(value, "__len__") else ()))):
                 raise TypeError(f"{name} must be a sequence of class {items[name].__name__}")
-            if name in numbers and not (hasattr(value, "__float__") or hasattr(value, "__index__")
-                                        or value is None and numbers[name] is not float):
-                raise TypeError(f"{name} is {value!r}; it must be a number")
+            if name in numbers and not (_is_number(value) or value is None and numbers[name] is not float):
+                raise TypeError(f"{name} is {reprlib.repr(value)}; it must be a number")
         return function(*args, **keywords)
     return call if hints or items or numbers else function
 

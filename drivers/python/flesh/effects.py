@@ -332,8 +332,8 @@ class SurfaceContact(Effect):
                  friction: Optional[float] = None, slip_speed: Optional[float] = None, separates: bool = False,
                  adaptive: bool = False):
         options = _contact_options(stiffness, thickness, friction, slip_speed)
-        options.separates = int(separates)
-        options.adaptive = int(adaptive)
+        options.separates = bool(separates)
+        options.adaptive = bool(adaptive)
         chosen = None if pairs is None else integers(pairs, (None, 2), "pairs")
         count, numbers = (0, ffi.NULL) if chosen is None else (len(chosen), pointer(chosen, "int"))
         self._take(create("flesh_effect", lib.flesh_effect_surface_contact, body._struct, options, count, numbers), body)

@@ -38,7 +38,7 @@ class Motion(Const):
             frame.rotation = list(doubles(rotation, (3,), "rotation"))
         self._struct = ffi.new("flesh_motion *", {"count": len(rows), "keyframes": self._frames,
                                                   "centre": list(doubles(centre, (3,), "centre")),
-                                                  "smooth": int(smooth)})
+                                                  "smooth": bool(smooth)})
 
     @classmethod
     def fixed(cls, place) -> "Motion":
@@ -55,12 +55,11 @@ class Amplitude(Const):
         start, until: it acts while start <= t < until, s.
     """
 
-    def __init__(self, points=(), smooth=False, start=-np.inf, until=np.inf):
-        self._points = ffi.new("flesh_curve_point[]", max(len(points), 1))
-        for point, (t, value) in zip(self._points, points):
-            point.t, point.value = t, value
-        self._struct = ffi.new("flesh_amplitude *", {"count": len(points), "points": self._points,
-                                                     "smooth": int(smooth), "from": start, "until": until})
+    def __init__(self, points=(), smooth=False, start: float = -np.inf, until: float = np.inf):
+        rows = doubles(points, (None, 2), "points") if np.size(points) else ()
+        self._points = ffi.new("flesh_curve_point[]", [tuple(row) for row in rows] or 1)
+        self._struct = ffi.new("flesh_amplitude *", {"count": len(rows), "points": self._points,
+                                                     "smooth": bool(smooth), "from": start, "until": until})
 
 
 class Obstacle(Handle):

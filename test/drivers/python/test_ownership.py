@@ -37,13 +37,22 @@ def all_effects(mesh, body):
 def test_an_object_of_another_class_is_refused(mesh, body, system):
     for wanted, wrong in (("System", lambda: flesh.Integrator(mesh)), ("System", lambda: flesh.IdaProblem(system=3)),
                           ("Effect", lambda: system.add(mesh)), ("Amplitude", lambda: flesh.Force(body, [0], [0, 0, 1], 2)),
-                          ("Mesh", lambda: flesh.State.at_rest(system)), ("Mapping", lambda: flesh.Table(3)), ("System", lambda: flesh.equilibrium(mesh))):
+                          ("Mesh", lambda: flesh.State.at_rest(system)), ("Mapping", lambda: flesh.Table(3)), ("System", lambda: flesh.equilibrium(mesh)),
+                          ("Lagged", lambda: flesh.Point(mesh.positions, lagged=(0, mesh.positions, mesh.positions))),
+                          ("Threads", lambda: flesh.Point(mesh.positions, threads=2))):
         with pytest.raises(TypeError, match=f" is of class .*; it must be of class {wanted}$"):
             wrong()
     for wrong in (lambda: flesh.Integrator(system).step(flesh.State.at_rest(mesh), "1"), lambda: flesh.Gravity(body).check_derivatives(
             mesh, mesh.positions, t="1"), lambda: flesh.Spring(body, (0, 0, 0), b"1", (0, 0, 0), radius="1")):
         with pytest.raises(TypeError, match="^[a-z]+ is b?'1'; it must be a number$"):
             wrong()
+    with pytest.raises(TypeError, match=r"^mass is array\(.*; it must be a number$"):
+        flesh.Damping(body, mesh.positions)
+    with pytest.raises(flesh.ArgumentError, match=r"^element is \['tet4'\]; it must be one of "):
+        flesh.Body(mesh, None, element=["tet4"])
+    for wrong in ([(0, 1, 2)], "ab", body, 3):
+        with pytest.raises((flesh.ArgumentError, TypeError), match="^points "):
+            flesh.Amplitude(wrong)
     trajectory, x = flesh.Trajectory(flesh.Integrator(system)), mesh.positions
     parameter = flesh.Parameter(lambda _: system, 1.0)
     for wrong in (x, [x], parameter, [parameter, 3]):
