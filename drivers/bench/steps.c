@@ -12,6 +12,7 @@
 #include "bench/bench.h"
 #include "cli/interrupt.h"
 #include "material/form.h"
+#include "run/start.h"
 
 const char *const flesh_bench_parts[] = {"kernels", "swing", "twist", "crush", "drop", "static", NULL};
 
@@ -206,10 +207,7 @@ int flesh_bench_steps(const flesh_bench_plan *plan, const flesh_bench_bar *bar, 
 {
   run r = {.plan = plan, .bar = bar, .name = name, .threads = threads, .is_static = !strcmp(name, "static")};
   flesh_bench_time time = {0};
-  size_t bytes = 3 * (size_t)flesh_mesh_node_count(bar->mesh) * sizeof(double);
-  r.state.x = malloc(bytes);
-  r.state.v = malloc(bytes);
-  int status = r.state.x && r.state.v ? FLESH_OK : flesh_no_memory();
+  int status = flesh_state_make(flesh_mesh_node_count(bar->mesh), 0, 0, &r.state);
   if (!status) status = make_system(&r);
   double before = held();
   if (!status) {
@@ -220,6 +218,5 @@ int flesh_bench_steps(const flesh_bench_plan *plan, const flesh_bench_bar *bar, 
   flesh_integrator_destroy(&r.integrator);
   flesh_system_destroy(&r.system);
   free(r.state.x);
-  free(r.state.v);
   return status;
 }

@@ -7,11 +7,11 @@
 #include "base/error.h"
 #include "cli/inputs.h"
 #include "cli/interrupt.h"
-#include "cli/options.h"
 #include "cli/output.h"
 #include "fit/fit.h"
 #include "run/ranks.h"
 #include "study/embedded.h"
+#include "study/lead.h"
 
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)
@@ -25,40 +25,40 @@ static int spare_inputs(const flesh_fit *fit)
     flesh_inputs_add(&inputs, fit->experiments[e].scene);
     for (int k = 0; k < fit->experiments[e].measured_count; k++) flesh_inputs_add(&inputs, fit->experiments[e].measured[k].path);
   }
-  const int status = flesh_inputs_spare_in(&inputs, fit->out, names, folders);
+  const int status = flesh_inputs_spare_in(&inputs, fit->options.out, names, folders);
   flesh_inputs_close(&inputs);
   return status;
 }
 
 /* The search, and what is written of it. */
-static int find(flesh_fit *fit, int resume)
+static int find(flesh_fit *fit)
 {
   flesh_fit_found found = {0};
   flesh_fit_statistics statistics = {0};
   int status = FLESH_OK;
   for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, e);
-  if (!status) status = flesh_fit_runs_open(fit, resume);
+  if (!status) status = flesh_fit_runs_open(fit);
   if (status) return status;
   status = flesh_fit_search(fit, &found);
   if (status) flesh_fit_write_ended(fit, status);
   else status = flesh_fit_judge(fit, &found, &statistics);
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
   if (!status && !found.converged)
-    status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->out);
+    status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->options.out);
   flesh_fit_statistics_close(&statistics);
   flesh_fit_found_close(&found);
   return status;
 }
 
-static int read_and_find(const char *path, flesh_fit *fit, int resume)
+static int read_and_find(const char *path, flesh_fit *fit)
 {
   flesh_folder_claim claim = {.descriptor = -1};
   flesh_interrupt_watch();
   int status = flesh_fit_read(path, fit);
-  if (!status) status = flesh_confine(fit->out);
-  if (!status) status = flesh_output_claim(fit->out, "fit", &claim);
+  if (!status) status = flesh_confine(fit->options.out);
+  if (!status) status = flesh_output_claim(fit->options.out, "fit", &claim);
   if (!status) status = spare_inputs(fit);
-  if (!status) status = find(fit, resume);
+  if (!status) status = find(fit);
   const int code = status ? flesh_command_fail("fit", status) : 0;
   flesh_folder_claim_release(&claim);
   flesh_fit_close(fit);
@@ -67,23 +67,20 @@ static int read_and_find(const char *path, flesh_fit *fit, int resume)
 
 int flesh_command_fit(int argc, char **argv)
 {
-  flesh_fit fit = {.out = "out/fit", .argc = argc, .store = {.lock = -1}};
-  int resume = 0, count, code = flesh_ranks_refuse("fit");
+  flesh_fit fit = {.options = {.out = "out/fit"}, .store = {.lock = -1}};
+  int count, code = flesh_ranks_refuse("fit");
   if (code) return code;
-  const flesh_option rows[] = {{"out", "DIR", FLESH_OPTION_TEXT, &fit.out, "folder of the results (default out/fit)"},
-                               {"resume", NULL, FLESH_OPTION_SWITCH, &resume, "go on with DIR/fit.db, or begin"},
-                               {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.quiet, "print errors only"},
-                               {0}};
+  const flesh_option rows[] = {
+      {"out", "DIR", FLESH_OPTION_TEXT, &fit.options.out, "folder of the results (default out/fit)"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &fit.options.resume, "go on with DIR/fit.db, or begin"},
+      {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.options.quiet, "print errors only"},
+      {0}};
   char *text = flesh_settings_help(flesh_own_text("fit_help"), flesh_fit_describe_keys, "");
-  char **words = malloc(((size_t)argc + 1) * sizeof *words);
-  for (int k = 0; k <= argc && words; k++) words[k] = argv[k]; /* reading permutes them */
   const flesh_usage usage = {"fit", "SPEC", "Fits parameters of scenes to measurements.", text, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
-  fit.argv = words;
-  if (!words) fit.argc = 0;
-  code = flesh_options_read(&usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON) code = read_and_find(argv[1], &fit, resume);
-  free(words);
+  code = flesh_study_open(&fit.options, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) code = read_and_find(argv[1], &fit);
+  flesh_study_close(&fit.options);
   free(text);
   return code;
 }

@@ -55,6 +55,7 @@ typedef struct flesh_fit_measured {
   flesh_fit_quantity *quantities;
   int count;
   flesh_fit_datum *data;
+  int first_column; /* of its quantities among the experiment's columns of probes; of other tables without meaning */
   int row_count;
   flesh_fit_point *points; /* [row_count] of positions; else NULL */
 } flesh_fit_measured;
@@ -76,7 +77,9 @@ typedef struct flesh_fit_experiment {
   double start, end; /* s */
   int measured_count;
   flesh_fit_measured *measured;
-  int first, count; /* of its measured numbers among all */
+  int column_count;
+  const char **columns; /* [column_count] names of the measured columns of probes, one file after the other */
+  int first, count;     /* of its measured numbers among all */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   json_t *inputs; /* for the provenance */
   unsigned char *acts; /* [keys] the parameter is one of this scene */
@@ -90,7 +93,8 @@ typedef struct flesh_fit_map flesh_fit_map; /* map.h */
 typedef struct flesh_fit {
   flesh_arena arena;
   flesh_fit_map *map; /* NULL: all parameters are keys; else its tets are the last ones */
-  const char *path, *out;
+  const char *path;
+  flesh_study_options options; /* folder, command line; without ranks */
   char *text;
   const char *title;
   int experiment_count, parameter_count, key_count, count; /* keys: parameters that are no tets; count: of all measured numbers */
@@ -98,9 +102,6 @@ typedef struct flesh_fit {
   flesh_fit_parameter *parameters;
   int max_iterations;
   double tolerance;
-  int quiet;
-  int argc;
-  char **argv;
   /* Runs so far (runs.c). */
   flesh_study study;
   flesh_study_store store;
@@ -169,7 +170,7 @@ char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e);
 void flesh_fit_scratch_remove(char *folder);
 
 /* Begins with the runs that DIR/fit.db keeps, or with none. FLESH_ERR_ARGUMENT where they are of another fit. */
-int flesh_fit_runs_open(flesh_fit *fit, int resume);
+int flesh_fit_runs_open(flesh_fit *fit);
 /* Values [count] of a run at p, made where it is not there; written before this returns. `why` is empty, or why it failed. */
 int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS]);
 /* The derivatives [count * keys] of the same by tangents; where there are none the experiment's `differences` says why. */

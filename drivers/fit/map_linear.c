@@ -75,14 +75,14 @@ static int find_forces(flesh_fit_linear *self, linear_experiment *x)
 /* The adjoints of the columns of probes at a state. */
 static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, linear_state *state)
 {
-  const int count = flesh_fit_told_columns(x->e);
+  const int count = x->e->column_count;
   int status = FLESH_OK;
   state->answers = calloc((size_t)count + 1, sizeof *state->answers);
   if (!state->answers) return flesh_no_memory();
   for (; state->column_count < count && !status; state->column_count++) {
     flesh_asked asked = {0};
     double *answer = state->answers[state->column_count] = malloc((size_t)self->n * sizeof *answer);
-    status = answer ? flesh_asked_find(x->scene, flesh_fit_told_name(x->e, state->column_count), t, &asked) : flesh_no_memory();
+    status = answer ? flesh_asked_find(x->scene, x->e->columns[state->column_count], t, &asked) : flesh_no_memory();
     if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, answer);
     for (int d = 0; d < self->n && !status; d++) answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - answer[d];
     flesh_asked_clear(&asked);

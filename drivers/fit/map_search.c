@@ -247,7 +247,7 @@ static double excess(const searching *s, const flesh_fit_stage *stage)
 
 static void tell(const searching *s, const flesh_fit_stage *stage)
 {
-  if (s->fit->quiet) return;
+  if (s->fit->options.quiet) return;
   printf("weight %.3g: residuals %.4g times the deviations, %d iterations\n", stage->weight, exp(excess(s, stage) / 2),
          stage->iterations);
   fflush(stdout);

@@ -89,7 +89,7 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
 {
   const flesh_fit_map *map = r->map;
   flesh_file file;
-  const int status = flesh_table_open(r->fit->out, "tets.csv", &file);
+  const int status = flesh_table_open(r->fit->options.out, "tets.csv", &file);
   if (status) return status;
   const char *unit = *map->unit ? map->unit : "1";
   fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->of.key, unit,
@@ -127,7 +127,7 @@ static int write_vtu(const report *r, const flesh_mesh *mesh)
   const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
                              .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh),
                              .cell_array_count = from[1] ? 3 : 1, .cell_arrays = arrays};
-  if (!status) status = flesh_vtu_write(flesh_path("%s/map.vtu", r->fit->out), &content);
+  if (!status) status = flesh_vtu_write(flesh_path("%s/map.vtu", r->fit->options.out), &content);
   free(room);
   return status;
 }

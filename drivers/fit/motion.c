@@ -27,16 +27,14 @@ struct flesh_fit_motion {
 
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
 {
-  for (int k = 0; k < e->measured_count; k++) {
-    const flesh_fit_measured *m = &e->measured[k];
-    if (m->table == FLESH_FIT_OF_HISTORY) return "it is a motion of which history is measured";
-    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES; q++) {
-      flesh_asked asked;
-      const int status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
-      const int is_other = status || asked.over != FLESH_AT_END || asked.probes;
-      flesh_asked_clear(&asked);
-      if (is_other) return "it is a motion of which more than positions and velocities is measured";
-    }
+  for (int k = 0; k < e->measured_count; k++)
+    if (e->measured[k].table == FLESH_FIT_OF_HISTORY) return "it is a motion of which history is measured";
+  for (int c = 0; c < e->column_count; c++) {
+    flesh_asked asked;
+    const int status = flesh_asked_find(scene, e->columns[c], e->end, &asked);
+    const int is_other = status || asked.over != FLESH_AT_END || asked.probes;
+    flesh_asked_clear(&asked);
+    if (is_other) return "it is a motion of which more than positions and velocities is measured";
   }
   return "";
 }
@@ -67,11 +65,10 @@ int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, fle
   flesh_fit_motion *m = *motion = calloc(1, sizeof *m);
   if (!m) return flesh_no_memory();
   *m = (flesh_fit_motion){.fit = fit, .experiment = experiment, .n = 3 * e->nodes, .p = p, .told = {.e = e}};
-  const int count = flesh_fit_told_columns(e);
-  m->columns = calloc((size_t)count + 1, sizeof *m->columns);
+  m->columns = calloc((size_t)e->column_count + 1, sizeof *m->columns);
   int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : flesh_no_memory();
-  for (int c = 0; c < count && !status; c++)
-    status = flesh_asked_find(m->scene, flesh_fit_told_name(e, c), e->end, &m->columns[m->column_count++]);
+  for (int c = 0; c < e->column_count && !status; c++)
+    status = flesh_asked_find(m->scene, e->columns[c], e->end, &m->columns[m->column_count++]);
   if (!status) status = record(m);
   fit->made++;
   if (status) flesh_fit_motion_destroy(motion);

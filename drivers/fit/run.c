@@ -19,12 +19,12 @@ static const char *const table_names[] = {"probes.csv", "history.csv"};
 
 static char *folder_of(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
-  return flesh_text_new("%s/runs/%s", fit->out, e->name);
+  return flesh_text_new("%s/runs/%s", fit->options.out, e->name);
 }
 
 char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
-  return flesh_text_new("%s/runs/%s/scratch", fit->out, e->name);
+  return flesh_text_new("%s/runs/%s/scratch", fit->options.out, e->name);
 }
 
 void flesh_fit_scratch_remove(char *folder)
@@ -39,7 +39,7 @@ void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, 
   const flesh_fit_experiment *e = &fit->experiments[experiment];
   char number[FLESH_NUMBER_SIZE];
   flesh_overrides_copy(overrides, &(flesh_texts){e->set.count, e->set.texts});
-  if (fit->map) flesh_overrides_add(overrides, "body.material_map", flesh_path("%s/map.csv", fit->out));
+  if (fit->map) flesh_overrides_add(overrides, "body.material_map", flesh_path("%s/map.csv", fit->options.out));
   for (int k = 0; k < fit->key_count; k++)
     if (e->acts[k]) flesh_overrides_add(overrides, fit->parameters[k].key, flesh_number_text(p[k], number));
 }
@@ -48,7 +48,7 @@ int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, fl
 {
   flesh_overrides overrides;
   flesh_fit_overrides(fit, experiment, p, &overrides);
-  int status = fit->map ? flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->out), p) : FLESH_OK;
+  int status = fit->map ? flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->options.out), p) : FLESH_OK;
   if (!status) status = flesh_overrides_read(&overrides, fit->experiments[experiment].scene, scene);
   flesh_overrides_close(&overrides);
   return status;
@@ -227,7 +227,8 @@ int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *
   const int refused = status == FLESH_ERR_ARGUMENT;
   if (!status) {
     const flesh_runner_options options = {.out = folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
-                                          .observer_count = keeps, .observers = &keeper, .argc = fit->argc, .argv = fit->argv};
+                                          .observer_count = keeps, .observers = &keeper, .argc = fit->options.argc,
+                                          .argv = fit->options.argv};
     flesh_fit_kept_clear(&e->kept);
     status = flesh_runner_run(scene, &options, &figures, &outcome);
     *cpu_s = figures.cpu_s;

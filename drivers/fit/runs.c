@@ -89,15 +89,14 @@ static int take_record(void *data, int number, const json_t *record)
   return FLESH_OK;
 }
 
-int flesh_fit_runs_open(flesh_fit *fit, int resume)
+int flesh_fit_runs_open(flesh_fit *fit)
 {
-  const flesh_study_options options = {.out = fit->out, .resume = resume, .argc = fit->argc, .argv = fit->argv};
   int abandoned, elsewhere, status = make_fingerprint(fit, fit->fingerprint);
   fit->study = (flesh_study){.name = "fit", .text = fit->text, .path = fit->path, .asks = 1,
                              .fingerprint = fit->fingerprint, .column_count = 3, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
                              .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};
-  if (!status) status = flesh_study_store_open(&fit->study, &options, &fit->store);
+  if (!status) status = flesh_study_store_open(&fit->study, &fit->options, &fit->store);
   return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }
 
@@ -148,7 +147,7 @@ static int read_numbers(const flesh_fit *fit, int count, double *numbers)
   }
   return whole ? FLESH_OK
                : flesh_fail(FLESH_ERR_FILE, "%s: the record of a case is not whole; give another --out, or move %s away",
-                            fit->store.path, fit->out);
+                            fit->store.path, fit->options.out);
 }
 
 static const char *words_of(const json_t *record)
@@ -284,5 +283,5 @@ void flesh_fit_close(flesh_fit *fit)
   flesh_study_store_close(&fit->store);
   free(fit->text);
   flesh_arena_free(&fit->arena);
-  *fit = (flesh_fit){.store = {.lock = -1}};
+  *fit = (flesh_fit){.options = fit->options, .store = {.lock = -1}};
 }

@@ -139,7 +139,7 @@ static int accept(searching *s, const gsl_vector *x)
 
 static void tell(const searching *s)
 {
-  if (s->fit->quiet) return;
+  if (s->fit->options.quiet) return;
   printf("iteration %d: sum of squares %.6g", s->found->iterations,
          flesh_fit_squares(s->fit, 0, s->count, s->found->values));
   for (int k = 0; k < s->fit->parameter_count && k < 6; k++) printf(", %s %.6g", s->fit->parameters[k].name, s->found->p[k]);

@@ -145,6 +145,22 @@ static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experi
   return FLESH_OK;
 }
 
+/* Lists the measured columns of probes. */
+static int list_columns(flesh_arena *arena, flesh_fit_experiment *e)
+{
+  int most = 1;
+  for (int k = 0; k < e->measured_count; k++) most += e->measured[k].quantity_count;
+  e->columns = flesh_arena_take(arena, sizeof *e->columns * (size_t)most);
+  if (!e->columns) return flesh_no_memory();
+  for (int k = 0; k < e->measured_count; k++) {
+    flesh_fit_measured *m = &e->measured[k];
+    m->first_column = e->column_count;
+    for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES; q++)
+      e->columns[e->column_count++] = m->quantities[q].name;
+  }
+  return FLESH_OK;
+}
+
 static int read_measured(flesh_fit *fit, const experiment_keys *keys, const flesh_scene *scene, flesh_fit_experiment *e)
 {
   flesh_fit_measured_keys *rows = keys->measured.values;
@@ -160,7 +176,7 @@ static int read_measured(flesh_fit *fit, const experiment_keys *keys, const fles
     if (!status) e->measured_count++, e->count += e->measured[k].count;
   }
   fit->count += e->count;
-  return status;
+  return status ? status : list_columns(&fit->arena, e);
 }
 
 /* The time of every datum is one of the run. */

@@ -20,7 +20,7 @@ typedef struct tangenting {
   int experiment;
   flesh_scene *scene;
   flesh_sensitivity **at; /* [kept]; NULL at the start */
-  double *dx;             /* [kept * 3 * nodes] */
+  double *dx;             /* [kept * 3 * nodes], and the others behind it */
   double *values[2];      /* [count] */
   double *direction;      /* [parameters] */
   char *folder;
@@ -102,12 +102,12 @@ static int differentiate(tangenting *t, int k, double *tangents)
 int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
 {
   flesh_fit_experiment *e = &fit->experiments[experiment];
-  const size_t unknowns = 3 * (size_t)e->nodes, rows = (size_t)e->kept.count + 1, count = (size_t)e->count * sizeof(double);
+  const size_t rows = (size_t)e->kept.count + 1, all = rows * 3 * (size_t)e->nodes, count = (size_t)e->count;
   tangenting t = {.fit = fit, .e = e, .experiment = experiment, .at = calloc(rows, sizeof(flesh_sensitivity *)),
-                  .dx = malloc(rows * unknowns * sizeof(double)), .values = {malloc(count), malloc(count)},
-                  .direction = malloc((size_t)fit->parameter_count * sizeof(double)), .folder = flesh_fit_scratch(fit, e)};
-  const int whole = t.at && t.dx && t.values[0] && t.values[1] && t.direction && t.folder;
-  int status = whole ? flesh_folder_make(t.folder) : flesh_no_memory();
+                  .dx = malloc((all + 2 * count + (size_t)fit->parameter_count) * sizeof(double)),
+                  .folder = flesh_fit_scratch(fit, e)};
+  int status = t.at && t.dx && t.folder ? flesh_folder_make(t.folder) : flesh_no_memory();
+  if (t.dx) t.values[0] = t.dx + all, t.values[1] = t.values[0] + count, t.direction = t.values[1] + count;
   if (!status) status = flesh_fit_scene_at(fit, experiment, e->kept.p, &t.scene);
   if (!status) status = factor(&t);
   for (int k = 0; k < fit->key_count && !status; k++)
@@ -118,8 +118,5 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   flesh_fit_scratch_remove(t.folder);
   free(t.at);
   free(t.dx);
-  free(t.direction);
-  free(t.values[0]);
-  free(t.values[1]);
   return status;
 }

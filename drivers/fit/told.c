@@ -28,34 +28,15 @@ static double weight_of(const flesh_fit_told *told, int s, double t)
 
 void flesh_fit_told_visit(const flesh_fit_told *told, int s, flesh_fit_told_see *see, void *data)
 {
-  int row = 0, first = 0;
+  int row = 0;
   for (int k = 0; k < told->e->measured_count; k++) {
     const flesh_fit_measured *m = &told->e->measured[k];
     const int of_probes = m->table == FLESH_FIT_OF_PROBES;
     for (int i = 0; i < m->count; i++, row++) {
       const double weight = weight_of(told, s, m->data[i].t);
-      if (weight != 0) see(data, m, &m->data[i], row, weight, of_probes ? first + m->data[i].quantity : -1);
+      if (weight != 0) see(data, m, &m->data[i], row, weight, of_probes ? m->first_column + m->data[i].quantity : -1);
     }
-    if (of_probes) first += m->quantity_count;
   }
-}
-
-int flesh_fit_told_columns(const flesh_fit_experiment *e)
-{
-  int count = 0;
-  for (int k = 0; k < e->measured_count; k++)
-    if (e->measured[k].table == FLESH_FIT_OF_PROBES) count += e->measured[k].quantity_count;
-  return count;
-}
-
-const char *flesh_fit_told_name(const flesh_fit_experiment *e, int column)
-{
-  for (int k = 0; k < e->measured_count; k++) {
-    if (e->measured[k].table != FLESH_FIT_OF_PROBES) continue;
-    if (column < e->measured[k].quantity_count) return e->measured[k].quantities[column].name;
-    column -= e->measured[k].quantity_count;
-  }
-  return "";
 }
 
 static size_t entry(const flesh_fit_measured *m, const flesh_fit_datum *d, int a)

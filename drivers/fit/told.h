@@ -11,15 +11,11 @@ typedef struct flesh_fit_told {
   double *times; /* [count] s, of the states, ascending */
 } flesh_fit_told;
 
-/* Sees a measured number that is told by state s, with a weight: of `row` among those of the experiment, and column `c` of all
- * tables of probes, one after the other, or -1: of positions. */
+/* Sees a measured number that is told by state s, with a weight: of `row` among those of the experiment, and of its column `c`
+ * of probes, or -1: of positions. */
 typedef void flesh_fit_told_see(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c);
 void flesh_fit_told_visit(const flesh_fit_told *told, int s, flesh_fit_told_see *see, void *data);
 int flesh_fit_told_add(flesh_fit_told *told, double t); /* FLESH_ERR_MEMORY */
-/* Columns of all tables of probes. */
-int flesh_fit_told_columns(const flesh_fit_experiment *e);
-/* The name of one. */
-const char *flesh_fit_told_name(const flesh_fit_experiment *e, int column);
 /* A measured coordinate at positions x [3*nodes], and x += y times its derivative by them. */
 double flesh_fit_told_position(const flesh_fit_measured *m, const flesh_fit_datum *d, const double *x);
 void flesh_fit_told_give(const flesh_fit_measured *m, const flesh_fit_datum *d, double y, double *x);

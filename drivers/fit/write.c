@@ -77,8 +77,8 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
 static int write_result(const flesh_fit *fit, json_t *value)
 {
   json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
-  json_object_set_new(value, "program", flesh_provenance_program(fit->argc, fit->argv));
-  return flesh_json_write(flesh_path("%s/result.json", fit->out), value);
+  json_object_set_new(value, "program", flesh_provenance_program(fit->options.argc, fit->options.argv));
+  return flesh_json_write(flesh_path("%s/result.json", fit->options.out), value);
 }
 
 static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
@@ -139,11 +139,11 @@ static int tabulate(flesh_fit *fit, const double *values)
 /* The scene of each experiment with the parameters that were found. */
 static int write_scenes(const flesh_fit *fit, const double *p)
 {
-  int status = flesh_folder_make(flesh_path("%s/scenes", fit->out));
+  int status = flesh_folder_make(flesh_path("%s/scenes", fit->options.out));
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     flesh_scene *scene = NULL;
     status = flesh_fit_scene_at(fit, e, p, &scene);
-    if (!status) status = flesh_scene_write(scene, flesh_path("%s/scenes/%s.yaml", fit->out, fit->experiments[e].name));
+    if (!status) status = flesh_scene_write(scene, flesh_path("%s/scenes/%s.yaml", fit->options.out, fit->experiments[e].name));
     flesh_scene_destroy(&scene);
   }
   return status;
@@ -172,19 +172,19 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
   else
     printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\n", fit->count, s->squares, found->iterations,
            flesh_fit_runs_used(fit));
-  printf("results: %s\n", fit->out);
+  printf("results: %s\n", fit->options.out);
 }
 
 int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
 {
   flesh_plot_outcome drawn = {0};
   const char *const sql[] = {flesh_own_text("fit"), NULL};
-  const flesh_results to = {.out = fit->out, .draw = flesh_plot_draw_noted, .data = &drawn};
+  const flesh_results to = {.out = fit->options.out, .draw = flesh_plot_draw_noted, .data = &drawn};
   int status = tabulate(fit, found->values);
   if (!status) status = flesh_results_make(fit->store.database, fit->store.path, sql, &to);
   if (!status) status = write_scenes(fit, found->p);
   if (!status && fit->map) status = flesh_fit_map_tables(fit, found);
   if (!status) status = write_found(fit, found, statistics);
-  if (!status && !fit->quiet) print(fit, found, statistics);
+  if (!status && !fit->options.quiet) print(fit, found, statistics);
   return status ? status : flesh_plot_accept("fit", flesh_plot_ended(&drawn));
 }

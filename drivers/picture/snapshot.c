@@ -14,7 +14,8 @@
 
 void flesh_snapshot_default(flesh_snapshot *s)
 {
-  *s = (flesh_snapshot){.colour = "J", .height = NAN, .field_of_view = NAN, .width = 480};
+  *s = (flesh_snapshot){.colour = "J", .height = NAN, .field_of_view = NAN};
+  flesh_picture_options_default(&s->options);
 }
 
 /* The camera of the first scene, with what the command line says. */
@@ -57,21 +58,14 @@ static int choose_options(flesh_snapshot *s)
 {
   enum { LEAST = 16, MOST = 8192 };
   double ends[2];
-  flesh_picture_options_default(&s->options);
-  if (s->width < LEAST || s->width > MOST)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--width is %d; it must be %d to %d pixels", s->width, LEAST, MOST);
-  if (s->picture_height && (s->picture_height < LEAST || s->picture_height > MOST))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--picture-height is %d; it must be %d to %d pixels", s->picture_height,
-                      LEAST, MOST);
+  const int width = s->options.width, height = s->options.height;
+  if (width < LEAST || width > MOST)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--width is %d; it must be %d to %d pixels", width, LEAST, MOST);
+  if (height && (height < LEAST || height > MOST))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--picture-height is %d; it must be %d to %d pixels", height, LEAST, MOST);
   int status = flesh_picture_field_from_name(s->colour, &s->options.field);
   if (status) return flesh_fail_within(status, "--colour: ");
   if (s->error) s->options.field = FLESH_PICTURE_ERROR;
-  s->options.width = s->width;
-  s->options.height = s->picture_height;
-  s->options.columns = s->columns;
-  s->options.edges = s->edges;
-  s->options.style.flat = s->flat;
-  s->options.style.no_shadow = s->no_shadow;
   if (s->range) {
     if (flesh_list_parse(s->range, 2, ends) != 2 || !(ends[0] < ends[1]))
       return flesh_fail(FLESH_ERR_ARGUMENT,

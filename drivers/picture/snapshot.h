@@ -19,12 +19,11 @@ typedef struct flesh_snapshot {
   /* Options, as given on the command line. */
   const char *colour, *error, *range, *camera, *up, *target, *surface;
   double height, field_of_view;
-  int width, picture_height, columns;
-  int edges, no_skin, bare, flat, no_shadow;
+  int no_skin, bare;
+  flesh_picture_options options; /* with what the others say once the runs are opened */
   /* Opened. */
   int count;
   flesh_snapshot_run *runs;
-  flesh_picture_options options;
   const char *up_origin; /* why the camera's up is what it is */
 } flesh_snapshot;
 
@@ -45,16 +44,17 @@ typedef struct flesh_snapshot {
   {"height", "H", FLESH_OPTION_POSITIVE, &(s).height, "height of what is seen at the target, m (default: fitted)"}, \
   {"field-of-view", "DEGREES", FLESH_OPTION_NUMBER, &(s).field_of_view, \
    "from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, 20 without)"}, \
-  {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).width, "width of a panel (default 480)"}, \
-  {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).picture_height, "height of a panel (default: fitted)"}, \
-  {"columns", "N", FLESH_OPTION_COUNT, &(s).columns, \
+  {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).options.width, "width of a panel (default 480)"}, \
+  {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).options.height, "height of a panel (default: fitted)"}, \
+  {"columns", "N", FLESH_OPTION_COUNT, &(s).options.columns, \
    "panels side by side (default: the frames of a run, or as many as look well)"}, \
   {"surface", "FILE", FLESH_OPTION_TEXT, &(s).surface, \
    "skin to draw in place of the body, .obj or .ply, at rest (default: the scene's)"}, \
   {"no-skin", NULL, FLESH_OPTION_SWITCH, &(s).no_skin, "draw the body's own boundary, also where there is a skin"}, \
-  {"edges", NULL, FLESH_OPTION_SWITCH, &(s).edges, "draw the edges of the boundary's triangles"}, \
-  {"flat", NULL, FLESH_OPTION_SWITCH, &(s).flat, "the colours of the scale as they are, without light and shadow"}, \
-  {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"}, \
+  {"edges", NULL, FLESH_OPTION_SWITCH, &(s).options.edges, "draw the edges of the boundary's triangles"}, \
+  {"flat", NULL, FLESH_OPTION_SWITCH, &(s).options.style.flat, \
+   "the colours of the scale as they are, without light and shadow"}, \
+  {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).options.style.no_shadow, "light, but no shadows"}, \
   {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
 
 /* Defaults, before the command line is read. */

@@ -7,21 +7,23 @@
 #include "report/csv.h"
 #include "report/report.h"
 #include "run/run_folder.h"
-#include "study/database.h"
+#include "study/study.h"
 
 typedef struct runs {
   int count;
   char *const *folders;
 } runs;
 
-static int insert_run(sqlite3_stmt *run, int number, const char *folder)
+static int insert_run(flesh_study_store *store, int number, const char *folder)
 {
   json_t *result = NULL;
   char *name = flesh_run_folder_name(folder), *text = NULL;
-  const int status = name ? flesh_report_json(folder, "result.json", &result) : flesh_report_no_memory();
+  int status = name ? flesh_report_json(folder, "result.json", &result) : flesh_report_no_memory();
   if (json_is_object(result)) text = json_dumps(result, JSON_COMPACT);
   json_t *shown = flesh_json_text(name ? name : "");
-  flesh_database_put(run, "ittt", number, folder, json_string_value(shown), text);
+  if (!status)
+    status = flesh_study_store_execute(store, "INSERT INTO runs VALUES (%d, %Q, %Q, %Q)", number, folder,
+                                       json_string_value(shown), text);
   json_decref(shown);
   json_decref(result);
   free(name);
@@ -32,13 +34,9 @@ static int insert_run(sqlite3_stmt *run, int number, const char *folder)
 static int fill(sqlite3 *database, const void *data)
 {
   const runs *given = data;
-  sqlite3_stmt *run = NULL;
-  int status = sqlite3_exec(database, "CREATE TABLE runs (number INTEGER PRIMARY KEY, folder, name, result)", NULL, NULL, NULL) ||
-                       sqlite3_prepare_v2(database, "INSERT INTO runs VALUES (?, ?, ?, ?)", -1, &run, NULL)
-                   ? flesh_report_no_memory()
-                   : FLESH_OK;
-  for (int r = 0; r < given->count && !status; r++) status = insert_run(run, r, given->folders[r]);
-  sqlite3_finalize(run);
+  flesh_study_store store = {.database = database, .path = "a report"};
+  int status = flesh_study_store_execute(&store, "CREATE TABLE runs (number INTEGER PRIMARY KEY, folder, name, result)");
+  for (int r = 0; r < given->count && !status; r++) status = insert_run(&store, r, given->folders[r]);
   return status;
 }
 

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
+#include "run/start.h"
 
 static const double warns_from = 0.47 - 1e-9;
 
@@ -53,7 +54,6 @@ static void close_trial(trial *t)
   flesh_mesh_destroy(&t->raised);
   free(t->materials);
   free(t->state.x);
-  free(t->state.v);
   free(t->mass);
 }
 
@@ -137,12 +137,12 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   if (!status) status = add_effect(t, flesh_effect_gravity(&t->body, load, &effect), &effect);
   if (!status) status = add_pins(scene, t);
   if (!status) status = flesh_system_finalize(t->system);
-  const size_t n = status ? 0 : (size_t)flesh_system_unknowns(t->system);
+  const int nodes = flesh_mesh_node_count(t->body.mesh);
+  if (!status) status = flesh_state_make(nodes, 0, 0, &t->state);
   if (status) return status;
-  t->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
-  t->mass = calloc(n / 3, sizeof *t->mass);
-  if (!t->state.x || !t->state.v || !t->mass) return flesh_no_memory();
-  memcpy(t->state.x, flesh_mesh_positions(t->body.mesh), n * sizeof(double));
+  t->mass = calloc((size_t)nodes, sizeof *t->mass);
+  if (!t->mass) return flesh_no_memory();
+  memcpy(t->state.x, flesh_mesh_positions(t->body.mesh), 3 * (size_t)nodes * sizeof(double));
   flesh_mesh_lumped_mass(t->body.mesh, t->body.density, t->mass);
   flesh_solver_options options = *flesh_scene_solver(scene);
   options.newton_tolerance = 0.1, options.linear_tolerance = 0.01;
