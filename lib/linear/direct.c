@@ -101,6 +101,11 @@ void flesh_direct_destroy(flesh_direct **direct)
   *direct = NULL;
 }
 
+double flesh_direct_operations(const flesh_direct *direct)
+{
+  return direct->symbolic->est_flops;
+}
+
 /* The values with the pivots of the factor that there is; 0 where that cannot be. */
 static int refactor(flesh_direct *self)
 {

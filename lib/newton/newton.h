@@ -39,6 +39,7 @@ typedef struct flesh_tangent {
   int kept, refreshes;  /* the preconditioner is that of an earlier one; so many to come are not to be kept */
   int has_pivots;       /* and is factored in `pivots` */
   int patterns;         /* of the equations, when `pivots` was made */
+  double most;          /* operations that `pivots` may take where others can do without; 0: any number */
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
 } flesh_tangent;
 

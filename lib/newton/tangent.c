@@ -24,6 +24,8 @@ static int factor_with_pivots(flesh_newton *self)
   if (tangent->patterns != equations->patterns) flesh_direct_destroy(&tangent->pivots);
   int status = tangent->pivots ? FLESH_OK : flesh_direct_create(FLESH_LINEAR_KLU, equations->K, &tangent->pivots);
   tangent->patterns = equations->patterns;
+  if (!status && tangent->most > 0 && flesh_direct_operations(tangent->pivots) > tangent->most)
+    return flesh_fail(FLESH_ERR_SOLVE, "to factor the tangent takes %.2g operations", flesh_direct_operations(tangent->pivots));
   if (!status) status = flesh_direct_factor(tangent->pivots, equations->K);
   if (status > 0) return flesh_fail(FLESH_ERR_SOLVE, "the tangent is singular, so that there are no sensitivities: the state is "
                                                      "a bifurcation, or a part of the body moves freely");

@@ -111,6 +111,9 @@ static void indefinite_and_singular_matrices(void)
     if (held) {
       CHECK(problem->newton.tangent.has_pivots); /* it was indefinite */
       CHECK_BELOW(departure(problem, u, right, p, 1e-6), 1e-7);
+      problem->newton.tangent.most = 1e4; /* operations, which its factors exceed */
+      CHECK(flesh_problem_solve(problem, u, 1, right, 1e-11) == FLESH_ERR_SOLVE);
+      CHECK_TEXT(flesh_error_text(), "to factor the tangent takes ");
     } else CHECK_TEXT(flesh_error_text(), "singular");
     free(u), free(right), free(p);
     flesh_problem_destroy(&problem);
