@@ -17,9 +17,11 @@
 #include "math/hermite.h"
 #include "system/feasible_step.h"
 
-enum { VECTORS = 6 };
+enum { VECTORS = 7 };
 static const double most_off = 3;      /* tolerances, that stresses may be off by: no more than steps make them */
 static const double stage_part = 0.25; /* of the step: g of a stage that is shown, as methods have it */
+/* A correction serves for a state that is off by so many times as much at most: what solves leave grows with it. */
+static const double most_growth = 3;
 
 int flesh_ahead_is_limited(const flesh_system *system)
 {
@@ -29,7 +31,8 @@ int flesh_ahead_is_limited(const flesh_system *system)
 
 int flesh_ahead_create(flesh_error_control *control, const uint8_t *fixed, const double *acceleration, flesh_ahead *ahead)
 {
-  double **vectors[VECTORS] = {&ahead->from.x, &ahead->from.v, &ahead->to.x, &ahead->to.v, &ahead->a, &ahead->between};
+  double **vectors[VECTORS] = {&ahead->from.x, &ahead->from.v, &ahead->to.x, &ahead->to.v, &ahead->a, &ahead->between,
+                               &ahead->correction};
   size_t stride;
   double *all = flesh_huge_pages_vectors(VECTORS, (size_t)control->n, &stride);
   if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the states of a step");
@@ -58,6 +61,8 @@ void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive)
     flesh_archive_nodes(archive, states[k]->v, (size_t)n / 3);
   }
   flesh_archive_nodes(archive, ahead->a, (size_t)n / 3);
+  FLESH_ARCHIVE(archive, ahead->corrected);
+  if (ahead->corrected > 0) flesh_archive_nodes(archive, ahead->correction, (size_t)n / 3);
   FLESH_ARCHIVE(archive, ahead->balances);
   FLESH_ARCHIVE(archive, ahead->target);
 }
@@ -126,6 +131,7 @@ static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_so
 {
   flesh_nonlinear *nonlinear = ahead->control->nonlinear;
   const flesh_shift shift = shift_of(ahead);
+  ahead->corrected = 0;
   ahead->balances = is_off(ahead, room, state, stats);
   flesh_error_control_set_target(ahead->control, &shift);
   ahead->target = nonlinear->newton->goal.target;
@@ -133,26 +139,42 @@ static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_so
   flesh_nonlinear_set_weights(nonlinear, NULL);
 }
 
-/* The interpolated state becomes a stage that it is the base of; it stays what it is where that has no solution. */
-static int balance(const flesh_ahead *ahead, flesh_state *state, flesh_solve_stats *stats)
+/* The error of the cubic at t, but for a factor that is the same throughout the step. */
+static double error_at(const flesh_ahead *ahead, double t)
+{
+  const double h = ahead->to.t - ahead->from.t, s = (t - ahead->from.t) / h;
+  return pow(s * (1 - s), 2);
+}
+
+/* The interpolated state becomes a stage that it is the base of; it stays what it is where that has no solution. The
+ * correction of the state before, of the same step, tells its own. */
+static int balance(flesh_ahead *ahead, double *guess, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_nonlinear *nonlinear = ahead->control->nonlinear;
+  const double error = error_at(ahead, state->t), growth = error / ahead->corrected;
+  const double *const guesses[] = {growth < most_growth ? guess : NULL, NULL};
   const flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1, .shift = shift_of(ahead), .x0 = state->x,
                              .v0 = state->v, .a0 = ahead->between, .t_lag = state->t, .t_from = state->t};
+  for (int d = 0; d < ahead->control->n && guesses[0]; d++) guess[d] = growth * ahead->correction[d];
+  const flesh_newton_goal goal = nonlinear->newton->goal;
   nonlinear->newton->goal.target = ahead->target;
-  const int status = flesh_nonlinear_solve(nonlinear, &stage, NULL, 0, stats);
-  nonlinear->newton->goal.target = 0;
+  nonlinear->newton->goal.of_load = INFINITY; /* no motion goes on from there */
+  nonlinear->newton->policy.stage_continues = 1; /* the states of a step have one shift */
+  const int status = flesh_nonlinear_solve(nonlinear, &stage, guesses, 0, stats);
+  nonlinear->newton->goal = goal;
+  ahead->corrected = status ? 0 : error;
   for (int d = 0; d < ahead->control->n && !status; d++) {
+    ahead->correction[d] = nonlinear->u[d];
     state->x[d] += nonlinear->u[d];
     state->v[d] += stage.shift.v * nonlinear->u[d];
   }
   return status < 0 ? status : FLESH_OK;
 }
 
-static int show(const flesh_ahead *ahead, double t, double *room, flesh_state *state, flesh_solve_stats *stats)
+static int show(flesh_ahead *ahead, double t, double *room, flesh_state *state, flesh_solve_stats *stats)
 {
   interpolate(ahead, t, room, state);
-  return ahead->balances ? balance(ahead, state, stats) : FLESH_OK;
+  return ahead->balances ? balance(ahead, room, state, stats) : FLESH_OK;
 }
 
 int flesh_ahead_show(flesh_ahead *ahead, double end, double *room, flesh_state *state, flesh_solve_stats *stats)

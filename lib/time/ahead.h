@@ -10,6 +10,8 @@ typedef struct flesh_ahead {
   int shown;            /* the caller's state is one between `from` and `to` */
   int balances;         /* forces of interpolated states are off: those shown are solved for */
   double target;        /* N, of their residuals */
+  double corrected;     /* how far the cubic is off, over a factor of the step, where it was corrected last; 0: nowhere yet */
+  double *correction;   /* [n] there */
   flesh_state from, to; /* where the last step has begun and ended; from.x NULL: they are not kept */
   double *a, *between;  /* [n] the accelerations where it has begun, and of the state shown */
   /* The integrator's, borrowed. */
@@ -28,7 +30,7 @@ void flesh_ahead_archive(flesh_ahead *ahead, int n, flesh_archive *archive);
 
 /* A step that may lead behind the end asked for begins at the state. */
 void flesh_ahead_remember(flesh_ahead *ahead, const flesh_state *state);
-/* Steps have led to the state, which becomes that at `end` where it lies behind it. Overwrites room [3*n]. A negative status
+/* Steps have led to the state, which becomes that at `end` where it lies behind it. Overwrites room [n]. A negative status
  * ends the run. */
 int flesh_ahead_show(flesh_ahead *ahead, double end, double *room, flesh_state *state, flesh_solve_stats *stats);
 /* The caller's state becomes that at `end` if steps have led as far, but for rounding, and *shown is 1; else that from which

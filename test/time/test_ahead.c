@@ -247,6 +247,31 @@ static void states_between_steps_balance(void)
   }
 }
 
+/* The work of showing so many states of a stiff bar that sags. */
+static flesh_solve_stats show(int states)
+{
+  test_body b;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(test_body_create(test_box(6, 2, 2, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.499), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+  CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_integrator *integrator = controlled(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-2);
+  for (int k = 1; k <= states; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, k * end / states - b.state.t, &stats));
+  printf("# %d states within %d steps: %d Newton, %d linear, %d matrices\n", states, stats.steps, stats.newton, stats.linear,
+         stats.assemblies);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return stats;
+}
+
+/* States of a step that are solved for begin with what those before were off by, and with their matrix. */
+static void states_of_a_step_tell_each_other(void)
+{
+  const flesh_solve_stats few = show(60), many = show(480);
+  CHECK(many.newton < 2 * few.newton && many.assemblies < few.newton);
+}
+
 static double least;
 
 static int see_length(void *data, const flesh_internal_step *step)
@@ -313,7 +338,7 @@ static void kinks_just_before_states_cost_nothing(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(states_between_steps_balance),
-                   TEST(changes_between_steps_count),
+                   TEST(states_of_a_step_tell_each_other), TEST(changes_between_steps_count),
                    TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves),
                    TEST(kinks_just_before_states_cost_nothing));
 }
