@@ -2,12 +2,12 @@
  * are judged by. */
 #include "accuracy/accuracy.h"
 
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "base/sort.h"
 
 /* Compares every state that it sees, where the reference is known. */
 typedef struct judge_of_run {
@@ -87,11 +87,9 @@ static int run_repeats(const flesh_accuracy_plan *plan, const flesh_accuracy_row
     cpus[count] = cost.cpu_s;
     spent += cost.wall_s;
   }
-  qsort(walls, (size_t)count, sizeof *walls, flesh_compare_double);
-  qsort(cpus, (size_t)count, sizeof *cpus, flesh_compare_double);
-  f->cost.cpu_s = cpus[0];
-  f->wall_s_min = walls[0];
-  f->wall_s_median = (walls[(count - 1) / 2] + walls[count / 2]) / 2;
+  f->cost.cpu_s = gsl_stats_min(cpus, 1, (size_t)count);
+  f->wall_s_min = gsl_stats_min(walls, 1, (size_t)count);
+  f->wall_s_median = gsl_stats_median(walls, 1, (size_t)count);
   return FLESH_OK;
 }
 

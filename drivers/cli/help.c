@@ -74,8 +74,7 @@ static void print_text_list(const char *command, const char *about, const char *
   flesh_help_print_exits(0);
 }
 
-/* The help of the commands below this one, in the same format. */
-static void print_below(const flesh_subcommand *list)
+void flesh_help_print_all(const flesh_subcommand *list)
 {
   for (; list && list->name; list++) {
     char name[32], help[] = "--help", *words[] = {name, help, NULL};
@@ -93,7 +92,7 @@ void flesh_help_print(const flesh_usage *usage)
   if (chosen == FLESH_HELP_MAN) flesh_help_man(usage);
   if (chosen == FLESH_HELP_BASH) flesh_help_bash(usage);
   if (chosen == FLESH_HELP_ZSH) flesh_help_zsh(usage);
-  print_below(usage->commands);
+  flesh_help_print_all(usage->commands);
   if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' ')) flesh_help_man_end();
 }
 

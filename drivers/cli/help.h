@@ -29,6 +29,9 @@ void flesh_help_man_head(const char *page, const char *summary);
 void flesh_help_man_text(const char *text);
 void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */
 
+/* The help of all commands of a list, in the format that is set. */
+void flesh_help_print_all(const flesh_subcommand *list);
+
 /* The page of "run", but for its end; a section of its command's page for "mesh info". */
 void flesh_help_man(const flesh_usage *usage);
 void flesh_help_man_end(void);

@@ -39,11 +39,7 @@ static int print_keys(int zsh)
 static void print_branches(int zsh)
 {
   flesh_help_set_format(zsh ? FLESH_HELP_ZSH : FLESH_HELP_BASH);
-  for (const flesh_subcommand *c = flesh_help_commands; c->name; c++) {
-    char name[32], help[] = "--help", *words[] = {name, help, NULL};
-    snprintf(name, sizeof name, "%s", c->name);
-    c->run(2, words);
-  }
+  flesh_help_print_all(flesh_help_commands);
 }
 
 int flesh_command_completion(int argc, char **argv)

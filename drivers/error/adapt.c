@@ -1,6 +1,7 @@
 /* adapt.c: solve, judge, mark, refine. */
 #include "error/adapt.h"
 
+#include <gsl/gsl_fit.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -234,18 +235,15 @@ static double judge_values(const adapt *a)
 {
   const level *last = &a->list[a->levels - 1];
   int first = a->levels - 1;
-  double w = 0, x = 0, y = 0, xx = 0, xy = 0, off = 0;
+  double x[LEVELS], y[LEVELS], weights[LEVELS], limit, slope, off, errors[3];
+  int count = 0;
   while (first > 0 && (a->levels - first < LEAST_BACK || a->list[first - 1].dofs >= looked_back * last->dofs)) first--;
   for (int k = first; k < a->levels; k++) {
-    const double n = (double)a->list[k].dofs / last->dofs, value = a->list[k].value - last->value;
-    w += n * n, x += n, y += n * n * value, xx += 1, xy += n * value;
-  }
-  const double slope = (w * xy - x * y) / (w * xx - x * x), limit = (y - slope * x) / w;
-  for (int k = first; k < a->levels; k++) {
     const double n = (double)a->list[k].dofs / last->dofs;
-    off += pow(n * (a->list[k].value - last->value - limit) - slope, 2);
+    x[count] = 1 / n, weights[count] = n * n, y[count++] = a->list[k].value - last->value;
   }
-  return fabs(limit) + sqrt(off / (a->levels - first - 2));
+  gsl_fit_wlinear(x, 1, weights, 1, y, 1, (size_t)count, &limit, &slope, &errors[0], &errors[1], &errors[2], &off);
+  return fabs(limit) + sqrt(off / (count - 2));
 }
 
 /* The bar of the last level; a jump to another equilibrium counts from then on. */

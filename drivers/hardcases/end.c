@@ -1,13 +1,14 @@
 /* end.c: rest shapes, ranks, and whether an end is a true local minimum. */
 
 #include <gsl/gsl_eigen.h>
+#include <gsl/gsl_sort_vector.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/sort.h"
 #include "flesh/system.h"
+#include "math/eig3.h"
 #include "mesh/mesh.h"
 #include "hardcases/hardcases.h"
 
@@ -88,31 +89,21 @@ int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x)
     for (int a = 0; a < 3; a++)
       for (int b = 0; b < 3; b++)
         spread[3 * a + b] += (x[3 * i + a] - mean[a]) * (x[3 * i + b] - mean[b]) / nodes;
-  for (int k = 0; k < 9; k++)
-    if (!isfinite(spread[k])) return 3;
-  gsl_matrix_view matrix = gsl_matrix_view_array(spread, 3, 3);
-  double values[3];
-  gsl_vector_view vector = gsl_vector_view_array(values, 3);
-  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc(3);
-  gsl_eigen_symm(&matrix.matrix, &vector.vector, work);
-  gsl_eigen_symm_free(work);
-  for (int k = 0; k < 3; k++) rank += values[k] > 1e-12 * length * length;
+  double values[3], vectors[9];
+  flesh_eigh3(spread, values, vectors);
+  for (int k = 0; k < 3; k++) rank += !(values[k] <= 1e-12 * length * length); /* 3 where a place is not finite */
   return rank;
 }
 
-/* Ascending eigenvalues of the true Hessian of the free dofs; `free_count` of them in new *values.
- */
-static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed,
-                    int free_count, double **values)
+/* Ascending eigenvalues of the true Hessian of the free dofs, as many as these are. */
+static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed, gsl_vector *values)
 {
   int unknowns = flesh_system_unknowns(system);
   flesh_block_matrix *K = NULL;
   int *number = malloc(sizeof *number * (size_t)unknowns);
-  gsl_matrix *dense = gsl_matrix_calloc((size_t)free_count, (size_t)free_count);
-  gsl_vector *found = gsl_vector_alloc((size_t)free_count);
-  *values = malloc(sizeof **values * (size_t)free_count);
-  int status = number && dense && found && *values ? flesh_system_matrix_create(system, &K)
-                                                   : FLESH_ERR_MEMORY;
+  gsl_matrix *dense = gsl_matrix_calloc(values->size, values->size);
+  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc(values->size);
+  int status = number && dense && work ? flesh_system_matrix_create(system, &K) : FLESH_ERR_MEMORY;
   const flesh_shift shift = {.x = 1};
   if (!status) status = flesh_system_jacobian(system, point, &shift, K);
   for (int d = 0, next = 0; d < unknowns && !status; d++) number[d] = fixed[d] ? -1 : next++;
@@ -124,17 +115,12 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
         gsl_matrix_set(dense, (size_t)row, (size_t)column, K->values[9 * (size_t)k + e]);
         gsl_matrix_set(dense, (size_t)column, (size_t)row, K->values[9 * (size_t)k + e]);
       }
-  if (!status) {
-    gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)free_count);
-    gsl_eigen_symm(dense, found, work);
-    gsl_eigen_symm_free(work);
-    for (int k = 0; k < free_count; k++) (*values)[k] = gsl_vector_get(found, (size_t)k);
-    qsort(*values, (size_t)free_count, sizeof **values, flesh_compare_double);
-  }
+  if (!status) gsl_eigen_symm(dense, values, work);
+  if (!status) gsl_sort_vector(values);
   flesh_block_matrix_destroy(&K);
   free(number);
   gsl_matrix_free(dense);
-  gsl_vector_free(found);
+  gsl_eigen_symm_free(work);
   return status;
 }
 
@@ -154,8 +140,8 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
 {
   const flesh_system *system = flesh_scene_system(scene);
   int unknowns = flesh_system_unknowns(system);
-  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r),
-         *values = NULL;
+  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r);
+  gsl_vector *values = NULL;
   uint8_t *fixed = calloc((size_t)unknowns, 1);
   if (zero && r && fixed) {
     const flesh_point point = flesh_point_at(t, x, zero, zero);
@@ -166,23 +152,24 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
     f->gradient = sqrt(sum) / force_scale(scene);
     if (!(f->gradient < 1e-6)) {
       f->end = FLESH_HARDCASES_END_MOVING;
-    } else if (!status && free_count > 6 &&
-               !spectrum(system, &point, fixed, free_count, &values)) {
-      double zero_below = 1e-9 * fabs(values[free_count - 1]);
+    } else if (!status && free_count > 6 && (values = gsl_vector_alloc((size_t)free_count)) &&
+               !spectrum(system, &point, fixed, values)) {
+      double zero_below = 1e-9 * fabs(gsl_vector_get(values, values->size - 1));
       int rigid = free_count == unknowns ? 6 : 0, zeros = 0;
-      for (int k = 0; k < free_count; k++) {
-        f->negative_eigenvalues += values[k] < -zero_below;
-        zeros += fabs(values[k]) <= zero_below;
+      for (size_t k = 0; k < values->size; k++) {
+        f->negative_eigenvalues += gsl_vector_get(values, k) < -zero_below;
+        zeros += fabs(gsl_vector_get(values, k)) <= zero_below;
       }
       /* A free body's rigid motions are no weakness (in a point or line, some of them do not
        * exist). */
-      f->smallest_eigenvalue = values[f->negative_eigenvalues ? 0 : zeros < rigid ? zeros : rigid];
+      f->smallest_eigenvalue = gsl_vector_get(values, f->negative_eigenvalues ? 0 : (size_t)(zeros < rigid ? zeros : rigid));
       f->end = f->negative_eigenvalues ? FLESH_HARDCASES_END_SADDLE
                : zeros > rigid         ? FLESH_HARDCASES_END_DEGENERATE
                                        : FLESH_HARDCASES_END_MINIMUM;
     }
   }
-  free(zero), free(r), free(values), free(fixed);
+  free(zero), free(r), free(fixed);
+  gsl_vector_free(values);
 }
 
 void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double *x,
