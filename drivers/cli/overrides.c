@@ -23,8 +23,7 @@ void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
 
 void flesh_overrides_close(flesh_overrides *overrides)
 {
-  for (int o = 0; o < overrides->owned_count; o++) free(overrides->owned[o]);
-  free(overrides->owned);
+  flesh_arena_free(&overrides->arena);
   free(overrides->texts.values);
   *overrides = (flesh_overrides){0};
 }
@@ -32,21 +31,16 @@ void flesh_overrides_close(flesh_overrides *overrides)
 static void add(flesh_overrides *overrides, const char *key, const char *value, int quoted)
 {
   flesh_texts *texts = &overrides->texts;
-  char *text = malloc(strlen(key) + 2 * strlen(value) + 4), *end = text;
-  if (!text || overrides->failed ||
-      !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room) ||
-      !flesh_grow(&overrides->owned, sizeof *overrides->owned, overrides->owned_count, &overrides->owned_room)) {
-    overrides->failed = 1;
-    free(text);
-    return;
-  }
+  char *text = flesh_arena_take(&overrides->arena, strlen(key) + 2 * strlen(value) + 4), *end = text;
+  overrides->failed = overrides->failed || !text ||
+                      !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room);
+  if (overrides->failed) return;
   end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
   for (const char *c = value; *c; c++) {
     if (quoted && *c == '\'') *end++ = '\''; /* YAML doubles it */
     *end++ = *c;
   }
   strcpy(end, quoted ? "'" : "");
-  overrides->owned[overrides->owned_count++] = text;
   texts->values[texts->count++] = text;
 }
 

@@ -5,11 +5,12 @@
 
 #include "cli/options.h"
 #include "flesh/scene.h"
+#include "scene/arena.h"
 
 typedef struct flesh_overrides {
   flesh_texts texts; /* the target of a FLESH_OPTION_LIST */
-  char **owned;      /* texts that were added */
-  int owned_count, owned_room, room, failed;
+  flesh_arena arena; /* of those that were added */
+  int room, failed;
 } flesh_overrides;
 
 /* Room for `argc` texts of the command line; those that are added take more. FLESH_ERR_MEMORY. */

@@ -11,7 +11,6 @@
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"
-#include "picture/picture_curved.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture"); }
 
@@ -181,40 +180,20 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   return status;
 }
 
-/* Adopts memory of malloc's. */
-static int keep(flesh_picture_scene *scene, void *memory)
-{
-  void **longer = realloc(scene->owned, sizeof *longer * (size_t)(scene->owned_count + 1));
-  if (!longer) {
-    free(memory);
-    return no_memory();
-  }
-  scene->owned = longer;
-  scene->owned[scene->owned_count++] = memory;
-  return FLESH_OK;
-}
-
-/* New memory that the scene frees. */
-static void *take(flesh_picture_scene *scene, size_t size)
-{
-  void *made = malloc(size + 1);
-  return made && !keep(scene, made) ? made : NULL;
-}
-
 /* Gives every boundary triangle of a mesh of several regions the colour of its tet, by the rank of its tag. */
 static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *behind, flesh_render_surface *s)
 {
   enum { COLOURS = sizeof regions / sizeof *regions };
-  int *tags, count = flesh_mesh_region_list(mesh, &tags), status = tags ? keep(scene, tags) : no_memory();
-  if (status || count < 2) return status;
-  float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->triangles);
-  if (!rgb) return no_memory();
-  for (int t = 0; t < s->triangles; t++) {
+  int *tags, count = flesh_mesh_region_list(mesh, &tags);
+  float *rgb = tags && count > 1 ? flesh_arena_take(&scene->arena, sizeof *rgb * 3 * (size_t)s->triangles) : NULL;
+  const int lacks = !tags || (count > 1 && !rgb);
+  for (int t = 0; t < s->triangles && rgb; t++) {
     const int *found = bsearch(&flesh_mesh_regions(mesh)[behind[t]], tags, (size_t)count, sizeof *tags, flesh_compare_int);
     linear(regions[(found - tags) % COLOURS], rgb + 3 * (size_t)t);
   }
   s->triangle_colours = rgb;
-  return FLESH_OK;
+  free(tags);
+  return lacks ? no_memory() : FLESH_OK;
 }
 
 /* Colours of values [vertices] into rgb [3*vertices]. */
@@ -233,24 +212,21 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
                       flesh_render_surface *s, const double **values, const int **behind)
 {
   flesh_curved_surface curved;
-  int status = flesh_curved_surface_make(mesh, &curved);
+  const int status = flesh_curved_surface_make(mesh, &curved);
   if (status) return status;
   const size_t vertices = (size_t)curved.vertices;
-  double *x = take(scene, sizeof *x * 3 * vertices), *rest = take(scene, sizeof *rest * 3 * vertices);
-  double *own = take(scene, sizeof *own * vertices);
-  if (x && rest && own) {
-    flesh_curved_surface_apply(&curved, 3, panel->x, x);
-    flesh_curved_surface_apply(&curved, 3, flesh_mesh_positions(mesh), rest);
-    if (*values) flesh_curved_surface_apply(&curved, 1, *values, own);
-  } else {
-    status = no_memory();
-  }
+  double *x = flesh_arena_take(&scene->arena, sizeof *x * 3 * vertices), *rest = flesh_arena_take(&scene->arena, sizeof *rest * 3 * vertices);
+  double *own = flesh_arena_take(&scene->arena, sizeof *own * vertices);
+  scene->curved = curved.rows;
+  if (!x || !rest || !own) return no_memory();
+  flesh_curved_surface_apply(&curved, 3, panel->x, x);
+  flesh_curved_surface_apply(&curved, 3, flesh_mesh_positions(mesh), rest);
+  if (*values) flesh_curved_surface_apply(&curved, 1, *values, own);
   s->vertices = curved.vertices, s->triangles = curved.triangles;
   s->x = x, s->rest = rest, s->corners = curved.corners, s->hidden = curved.hidden;
   *values = *values ? own : NULL;
   *behind = curved.tets;
-  const int kept = keep(scene, curved.rows);
-  return status ? status : kept;
+  return FLESH_OK;
 }
 
 /* The body's skin, or its boundary. */
@@ -271,15 +247,15 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
     int status = add_curved(mesh, panel, scene, s, &values, &behind);
     if (status) return status;
   }
-  uint8_t *marked = take(scene, (size_t)s->triangles);
-  double *J = take(scene, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
+  uint8_t *marked = flesh_arena_take(&scene->arena, (size_t)s->triangles);
+  double *J = flesh_arena_take(&scene->arena, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
   if (!marked || !J) return no_memory();
   measure_least(panel, J);
   if (skinned) {
     s->vertices = flesh_surface_vertex_count(panel->surface);
     s->rest = flesh_surface_positions(panel->surface);
-    double *x = take(scene, sizeof *x * 3 * (size_t)s->vertices);
-    double *own = take(scene, sizeof *own * (size_t)s->vertices);
+    double *x = flesh_arena_take(&scene->arena, sizeof *x * 3 * (size_t)s->vertices);
+    double *own = flesh_arena_take(&scene->arena, sizeof *own * (size_t)s->vertices);
     if (!x || !own) return no_memory();
     flesh_skin_apply(panel->skin, 3, 0, panel->x, x);
     if (values) flesh_skin_apply(panel->skin, 1, 1, values, own);
@@ -291,7 +267,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
                             : behind[t]] > 0);
   s->marked = options->field == FLESH_PICTURE_PLAIN ? NULL : marked;
   if (values) {
-    float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->vertices);
+    float *rgb = flesh_arena_take(&scene->arena, sizeof *rgb * 3 * (size_t)s->vertices);
     if (!rgb) return no_memory();
     colour_values(options->field, frame, s->vertices, values, rgb);
     s->colours = rgb;
@@ -313,21 +289,19 @@ int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_pictu
   int status = flesh_picture_values(panel, options->field, &values, NULL);
   if (status) return status;
   scene->surfaces = calloc((size_t)obstacles + 1, sizeof *scene->surfaces);
-  status = scene->surfaces ? add_body(panel, options, frame, values, scene) : no_memory();
+  scene->obstacles = calloc((size_t)obstacles + 1, sizeof *scene->obstacles);
+  status = scene->surfaces && scene->obstacles ? add_body(panel, options, frame, values, scene) : no_memory();
   free(values);
   for (int k = 0; k < obstacles && !status; k++) {
     flesh_render_surface *s = &scene->surfaces[scene->count];
-    flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, &frame->view, &o);
+    flesh_picture_obstacle *o = &scene->obstacles[k];
+    status = flesh_picture_obstacle_make(panel, k, &frame->view, o);
     if (status) break;
-    *s = (flesh_render_surface){.vertices = o.vertices, .triangles = o.triangles, .x = o.x, .corners = o.corners,
-                                .glass = 1, .ground = o.is_plane,
-                                .fade = o.is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
+    *s = (flesh_render_surface){.vertices = o->vertices, .triangles = o->triangles, .x = o->x, .corners = o->corners,
+                                .glass = 1, .ground = o->is_plane,
+                                .fade = o->is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
     linear(obstacle_colour, s->plain);
-    status = keep(scene, o.x);
-    const int kept = keep(scene, o.corners);
-    if (!status) status = kept;
-    if (!status) scene->count++;
+    scene->count++;
   }
   if (status) flesh_picture_scene_free(scene);
   return status;
@@ -335,8 +309,10 @@ int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_pictu
 
 void flesh_picture_scene_free(flesh_picture_scene *scene)
 {
-  for (int k = 0; k < scene->owned_count; k++) free(scene->owned[k]);
-  free(scene->owned);
+  for (int k = 0; k + 1 < scene->count; k++) flesh_picture_obstacle_free(&scene->obstacles[k]);
+  flesh_arena_free(&scene->arena);
+  free(scene->obstacles);
+  free(scene->curved);
   free(scene->surfaces);
   *scene = (flesh_picture_scene){0};
 }

@@ -2,15 +2,9 @@
 #ifndef FLESH_PICTURE_PICTURE_BODY_H
 #define FLESH_PICTURE_PICTURE_BODY_H
 
+#include "picture/picture_curved.h"
 #include "picture/picture_panel.h"
-
-/* The surfaces that a panel shows; owns its arrays. Zero-initialise. */
-typedef struct flesh_picture_scene {
-  int count; /* of surfaces: the body, then its obstacles */
-  flesh_render_surface *surfaces;
-  void **owned;
-  int owned_count;
-} flesh_picture_scene;
+#include "scene/arena.h"
 
 /* The values of the field at the nodes: averages over the tets around, weighted by volume; tets
  * without a value (J <= 0 in a field that needs it) are left out. New [nodes]; NULL for
@@ -24,11 +18,6 @@ void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J)
 /* Whether a tet has J <= 0 at a point of quadrature. */
 int flesh_picture_is_inverted(const flesh_picture_panel *panel);
 
-/* Makes the surfaces; low, high: of the colours. */
-int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
-                             const flesh_picture_frame *frame, flesh_picture_scene *scene);
-void flesh_picture_scene_free(flesh_picture_scene *scene);
-
 /* An obstacle in triangles at a panel's time. */
 typedef struct flesh_picture_obstacle {
   int vertices, triangles;
@@ -36,6 +25,20 @@ typedef struct flesh_picture_obstacle {
   int *corners; /* [3*triangles] */
   int is_plane; /* a square that reaches beyond the view, in small triangles */
 } flesh_picture_obstacle;
+
+/* The surfaces that a panel shows; owns its arrays. Zero-initialise. */
+typedef struct flesh_picture_scene {
+  int count; /* of surfaces: the body, then its obstacles */
+  flesh_render_surface *surfaces;
+  flesh_arena arena; /* of their arrays, but for those of the next two */
+  flesh_curved_vertex *curved;
+  flesh_picture_obstacle *obstacles;
+} flesh_picture_scene;
+
+/* Makes the surfaces; low, high: of the colours. */
+int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
+                             const flesh_picture_frame *frame, flesh_picture_scene *scene);
+void flesh_picture_scene_free(flesh_picture_scene *scene);
 
 /* The obstacles of the panel's system. */
 int flesh_picture_obstacle_count(const flesh_picture_panel *panel);

@@ -134,11 +134,8 @@ int flesh_command_report(int argc, char **argv)
   if (!status) status = make(&report, count, argv + 1, title ? title : words, out, program);
   if (!status && flesh_json_lacks())
     status = flesh_report_no_memory();
-  for (int k = 0; k < report.shown_count; k++) {
-    free(report.shown[k].folder);
-    free(report.shown[k].name);
-  }
   free(report.shown);
+  flesh_arena_free(&report.arena);
   flesh_report_bytes_close(&report.numbers);
   flesh_report_bytes_close(&report.still);
   json_decref(report.parts);

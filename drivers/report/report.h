@@ -20,6 +20,8 @@
 #include <sqlite3.h>
 #include <stdio.h>
 
+#include "scene/arena.h"
+
 /* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
  * @LEAD@, @STILL@, @PAYLOAD@. */
 extern const char flesh_report_page[];
@@ -42,7 +44,7 @@ void flesh_report_bytes_close(flesh_report_bytes *bytes); /* a zeroed one too */
 
 /* A run whose bodies are to be seen. */
 typedef struct flesh_report_shown {
-  char *folder, *name;
+  const char *folder, *name;
   int optional; /* left out, with a note, where it cannot be opened */
 } flesh_report_shown;
 
@@ -51,6 +53,7 @@ typedef struct flesh_report {
   json_t *view;             /* the bodies; null: none */
   flesh_report_bytes still;   /* a PNG of them as they are first seen; empty: none */
   flesh_report_bytes numbers; /* that `view` speaks of */
+  flesh_arena arena; /* of the texts of the next */
   flesh_report_shown *shown;
   int shown_count;
   int most_frames; /* of a run */

@@ -186,7 +186,8 @@ static int add_run(const maker *m, const char *name, const char *title, int opti
   if (!longer) return flesh_report_no_memory();
   r->shown = longer;
   flesh_report_shown *s = &longer[r->shown_count++];
-  *s = (flesh_report_shown){.folder = strdup(flesh_report_path(m->folder, name)), .name = strdup(title), .optional = optional};
+  *s = (flesh_report_shown){.folder = flesh_arena_print(&r->arena, "%s", flesh_report_path(m->folder, name)),
+                            .name = flesh_arena_print(&r->arena, "%s", title), .optional = optional};
   return s->folder && s->name ? FLESH_OK : flesh_report_no_memory();
 }
 

@@ -206,16 +206,14 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
 /* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
 static int open_shown(flesh_report *report, flesh_run_folder *runs)
 {
-  int kept = 0, few = 0, status = FLESH_OK, r;
-  for (r = 0; r < report->shown_count && !status; r++) {
+  int kept = 0, few = 0, status = FLESH_OK;
+  for (int r = 0; r < report->shown_count && !status; r++) {
     const flesh_report_shown shown = report->shown[r];
     status = flesh_run_folder_open(shown.folder, &runs[kept]);
     if (!status) status = flesh_run_folder_take_states(&runs[kept], shown.folder);
     if (status && status != FLESH_ERR_MEMORY && shown.optional) {
       flesh_report_note(report->view, "%s", flesh_error_text());
       flesh_run_folder_close(&runs[kept]);
-      free(shown.folder);
-      free(shown.name);
       status = FLESH_OK;
       continue;
     }
@@ -225,7 +223,6 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
       flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name,
                         report->most_frames);
   }
-  while (r < report->shown_count) report->shown[kept++] = report->shown[r++]; /* for the caller to free */
   report->shown_count = kept;
   if (few)
     flesh_report_note(report->view, "%d of %d runs left no frames: of these the start, the end and what `flesh drift` keeps "
