@@ -131,11 +131,26 @@ static int warn_of_sections(flesh_scene *scene)
   return status;
 }
 
-/* The value of the effect's key; NULL where the effect has no key of that name. */
+/* The effect's key of that name, or of one in a mapping of its, as passive.c1, and its value; NULL where it has none. */
+static const flesh_key *key_of(const flesh_effect_entry *entry, const char *name, const void **value)
+{
+  const char *dot = strchr(name, '.');
+  char outer[32];
+  snprintf(outer, sizeof outer, "%.*s", dot ? (int)(dot - name) : (int)strlen(name), name);
+  const flesh_key *key = flesh_key_named(entry->row->keys, outer);
+  *value = key ? (const char *)entry->parameters + key->offset : NULL;
+  if (key && dot) {
+    key = flesh_key_named(key->children, dot + 1);
+    *value = (const char *)*value + key->offset;
+  }
+  return key;
+}
+
 static const void *value_of(const flesh_effect_entry *entry, const char *name)
 {
-  const flesh_key *key = flesh_key_named(entry->row->keys, name);
-  return key ? (const char *)entry->parameters + key->offset : NULL;
+  const void *value;
+  key_of(entry, name, &value);
+  return value;
 }
 
 /* The effect's list of points in time; NULL where it has none. */
@@ -176,10 +191,22 @@ static int rubs(const flesh_scene *scene, const flesh_effect_entry *entry)
   return is_positive(entry, "friction");
 }
 
+/* Whether the muscle has a passive part: by default where it has an active one. */
+static int resists(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  (void)scene;
+  return is_positive(entry, isnan(*(const double *)value_of(entry, "passive.c1")) ? "peak_stress" : "passive.c1");
+}
+
 static int contracts(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   (void)scene;
   return is_positive(entry, "peak_stress");
+}
+
+static int pulls(const flesh_scene *scene, const flesh_effect_entry *entry)
+{
+  return contracts(scene, entry) || resists(scene, entry);
 }
 
 static int shortens(const flesh_scene *scene, const flesh_effect_entry *entry)
@@ -229,6 +256,9 @@ static const struct {
     {"viscosity", NULL, has_speeds, "an equilibrium has no velocities"},
     {"settling_damping", NULL, has_speeds, "an equilibrium has no velocities"},
     {"drag", NULL, streams, "an equilibrium has no velocities, and the fluid has none"},
+    {"muscle", NULL, pulls, "peak_stress is 0, and there is no passive part (passive.c1)"},
+    {"muscle", "passive.c2", resists, "there is no passive part (passive.c1)"},
+    {"muscle", "passive.limit", resists, "there is no passive part (passive.c1)"},
     {"muscle", "activation", contracts, "peak_stress is 0: there is no active part"},
     {"muscle", "max_shortening_velocity", shortens, "it is for muscles with an active part (peak_stress > 0), in motion"},
 };
@@ -239,10 +269,11 @@ static int warn_of_effect(flesh_scene *scene, const flesh_effect_entry *entry)
   for (size_t k = 0; k < sizeof effect_rules / sizeof *effect_rules && !status; k++) {
     const char *name = effect_rules[k].key;
     if (effect_rules[k].effect && strcmp(effect_rules[k].effect, entry->row->name)) continue;
-    const flesh_key *key = name ? flesh_key_named(entry->row->keys, name) : NULL;
+    const void *value = NULL;
+    const flesh_key *key = name ? key_of(entry, name, &value) : NULL;
     if ((name && !key) || effect_rules[k].is_used(scene, entry)) continue;
     int given = 1;
-    if (key) status = find_given(scene, key, value_of(entry, name), &given);
+    if (key) status = find_given(scene, key, value, &given);
     if (given) status = warn(scene, entry->path, name, effect_rules[k].user);
   }
   return status;

@@ -97,10 +97,19 @@ static const struct {
     {{"effects[1]={drag: {body: body, density: 1}}", "time.method=static"}, "effects[1].drag has no effect: an equilibrium"},
     {{"effects[1]={drag: {body: body, density: 1, velocity: [0, 1, 0]}}", "time.method=static"}, NULL},
     {{"effects[1]={drag: {body: body, density: 1}}"}, NULL},
-    {{MUSCLE("0", "activation: [{time: 0, value: 1/2}]")}, "effects[1].muscle.activation has no effect: peak_stress is 0"},
-    {{MUSCLE("0", "max_shortening_velocity: 5"), "time.method=static"}, "muscle.max_shortening_velocity has no effect: it"},
+    {{MUSCLE("0", "passive: {c1: 3, c2: 2, limit: 1}")}, NULL},
+    {{MUSCLE("0", "curve: thelen")}, "effects[1].muscle has no effect: peak_stress is 0, and there is no passive part"},
+    {{MUSCLE("5", "passive: {c1: 0}")}, NULL},
+    {{MUSCLE("5", "passive: {c2: 2, limit: 1}")}, NULL},
+    {{MUSCLE("5", "passive: {c1: 0, c2: 2}")}, "effects[1].muscle.passive.c2 has no effect: there is no passive part"},
+    {{MUSCLE("5", "passive: {c1: 0, limit: 2}")}, "effects[1].muscle.passive.limit has no effect: there is no"},
+    {{MUSCLE("0", "passive: {c1: 3}, activation: [{time: 0, value: 1/2}]")},
+     "effects[1].muscle.activation has no effect: peak_stress is 0"},
+    {{MUSCLE("0", "passive: {c1: 3}, max_shortening_velocity: 5"), "time.method=static"},
+     "muscle.max_shortening_velocity has no effect: it"},
     {{MUSCLE("1", "max_shortening_velocity: 5"), "time.method=static"}, "muscle.max_shortening_velocity has no effect: it"},
-    {{MUSCLE("0", "max_shortening_velocity: 5")}, "muscle.max_shortening_velocity has no effect: it is for muscles"},
+    {{MUSCLE("0", "passive: {c1: 3}, max_shortening_velocity: 5")},
+     "muscle.max_shortening_velocity has no effect: it is for muscles"},
     {{MUSCLE("1", "activation: [{time: 0, value: 1/2}], max_shortening_velocity: 5")}, NULL}};
 
 static const char moving[] = "body: {mesh: bar.node, material: {energy: S, young: 1, poisson: 0.3}}\n"
