@@ -45,8 +45,6 @@ static int find(flesh_fit *fit)
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
   if (!status && !found.converged)
     status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->options.out);
-  flesh_fit_statistics_close(&statistics);
-  flesh_fit_found_close(&found);
   return status;
 }
 

@@ -94,8 +94,11 @@ int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
   const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count, keys = (size_t)fit->key_count;
   char why[FLESH_FIT_WORDS];
   int good;
-  *found = (flesh_fit_found){.p = calloc(n, sizeof(double)), .values = calloc(m, sizeof(double)),
-                             .jacobian = calloc(m * keys + 1, sizeof(double)), .at_bound = calloc(n, 1), .determined = NAN};
+  flesh_arena *arena = &fit->arena;
+  *found = (flesh_fit_found){.p = flesh_arena_take(arena, n * sizeof(double)),
+                             .values = flesh_arena_take(arena, m * sizeof(double)),
+                             .jacobian = flesh_arena_take(arena, m * keys * sizeof(double)),
+                             .at_bound = flesh_arena_take(arena, n), .determined = NAN};
   if (!found->p || !found->values || !found->jacobian || !found->at_bound)
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
   for (int k = 0; k < fit->parameter_count; k++)
@@ -105,15 +108,4 @@ int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found)
   if (!good) return flesh_fail(FLESH_ERR_SOLVE, "the start cannot be run: %s", why);
   if (isfinite(flesh_fit_squares(fit, 0, fit->count, found->values))) return FLESH_OK;
   return flesh_fail(FLESH_ERR_NONFINITE, "the sum of squares at the start is not finite: deviations are far too small");
-}
-
-void flesh_fit_found_close(flesh_fit_found *found)
-{
-  free(found->p);
-  free(found->values);
-  free(found->jacobian);
-  free(found->at_bound);
-  free(found->deviations);
-  free(found->resolutions);
-  *found = (flesh_fit_found){0};
 }

@@ -231,7 +231,7 @@ typedef struct flesh_fit_stage {
 
 enum { FLESH_FIT_STAGES = 40 };
 
-/* The end of a search. */
+/* The end of a search, in the fit's arena. */
 typedef struct flesh_fit_found {
   double *p;                 /* [parameters] */
   double *values, *jacobian; /* [count], [count * keys] dvalue/dp */
@@ -247,9 +247,8 @@ typedef struct flesh_fit_found {
 
 /* Searches the least squares from the start. FLESH_ERR_SOLVE where the first runs fail. */
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
-/* Room for the end of a search, whose start must be one that can be run. To be closed also when it fails. */
+/* Room for the end of a search, whose start must be one that can be run. */
 int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found);
-void flesh_fit_found_close(flesh_fit_found *found);
 
 /* A direction in which the Jacobian's columns, each of length 1, have a singular value below this share of the largest is
  * not determined: differences of solves leave as much. */
@@ -262,6 +261,7 @@ typedef struct flesh_fit_error {
   double standard, low, high; /* standard error in the parameter's unit; ends of the 95 % interval */
 } flesh_fit_error;
 
+/* Arrays in the fit's arena. */
 typedef struct flesh_fit_statistics {
   int count;      /* keys */
   int freedom;    /* degrees of freedom: measured numbers less parameters that are free and determined */
@@ -278,7 +278,6 @@ typedef struct flesh_fit_statistics {
 /* Finds the errors of the keys, and of a map's tets, and what the measurements do not determine. FLESH_ERR_MEMORY; of a map
  * also the errors of runs and solves. */
 int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-void flesh_fit_statistics_close(flesh_fit_statistics *statistics);
 /* Adds a sentence (printf format). */
 void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Says which of n parameters of these names a change by shares [n], which changes nothing, has: one alone, a product, a ratio,

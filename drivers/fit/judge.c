@@ -181,10 +181,11 @@ int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics
   for (int k = 0; k < fit->key_count; k++)
     if (!found->at_bound[k]) j.list[j.n++] = k;
   const size_t n = (size_t)(j.n ? j.n : 1);
-  *to = (flesh_fit_statistics){.count = fit->key_count, .errors = calloc(all + 1, sizeof *to->errors),
-                               .covariance = calloc(all * all + 1, sizeof(double)),
-                               .correlation = calloc(all * all + 1, sizeof(double)),
-                               .sentences = calloc(FLESH_FIT_PARAMETERS, sizeof *to->sentences)};
+  flesh_arena *arena = &fit->arena;
+  *to = (flesh_fit_statistics){.count = fit->key_count, .errors = flesh_arena_take(arena, all * sizeof *to->errors),
+                               .covariance = flesh_arena_take(arena, all * all * sizeof(double)),
+                               .correlation = flesh_arena_take(arena, all * all * sizeof(double)),
+                               .sentences = flesh_arena_take(arena, FLESH_FIT_PARAMETERS * sizeof *to->sentences)};
   gsl_error_handler_t *handler = gsl_set_error_handler_off();
   j.null = calloc(n * n, sizeof *j.null);
   const int lacks = flesh_fit_svd_open(fit->count, (int)n, &j.svd) || !to->errors || !to->covariance || !to->correlation ||

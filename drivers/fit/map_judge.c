@@ -165,8 +165,8 @@ int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statis
   j.information = gsl_matrix_alloc(n, n);
   j.C = gsl_matrix_alloc(n, n);
   j.u = malloc((2 * n + m) * sizeof *j.u);
-  found->deviations = malloc(n * sizeof(double));
-  found->resolutions = malloc(n * sizeof(double));
+  found->deviations = flesh_arena_take(&fit->arena, n * sizeof(double));
+  found->resolutions = flesh_arena_take(&fit->arena, n * sizeof(double));
   const int room = j.J && j.information && j.C && j.u && found->deviations && found->resolutions;
   int status = room ? flesh_fit_linear_create(fit, found->p, &j.linear)
                     : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the deviations of a map");

@@ -2,7 +2,6 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "base/text.h"
 #include "fit/fit.h"
@@ -38,13 +37,4 @@ void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *nam
     flesh_text_add(text, sizeof text, ".");
   }
   flesh_fit_say(to, "%s", text);
-}
-
-void flesh_fit_statistics_close(flesh_fit_statistics *statistics)
-{
-  free(statistics->errors);
-  free(statistics->covariance);
-  free(statistics->correlation);
-  free(statistics->sentences);
-  *statistics = (flesh_fit_statistics){0};
 }
