@@ -12,8 +12,9 @@
 #include "sensitivity/coupling.h"
 
 enum { ARRAYS = 7 }; /* of a point */
-/* The differences of both sides of a smooth tet agree to `kinked`; others have steps a tenth as long, FINER times at most. */
-enum { FINER = 2 };
+/* The differences of both sides of a smooth tet agree to `kinked` and round-off, which stiff volumes have much of; others have
+ * steps a tenth as long, FINER times at most. */
+enum { FINER = 3 };
 static const double kinked = 1e-5, finer_step = 0.1;
 
 void flesh_torn_body_clear(int effects, flesh_torn_body *torn_body)
@@ -124,7 +125,7 @@ static int take_tet(const variation *v, int first, int count, double step, doubl
     forces = fmax(forces, fabs(v->middle[d]));
     sum[d] = change / (2 * step);
   }
-  return bent > kinked * size + 256 * DBL_EPSILON * forces;
+  return bent > kinked * size + 16384 * DBL_EPSILON * forces;
 }
 
 /* Takes the tets whose `sum` is not known, NAN at its first number. Returns how many of them have a kink, and are taken

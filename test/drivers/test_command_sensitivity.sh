@@ -265,6 +265,28 @@ END
       ("place.position", "", "bodies[0].translation[2]", 0), ("place.position", "", "bodies[0].velocity[2]", 0.2)])'
 }
 
-run_tests the_wall_carries_the_weight little_is_left_of_what_the_weight_holds keys_that_are_not_given_have_derivatives the_start_has_derivatives \
+# Tets whose stress is nearly 0 are within a kink of their clamped eigenvalues, the nearer the stiffer their volumes are.
+damping_by_a_stiff_shape_agrees_with_differences() {
+  cat >stiff.yaml <<END
+body: {mesh: "$source_folder/../data/meshes/cube_3x3x3.mesh", element: tet10, density: 1000, material: {energy: B, young: 249150, poisson: 0.4999}}
+effects:
+  - inertia: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 9, 9]]}
+  - damping: {stiffness: 0.002849, stiffness_at: current, mass: 2}
+  - contact: {sphere: {centre: [0.09, 0.05, 0.16], radius: 0.05}, friction: 0.2, thickness: 0.012, motion: [{time: 0}, {time: 1, translation: [0, 0, -0.3]}]}
+time: {method: bdf2, step: 1/100, end: 1/25}
+solver: {newton_tolerance: 1e-12}
+output: {frame_interval: 0, probes: [{name: tip, point: [0.1, 0.05, 0.05], quantities: [position]}]}
+END
+  expect 0 "$flesh" sensitivity stiff.yaml --of tip.position_x --to body.material.young --out found.csv || return 1
+  by_runs=0
+  for at in 1:-2 -8:-1 8:1 -1:2; do
+    "$flesh" run stiff.yaml --out stiff --quiet --set body.material.young="$(awk "BEGIN {print 249150 + ${at#*:} * 25}")" || return 1
+    by_runs="$by_runs + ${at%:*} * $(tail -n 1 stiff/probes.csv | cut -d, -f2) / (12 * 25)"
+  done
+  derivatives "abs(d['tip.position_x', 'body.material.young'] / ($by_runs) - 1) < 3e-6"
+}
+
+run_tests damping_by_a_stiff_shape_agrees_with_differences the_wall_carries_the_weight little_is_left_of_what_the_weight_holds keys_that_are_not_given_have_derivatives the_start_has_derivatives \
   equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
   small_components_have_wide_differences places_have_differences_of_the_size_of_the_body narrow_keys_have_small_differences ends_of_ranges_have_differences
