@@ -30,6 +30,9 @@ typedef struct flesh_contact {
   flesh_contact_core core;
 } flesh_contact;
 
+/* The share of the thickness as near as which nothing may begin: there the barrier's pressure is 1e8 times its stiffness. */
+static const double flesh_contact_least_gap = 1e-4;
+
 /* A node's weight. */
 static inline double flesh_contact_weight(const flesh_contact *contact, int k)
 {

@@ -130,9 +130,10 @@ static int contact_check(const flesh_effect *effect, const double *internal, dou
   flesh_obstacle_frame(self->obstacle, t, &frame);
   for (int k = 0; k < self->count; k++) {
     flesh_barrier barrier;
-    if (!flesh_contact_barrier_at(self, &frame, x + 3 * self->nodes[k], &barrier)) continue;
+    flesh_contact_barrier_at(self, &frame, x + 3 * self->nodes[k], &barrier);
+    if (barrier.distance > flesh_contact_least_gap * self->thickness) continue;
     flesh_frame_enter(&frame, x + 3 * self->nodes[k], y);
-    depth = flesh_obstacle_depth(self->obstacle, y);
+    depth = barrier.distance > 0 ? 0 : flesh_obstacle_depth(self->obstacle, y);
     if (depth > deepest) deepest = depth, worst = k;
     inside++;
   }

@@ -131,6 +131,16 @@ static int check_sides(const contact *self, const double *x)
   return status;
 }
 
+/* Surfaces that touch so nearly that the barrier would throw them off. */
+static int check_gap(const contact *self, flesh_surface_near *near, const double *x)
+{
+  int status = flesh_surface_near_update_pairs(near, x);
+  if (status < 0 || (!status && near->set.distance > flesh_contact_least_gap * self->law.thickness)) return status;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "surfaces in contact are %g m apart at the start, %g of the thickness: they must start farther apart",
+                    near->set.distance, near->set.distance / self->law.thickness);
+}
+
 int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x)
 {
   (void)t; /* all surfaces are the bodies' */
@@ -143,6 +153,7 @@ int flesh_surface_contact_check(const flesh_effect *effect, const double *intern
   status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
   if (!status && found.count) status = self->separates ? FLESH_OK : complain(self, &found);
   else if (!status) status = check_sides(self, x);
+  if (!status && !self->separates) status = check_gap(self, near, x);
   flesh_surface_intersections_clear(&found);
   flesh_surface_near_destroy(near);
   return status;

@@ -482,25 +482,31 @@ static void bad_obstacles_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* A start in an obstacle says which node, and how deep. */
-static void a_start_inside_is_refused(void)
+/* A start in an obstacle whose surface is at this height, or on it but for rounding, says which node, and how deep. */
+static void start_inside(double height, const char *words, const char *depth)
 {
   test_body b;
   flesh_obstacle *obstacle;
   flesh_integrator *integrator = NULL;
   flesh_solver_options options;
   make_cube(2, 1e5, 0.4, 1, &b);
-  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, 0.25}, (const double[]){0, 0, 1}, &obstacle));
+  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, height}, (const double[]){0, 0, 1}, &obstacle));
   add_contact(&b, &obstacle, NAN, NAN, 0, 1);
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   const flesh_run_options run = {.h = 0.1, .end = 1};
   CHECK(flesh_run(b.system, integrator, &run, &b.state, NULL) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "9 nodes are in the plane");
-  CHECK_TEXT(flesh_error_text(), "0.25 m");
+  CHECK_TEXT(flesh_error_text(), words);
+  CHECK_TEXT(flesh_error_text(), depth);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
+}
+
+static void a_start_inside_is_refused(void)
+{
+  start_inside(0.25, "9 nodes are in the plane", "0.25 m");
+  start_inside(-1e-17, "9 nodes are in the plane", "0 m");
 }
 
 /* How many triangles have no area to speak of, or two corners at one place. */

@@ -1,6 +1,6 @@
 // TEST quick seconds=120
 // TEST+ args: balls_collide threads_and_cuts_change_no_bit what_begins_crossed_is_refused what_cannot_be_is_refused
-// TEST+ only_what_is_named_touches what_is_not_named_costs_nothing
+// TEST+ what_begins_too_near_is_refused only_what_is_named_touches what_is_not_named_costs_nothing
 // TEST+ a_block_slides_from_the_angle_of_friction_on curved_balls_collide balls_collide_with_a_direct_solver
 // TEST name=test_touching_table full seconds=600 builds=plain,memory args: restitution_converges
 /* test_touching.c: bodies that touch: two balls that collide keep their momenta and lose no energy to the contact,
@@ -218,6 +218,28 @@ static void what_begins_crossed_is_refused(void)
   touching_end(&m);
 }
 
+/* Between where two balls cross and where they are apart they touch, but for rounding: the barrier would throw them off. */
+static void what_begins_too_near_is_refused(void)
+{
+  touching m;
+  CHECK_OK(touching_begin(head_on, NULL, 1000, &m));
+  const flesh_system *system = flesh_scene_system(m.scene);
+  const int n = flesh_system_unknowns(system);
+  double apart = 0, crossed = 0.05, at = 0;
+  int refused_for_gap = 0;
+  CHECK_OK(flesh_system_check(system, 0, m.state.x));
+  for (int k = 0; k < 60 && !refused_for_gap; k++) {
+    const double middle = (apart + crossed) / 2;
+    for (int d = n / 2; d < n; d++) m.state.x[d] -= d % 3 ? 0 : middle - at;
+    at = middle;
+    if (flesh_system_check(system, 0, m.state.x) == FLESH_OK) apart = at;
+    else if (strstr(flesh_error_text(), "intersect")) crossed = at;
+    else refused_for_gap = strstr(flesh_error_text(), "of the thickness: they must start farther apart") != NULL;
+  }
+  CHECK(refused_for_gap);
+  touching_end(&m);
+}
+
 static void refused(const char *value, const char *words)
 {
   touching m;
@@ -412,7 +434,8 @@ static void a_blow_rubs_by_its_own_force(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges),
-                   TEST_OF_THREADS(threads_and_cuts_change_no_bit), TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
+                   TEST_OF_THREADS(threads_and_cuts_change_no_bit), TEST(what_begins_crossed_is_refused),
+                   TEST(what_begins_too_near_is_refused), TEST(what_cannot_be_is_refused),
                    TEST(only_what_is_named_touches), TEST(what_is_not_named_costs_nothing),
                    TEST(a_block_slides_from_the_angle_of_friction_on), TEST(a_blow_rubs_by_its_own_force),
                    TEST(a_plate_presses_far_in_one_step), TEST(curved_balls_collide),
