@@ -184,14 +184,15 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
 
 /* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
  * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors
- * choose steps, which is 0 elsewhere. Follower loads hardly change the matrix, which is kept where contact is impossible:
- * a checkpoint holds no near pairs. */
+ * choose steps, which is 0 elsewhere; there `most` is that of fixed steps for stiff free parts, whose impacts steps do not
+ * resolve. Follower loads hardly change the matrix, which is kept where contact is impossible: a checkpoint holds no near
+ * pairs. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
 {
   const double *guesses[] = {self->lag.u, NULL}, target = stats->residual_target;
   const int iterations = allowed > 0 ? self->lag.controlled : self->lag.iterations;
-  const int most = allowed > 0 ? self->lag.most_controlled : self->lag.most;
+  const int most = allowed > 0 && self->control.weights.flies == 0 ? self->lag.most_controlled : self->lag.most;
   int off = 1;
   for (int k = 1; k < most; k++) {
     const int before_solve = stats->newton;

@@ -9,7 +9,10 @@
  * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
  * flights, each by a factor r as fast as the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So
  * are those that are pressed between others, by forces that cancel each other: g is the acceleration by them, where that is
- * larger. A bounce lasts for half a period, within which its speed is remembered. */
+ * larger. A bounce lasts for half a period, within which its speed is remembered.
+ *
+ * Errors count at most 20 times, as a stiff part's vibrations need not be resolved. But what residuals and friction are off by
+ * is momentum all the same, and counts for T where the part flies on for hundreds of its periods. */
 #include "time/part_weights.h"
 
 #include <math.h>
@@ -24,6 +27,8 @@
 #include "system/velocity_scale.h"
 
 static const double most_times = 20; /* that errors count */
+static const double stiff = 200;       /* of its periods over 2 pi: a stiff part flies on for longer */
+static const double most_steps = 1000; /* whose residuals add up */
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
 static const double pi = 3.141592653589793;
@@ -256,6 +261,7 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   part->lately = fmax(along, part->lately * exp(-forget / (pi * part->period)));
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
+  part->flies = part->held > 0 || !(part->fastest > 0) ? 0 : fmax(0, fmin(far, low) - stiff * part->period);
   if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
@@ -267,6 +273,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   const int n = flesh_system_unknowns(system);
   const int touches = flesh_system_has_role(system, FLESH_ROLE_CONTACT);
   double largest = 1, held = !touches;
+  weights->flies = 0;
   for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held);
   if (held > 0) return 1;
   clear_sums(weights, 0);
@@ -280,7 +287,9 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
     weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed);
-    if (touches) largest = fmax(largest, weights->of[p].times);
+    if (!touches) weights->of[p].flies = 0;
+    else largest = fmax(largest, weights->of[p].times);
+    weights->flies = fmax(weights->flies, weights->of[p].flies);
   }
   weights->forget = 0;
   return largest;
@@ -296,10 +305,12 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
 }
 
 /* For how long the velocity that a residual makes in a stage by g leads a part astray. Where something may touch, residuals add
- * up like impulses, by up to `most` times as much as errors; elsewhere (0) in what flies, less coherently. */
+ * up like impulses, by up to `most` times as much as errors; elsewhere (0) in what flies, less coherently. Those of stiff parts
+ * add up for as long as these fly. */
 static double of_residuals(const flesh_part_weight *part, double g, double most)
 {
-  return (most > 0 ? part->times * fmin(part->times, most) : pow(part->times, 2. / 3)) * fmax(g, part->lasts);
+  const double counts = most > 0 ? part->times * fmin(part->times, most) : pow(part->times, 2. / 3);
+  return fmax(counts * fmax(g, part->lasts), fmin(part->flies, most_steps * g));
 }
 
 double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double g, double most, double *of)

@@ -13,6 +13,7 @@ typedef struct flesh_part_weight {
   double lately;         /* m/s, likewise, along its load where there is one, and not long ago */
   double push[4];        /* N, of contact on this rank's nodes, summed over the last step's stages; the sum of the sizes */
   double times;          /* that its errors count */
+  double flies;          /* s, for which a stiff part flies on; 0: it is not stiff, or nothing may touch it */
 } flesh_part_weight;
 
 typedef struct flesh_part_weights {
@@ -23,6 +24,7 @@ typedef struct flesh_part_weights {
   double *sums;                   /* room for sums over each */
   double forget;                  /* s since `lately` was found */
   double stages;                  /* of the last step tried, in which something touches */
+  double flies;                   /* s, the longest of the parts' */
 } flesh_part_weights;
 
 /* FLESH_ERR_MEMORY. */
