@@ -23,8 +23,9 @@ static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_
 static const double of_shorter_steps = 2.5, of_shorter_steps_of_bdf2 = 3, of_newmark = 2, of_tolerance = 2.75;
 /* A smaller tolerance, as a share. */
 static const double tolerance_share = 0.25;
-/* A box that ends beyond a node by less than this share of an edge means the node's plane. */
-static const double least_end = 0.05;
+/* A box that ends beyond a node by less than this share of an edge means the node's plane: it takes no more nodes of a mesh
+ * that is refined twice. */
+static const double least_end = 0.2;
 /* Fewer steps say nothing of an order. */
 enum { LEAST_STEPS = 12 };
 
