@@ -224,7 +224,7 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
   self->nonlinear->newton->goal.target = part * self->local * self->length * self->mass / (sqrt(self->nodes) * g * last);
 }
 
-double flesh_error_control_slip(const flesh_error_control *self) 
+double flesh_error_control_slip(const flesh_error_control *self)
 {
   return self->weights.flies > 0 ? 1 : fmax(1, self->impulses / self->local);
 }

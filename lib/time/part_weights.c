@@ -27,7 +27,7 @@
 #include "system/velocity_scale.h"
 
 static const double most_times = 20; /* that errors count */
-static const double stiff = 200;       /* of its periods over 2 pi: a stiff part flies on for longer */
+static const double stiff = 200;     /* of its periods over 2 pi: a stiff part flies on for longer */
 static const double most_steps = 1000; /* whose residuals add up */
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
