@@ -217,7 +217,8 @@ static const flesh_key time_table[] = {
      AT(time.max_energy_gain),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.5",
-     .doc = "largest spurious energy, beyond the work put in, as a share of the motion's energy: above it the run ends with "
+     .doc = "largest spurious energy, beyond the work put in, as a share of the motion's energy (where errors choose steps, of "
+            "no less than that of errors within the tolerance, which is much in slow stiff bodies): above it the run ends with "
             "exit code 8; from 0.05 on there is a warning; fixed steps of order 2 or 3 are cut where they would gain more "
             "than a fiftieth of it in all; 1e300 switches this off"},
 #define METHOD_OPTION(name_, value, least, most, range, doc_)                                                          \
