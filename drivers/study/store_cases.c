@@ -115,7 +115,7 @@ static int recover(flesh_study_store *store, int *count, int *running)
   clean(store);
   sqlite3_stmt *query;
   int status = flesh_study_store_prepare(store,
-                                         "SELECT worker, lock, count(*) FROM cases LEFT JOIN workers ON name = worker "
+                                         "SELECT worker, w.lock, count(*) FROM cases LEFT JOIN workers w ON w.name = worker "
                                          "WHERE status = 'running' AND worker IS NOT ?1 GROUP BY worker",
                                          &query);
   if (status) return status;

@@ -147,11 +147,11 @@ static int print_results(flesh_study_store *store, flesh_text *text)
     print_column(text, case_columns[k][0], case_columns[k][1]);
   if (!status) /* a study that was interrupted before it had read a scene knows no names */
     status = flesh_study_store_execute(
-        store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT key FROM cases, json_each(cases.result, '$.figures') "
-               "WHERE json_each.type <> 'object' AND key NOT GLOB '*[^A-Za-z0-9_]*'");
+        store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT f.key FROM cases, json_each(cases.result, '$.figures') f "
+               "WHERE f.type <> 'object' AND f.key NOT GLOB '*[^A-Za-z0-9_]*'");
   if (!status)
-    status = flesh_study_store_execute(store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || key "
-                                              "FROM cases, json_each(cases.result, '$.figures.energies')");
+    status = flesh_study_store_execute(store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || e.key "
+                                              "FROM cases, json_each(cases.result, '$.figures.energies') e");
   if (!status)
     status = flesh_study_store_execute(
         store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'probes.\"' || p.key || '\".' || f.key FROM cases, "

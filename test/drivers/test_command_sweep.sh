@@ -48,6 +48,14 @@ assert row == [z[-1], min(z), J, 0.2 - min(z)], (row, z, J)
 END
 }
 
+# Axes may be named like what the database calls its own.
+names_of_the_database_are_free() {
+  spec 'set: {time.end: 1/60}' 'axes:' '  - {key: body.material.poisson, name: key, values: [0.3]}' \
+    '  - {key: body.density, name: lock, values: [900]}' '  - {key: body.name, values: [arm]}'
+  expect 0 "$flesh" sweep spec.yaml --out free --quiet && [ "$(ask free/sweep.db 'key, lock, name, newton > 0')" = 0.3,900,arm,1 ] ||
+    { ask free/sweep.db '*'; return 1; }
+}
+
 failed_cases_are_rows() {
   spec 'set: {body.material.constants: matched, solver.max_newton: 1, solver.max_cutbacks: 0, solver.newton_tolerance: 1e-15}' \
     'axes: [{key: body.material.energy, values: [C, S]}]'
@@ -305,7 +313,7 @@ snakemake_runs_the_shards() {
     [ "$(lines 'by snakemake/results.csv')" -eq 49 ]
 }
 
-run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
+run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives names_of_the_database_are_free failed_cases_are_rows bad_specs_are_refused \
   an_older_sweep_is_not_overwritten an_axis_may_grow derived_columns_may_change \
   numbers_of_a_range_are_round shards_join_to_the_same_bits tables_are_exported a_finished_sweep_needs_no_log \
   near_values_are_told_apart words_beside_a_heat_map_have_room pictures_are_drawn \
