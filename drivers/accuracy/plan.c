@@ -56,11 +56,11 @@ static void add_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_row *
 
 void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
-  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   char order[16];
   flesh_overrides_copy(all, &plan->options.overrides.texts);
   if (row->group == FLESH_ACCURACY_RESOLUTION || row->group == FLESH_ACCURACY_TIMING) add_mesh(plan, row, all);
   if (row->method < 0) return;
+  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   flesh_overrides_add(all, "time.method", method->scene);
   flesh_overrides_add(all, "time.step", row->step.text);
   if (method->adaptive && *row->tolerance.text) {
