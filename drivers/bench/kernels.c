@@ -24,7 +24,7 @@ typedef struct bench {
   flesh_point point;
   int projected;
   size_t n;
-  double *x, *r, *z, sum; /* [n]; r and z behind x */
+  double *x, *r, *z, sum; /* [n] */
   double *from, *to; /* [4 * nodes] of the product */
   float *single_from, *single_to; /* likewise */
   SUNContext context;
@@ -170,9 +170,10 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
 {
   b->linear = flesh_linear_for(bar->body.instructions);
   b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
-  b->x = calloc(3 * b->n, sizeof *b->x);
-  if (!b->x) return flesh_no_memory();
-  b->r = b->x + b->n, b->z = b->r + b->n;
+  b->x = malloc(b->n * sizeof *b->x);
+  b->r = calloc(b->n, sizeof *b->r);
+  b->z = calloc(b->n, sizeof *b->z);
+  if (!b->x || !b->r || !b->z) return flesh_no_memory();
   deform(bar->mesh, b->x);
   b->point = flesh_point_at(0, b->x, b->x, b->x);
   double *numbers[2] = {b->r, b->z};
@@ -199,6 +200,8 @@ static void close_bench(bench *b)
     if (b->vectors[k]) N_VDestroy(b->vectors[k]);
   if (b->context) SUNContext_Free(&b->context);
   free(b->x);
+  free(b->r);
+  free(b->z);
   b->linear->product_clear(&b->product);
   free(b->from); /* and the others with it */
 }

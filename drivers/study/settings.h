@@ -19,7 +19,8 @@ typedef struct flesh_keyed_text {
  * the arena. FLESH_ERR_ARGUMENT with file, line, key, value and what is valid. */
 int flesh_keyed_text_read(flesh_arena *arena, const flesh_keyed_text *text, const flesh_key *keys, flesh_node **root,
                           void *target);
-/* Reads a spec so; *path and *text, new, become those of the file. FLESH_ERR_FILE too. */
+/* Reads the file *path so, as "the spec"; *path becomes a copy in the arena, *text what the file holds, for the caller to free.
+ * FLESH_ERR_FILE too. */
 int flesh_spec_read(flesh_arena *arena, const char **path, char **text, const flesh_key *keys, flesh_node **root, void *target);
 
 /* Keys and their values, "key=value", with the places of the values in the spec. */

@@ -14,7 +14,7 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* About how many operations KLU factors in; nothing stops it before their end. */
+/* About how many operations a factor of FLESH_LINEAR_KLU takes, which nothing stops; negative: not known. */
 double flesh_direct_operations(const flesh_direct *direct);
 
 /* Factors. FLESH_NOT_POSITIVE where the matrix is singular or, as CHOLMOD sees, not positive definite. */

@@ -47,7 +47,7 @@ extern const flesh_key flesh_sphere_keys[];
 /* Whether anything is given. */
 int flesh_selection_is_given(const flesh_selection *selection);
 
-/* Whether the box or the sphere does, bounds included. */
+/* Whether a box or sphere of the selection holds the place p, m, bounds included; what is not given holds none. */
 int flesh_selection_contains(const flesh_selection *selection, const double p[3]);
 
 /* The mesh's set of that name into *set; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none, with the names of

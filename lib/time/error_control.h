@@ -68,7 +68,8 @@ double flesh_error_control_propose(const flesh_error_control *control, double le
 void flesh_error_control_aim(flesh_error_control *control, int order, const flesh_state *state, double h);
 /* Stages to come, with this shift, may leave such residuals as make a part of the error allowed. */
 void flesh_error_control_set_target(flesh_error_control *control, const flesh_shift *shift);
-/* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do, which stiff parts keep. */
+/* So many times that residual friction at a stage may be off by: it changes momenta, as impacts do. 1 where a stiff part flies
+ * on with what it changes. */
 double flesh_error_control_slip(const flesh_error_control *control);
 /* Whether steps are refused for their energy time and again: shorter ones do not help. */
 int flesh_error_control_keeps_gaining(const flesh_error_control *control);

@@ -63,8 +63,11 @@ the_closest_to_incompressible_stay_in_order() {
   none "!($orderly)" && none "!($scrambled) && !($good)" && some 'v["case"] == "graded_jitter" && v["direct"] > 0'
 }
 
-# D, where it has a rest shape: in order, and at rest but from scrambled and collapsed starts, as to its own shape.
+# D: in order, of whatever start; where it has a rest shape, from all cases, and at rest but from scrambled and collapsed
+# starts, as to its own shape.
 d_is_in_order() {
+  battery --energies D --poisson 0.3 --cases starts || return 1
+  none "!($orderly)" && none 'v["unconverged"] > 0' || return 1
   battery --energies D --poisson 0.45 --cases 'starts,meshes,obstacles,loads,materials' || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' &&
     none "v[\"case\"] !~ /^(scramble|line|point)/ && !($good)"
