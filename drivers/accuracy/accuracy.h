@@ -6,7 +6,6 @@
 #ifndef FLESH_ACCURACY_ACCURACY_H
 #define FLESH_ACCURACY_ACCURACY_H
 
-#include <stdio.h>
 
 #include "accuracy/track.h"
 #include "cli/options.h"

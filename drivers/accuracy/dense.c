@@ -7,7 +7,6 @@
 #include <stdlib.h>
 
 #include "accuracy/track.h"
-#include "base/error.h"
 #include "math/hermite.h"
 
 /* Every `stride`-th time of a track. */

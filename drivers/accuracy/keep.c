@@ -1,6 +1,5 @@
 /* keep.c: what is kept of a comparison beside its runs: cases that come up as it goes, and the reference. */
 #include <stddef.h>
-#include <stdio.h>
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"
@@ -8,7 +7,6 @@
 #include "base/error.h"
 #include "cli/json_memory.h"
 #include "run/provenance.h"
-#include "run/result.h"
 #include "study/fields.h"
 
 #define OF_REFERENCE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_reference, member)}

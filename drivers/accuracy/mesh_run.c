@@ -1,7 +1,6 @@
 /* mesh_run.c: runs the scene on its meshes and with the elements, each in a process of its own, and finds from the
  * finest what they converge to (Richardson; Roache, Verification and Validation in Computational Science, 1998, ch. 5). */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 #include <assert.h>
 #include <math.h>
 #include <sha256.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

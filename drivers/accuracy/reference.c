@@ -4,9 +4,6 @@
  * Fixed steps are halved and extrapolated (Richardson; Hairer, Norsett and Wanner, Solving ODEs I,
  * II.9): the columns of the tableau remove one power of the step each. */
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "accuracy/accuracy.h"

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 
 /* Compares every state that it sees, where the reference is known. */
 typedef struct judge_of_run {

@@ -2,12 +2,10 @@
  * on other meshes, each in a process of its own; SQL makes of them what is told. */
 #include <math.h>
 #include <stddef.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "accuracy/accuracy.h"
 #include "accuracy/mesh.h"
 #include "base/confine.h"
 #include "base/error.h"

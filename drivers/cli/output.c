@@ -4,14 +4,12 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/file.h"
 #include "cli/path.h"
 #include "run/checkpoint.h"
 

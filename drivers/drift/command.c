@@ -1,18 +1,14 @@
 /* command.c: `flesh drift SCENE...`: how well the energies keep the volume, and which survive. */
 #include "commands.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "drift/drift.h"
 #include "study/lead.h"
-#include "flesh/scene.h"
 #include "cli/interrupt.h"
 #include "cli/inputs.h"
 #include "cli/lists.h"
-#include "cli/overrides.h"
 #include "run/ranks.h"
 #include "material/form.h"
 #include "study/embedded.h"

@@ -2,7 +2,6 @@
 #ifndef FLESH_DRIFT_DRIFT_H
 #define FLESH_DRIFT_DRIFT_H
 
-#include <stdio.h>
 
 #include "flesh/material.h"
 #include "flesh/scene.h"

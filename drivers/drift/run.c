@@ -1,13 +1,11 @@
 /* run.c: runs a case of a drift comparison. */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "drift/drift.h"
-#include "cli/overrides.h"
 #include "cli/path.h"
 #include "mesh/mesh.h"
 #include "run/describe.h"

@@ -1,6 +1,5 @@
 /* scenes.c: what is compared on which mesh: the files of the command line with every element and refinement; and what
  * solvers, forms and cases of the comparison are called. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,5 @@
 /* study.c: a drift comparison as a study: its cases, and their figures as records. */
-#include <assert.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"

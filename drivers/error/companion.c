@@ -1,7 +1,6 @@
 /* companion.c: chooses and runs companions. */
 #include "error/companion.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +14,6 @@
 #include "mesh/pieces.h"
 #include "run/runner.h"
 #include "scene/scene.h"
-#include "system/system.h"
 
 /* Factors, by data/results/error_bars.md. */
 static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_mesh = 1.8, of_coarser_meshes = 1.1,

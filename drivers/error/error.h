@@ -3,7 +3,6 @@
 #ifndef FLESH_ERROR_ERROR_H
 #define FLESH_ERROR_ERROR_H
 
-#include <jansson.h>
 
 #include "run/runner_options.h"
 

@@ -8,13 +8,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "base/file.h"
 #include "cli/output.h"
 #include "cli/path.h"
 #include "picture/program.h"

@@ -10,7 +10,6 @@
 #include "fit/map.h"
 #include "mesh/inspect.h"
 #include "output/vtu.h"
-#include "run/result.h"
 #include "study/table.h"
 
 /* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */

@@ -1,6 +1,5 @@
 /* measured.c: reads files of measurements. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"

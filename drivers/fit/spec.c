@@ -1,15 +1,12 @@
 /* spec.c: reads the spec of a fit by a table of keys, as those of sweeps are. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/scan.h"
 #include "fit/map.h"
 #include "flesh/scene.h"
 #include "run/provenance.h"
-#include "scene/keys.h"
 #include "scene/scene.h"
 
 /* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */

@@ -1,7 +1,6 @@
 /* write.c: writes what a fit has found: result.json, the fitted scenes, words, and, by data/studies/fit.sql, fit.csv and the
  * picture. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -12,7 +11,6 @@
 #include "fit/map.h"
 #include "picture/plot.h"
 #include "run/provenance.h"
-#include "run/result.h"
 #include "study/database.h"
 #include "study/embedded.h"
 #include "study/results.h"

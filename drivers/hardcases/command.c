@@ -2,7 +2,6 @@
 #include "commands.h"
 
 #include <fnmatch.h>
-#include <math.h>
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,11 +10,9 @@
 #include "base/error.h"
 #include "cli/interrupt.h"
 #include "base/text.h"
-#include "cli/overrides.h"
 #include "study/lead.h"
 #include "study/settings.h"
 #include "run/ranks.h"
-#include "hardcases/hardcases.h"
 #include "hardcases/lists.h"
 #include "material/form.h"
 #include "study/embedded.h"

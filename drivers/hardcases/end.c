@@ -2,7 +2,6 @@
 
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_sort_vector.h>
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>

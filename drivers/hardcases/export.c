@@ -1,6 +1,5 @@
 /* export.c: static cases as data that other solvers read (drivers/hardcases.md has the format). */
 #include <jansson.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

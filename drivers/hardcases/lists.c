@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "cli/lists.h"
 
 static int take_solver(void *data, const char *item)
 {

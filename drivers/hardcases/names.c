@@ -1,5 +1,4 @@
 /* names.c: what solvers, outcomes, settings and runs of the battery are called. */
-#include <math.h>
 #include <stdio.h>
 
 #include "hardcases/hardcases.h"

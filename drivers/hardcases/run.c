@@ -1,6 +1,5 @@
 /* run.c: runs a case of the battery, watches its incremental potential, costs, recovery and frames, and judges what came of
  * it. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +11,6 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "cli/overrides.h"
-#include "flesh/scene.h"
 #include "hardcases/hardcases.h"
 #include "mesh/mesh.h"
 #include "run/runner.h"

@@ -1,12 +1,9 @@
 /* scene.c: writes a run of the battery as files that `flesh run` reads. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "flesh/scene.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
 #include "run/start.h"

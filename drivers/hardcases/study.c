@@ -1,10 +1,8 @@
 /* study.c: the battery as a study: a case for each run, and its figures as a record. */
 #include <assert.h>
-#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"

@@ -1,7 +1,6 @@
 /* pictures.c: the curves as tables of a database in memory, of which data/studies/material.sql makes table and pictures. */
 #include <math.h>
 #include <sqlite3.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "material/curves.h"

@@ -3,7 +3,6 @@
 #include "picture/picture.h"
 
 #include <assert.h>
-#include <cairo.h>
 #include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <stdatomic.h>

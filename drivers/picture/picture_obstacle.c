@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "flesh/contact.h"
 #include "effect/contact.h"
 #include "picture/picture_body.h"
 #include "surface/surface.h"

@@ -2,7 +2,6 @@
 #ifndef FLESH_PICTURE_PICTURE_PANEL_H
 #define FLESH_PICTURE_PICTURE_PANEL_H
 
-#include "flesh/scene.h"
 #include "flesh/skin.h"
 #include "picture/render.h"
 

@@ -1,6 +1,5 @@
 /* picture_sides.c: which side of a mesh obstacle is its front: the one that the body is on. */
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 
 #include "base/error.h"

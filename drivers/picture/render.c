@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "math/area.h"
 #include "math/mat3.h"
-#include "picture/render_raster.h"
 #include "picture/render_shadow.h"
 
 /* Triangles of all surfaces are numbered through. */

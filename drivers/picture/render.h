@@ -3,7 +3,6 @@
 #ifndef FLESH_PICTURE_RENDER_H
 #define FLESH_PICTURE_RENDER_H
 
-#include <stdint.h>
 
 #include "picture/render_surface.h"
 #include "picture/view.h"

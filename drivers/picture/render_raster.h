@@ -2,7 +2,6 @@
 #ifndef FLESH_PICTURE_RENDER_RASTER_H
 #define FLESH_PICTURE_RENDER_RASTER_H
 
-#include <stddef.h>
 
 #include "picture/view.h"
 

@@ -4,7 +4,6 @@
 #ifndef FLESH_POOL_POOL_H
 #define FLESH_POOL_POOL_H
 
-#include <stddef.h>
 
 #include "pool/pool_cases.h"
 

@@ -3,10 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "cli/interrupt.h"
 #include "pool/pool_places.h"
-#include "run/ranks.h"
 #include "run/ranks_join.h"
 
 typedef struct helper {

@@ -1,7 +1,6 @@
 /* runs.c: runs in a report: their verdict, figures, histories, probes, scenes and provenance, as
  * data/studies/report_runs.sql tells them. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "cli/json_memory.h"
 #include "report/csv.h"

@@ -17,7 +17,6 @@
  *   failure  words behind the folder, which end the report
  * is_there(file) asks for a file of the folder, colour_of(energy) for its colour; number() is that of study/results.h. */
 #include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

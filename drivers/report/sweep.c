@@ -1,5 +1,4 @@
 /* sweep.c: the database of a sweep in a report, as data/studies/report_sweep.sql tells it. */
-#include <sqlite3.h>
 #include <stdlib.h>
 #include <string.h>
 

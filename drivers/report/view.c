@@ -1,12 +1,9 @@
 /* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "report/body.h"
-#include "report/report.h"
 #include "cli/json_memory.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"

@@ -11,7 +11,6 @@
 #include "base/archive.h"
 #include "base/error.h"
 #include "base/scan.h"
-#include "base/sync.h"
 #include "cli/options.h"
 #include "cli/path.h"
 #include "output/resume.h"

@@ -3,7 +3,6 @@
 #ifndef FLESH_RUN_CHECKPOINT_H
 #define FLESH_RUN_CHECKPOINT_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "base/file.h"

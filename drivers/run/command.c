@@ -2,7 +2,6 @@
 #include "commands.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -18,12 +17,10 @@
 #include "run/describe.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
-#include "cli/options.h"
 #include "cli/path.h"
 #include "run/provenance.h"
 #include "cli/overrides.h"
 #include "pool/pool.h"
-#include "run/ranks_join.h"
 #include "run/runner.h"
 #include "run/running.h"
 #include "scene/scene.h"

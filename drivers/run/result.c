@@ -3,13 +3,10 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "base/text.h"
 #include "linear/preconditioner.h"
-#include "material/form.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "cli/json_memory.h"

@@ -4,8 +4,6 @@
 
 #include <jansson.h>
 
-#include "flesh/observer.h"
-#include "flesh/scene.h"
 #include "flesh/skin.h"
 #include "run/run_trace.h"
 #include "system/system.h"

@@ -4,25 +4,18 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/confine.h"
 #include "base/clock.h"
-#include "base/error.h"
 #include "cli/json_memory.h"
-#include "base/file.h"
 #include "base/text.h"
 #include "cli/interrupt.h"
-#include "cli/options.h"
 #include "cli/output.h"
 #include "run/describe.h"
 #include "run/running.h"
 #include "run/start.h"
-#include "system/internal.h"
 #include "time/integrator.h"
 
 enum { OBSERVER_LIMIT = 16 };

@@ -1,6 +1,5 @@
 /* runner_checkpoint.c: writes a run's checkpoints, and takes a run up from one. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/confine.h"
 #include "base/clock.h"

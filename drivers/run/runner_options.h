@@ -4,7 +4,6 @@
 
 #include "run/checkpoint.h"
 #include "run/ranks.h"
-#include "run/result.h"
 
 typedef struct flesh_runner_options {
   const char *out;        /* folder of the results, made when missing; NULL: none are written */

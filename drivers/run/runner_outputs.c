@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include "base/confine.h"
-#include "base/error.h"
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "base/sync.h"

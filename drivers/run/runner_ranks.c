@@ -7,7 +7,6 @@
 #include "parallel/rank_part.h"
 #include "run/running.h"
 #include "run/start.h"
-#include "system/internal.h"
 #include "system/state.h"
 
 int flesh_running_share(flesh_running *r)

@@ -7,7 +7,6 @@
 
 #include "flesh/probe.h"
 #include "output/part_frames.h"
-#include "run/checkpoint.h"
 #include "run/runner_options.h"
 #include "system/proximity.h"
 

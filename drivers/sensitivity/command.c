@@ -9,7 +9,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "cli/interrupt.h"
-#include "cli/lists.h"
 #include "cli/output.h"
 #include "math/differences.h"
 #include "output/probe_place.h"
@@ -17,7 +16,6 @@
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
-#include "sensitivity/stage_tangent.h"
 #include "study/embedded.h"
 #include "study/table.h"
 

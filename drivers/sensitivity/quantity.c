@@ -15,7 +15,6 @@
 #include "scene/scene.h"
 #include "sensitivity/forces.h"
 #include "sensitivity/sensitivity.h"
-#include "system/system.h"
 
 /* The residual that linear solves leave, relative. */
 static const double tolerance = 1e-10;

@@ -16,7 +16,6 @@
 #include "cli/path.h"
 #include "study/bodies.h"
 #include "study/results.h"
-#include "study/study.h"
 
 /* How long a case waits for the end of another process in its folder, s. */
 static const double PATIENCE = 5;

@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/scan.h"
-#include "scene/keys.h"
 #include "scene/scene.h"
 
 int flesh_keyed_text_read(flesh_arena *arena, const flesh_keyed_text *text, const flesh_key *keys, flesh_node **root,

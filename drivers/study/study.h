@@ -4,7 +4,6 @@
 #ifndef FLESH_STUDY_STUDY_H
 #define FLESH_STUDY_STUDY_H
 
-#include <jansson.h>
 #include <sqlite3.h>
 
 #include "cli/overrides.h"

@@ -1,7 +1,5 @@
 /* case.c: a sweep as a study: what each of its cases sets, and how it is done in a process of its own. */
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "base/text.h"

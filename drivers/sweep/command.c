@@ -14,7 +14,6 @@
 #include "cli/path.h"
 #include "run/ranks.h"
 #include "study/lead.h"
-#include "study/settings.h"
 #include "sweep/sweep.h"
 #include "study/embedded.h"
 

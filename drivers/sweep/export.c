@@ -1,6 +1,5 @@
 /* export.c: `flesh sweep export DB`: the results as a table. */
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "base/file.h"

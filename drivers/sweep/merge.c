@@ -1,6 +1,5 @@
 /* merge.c: `flesh sweep merge OUT.db IN.db...`: joins the databases of shards. */
 #include <stdio.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include "base/confine.h"

@@ -1,8 +1,6 @@
 /* plot.c: `flesh sweep plot DB`: a figure against an axis as lines, or over two axes as a heat map. */
 #include <ctype.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "cli/inputs.h"
@@ -11,7 +9,6 @@
 #include "picture/plot.h"
 #include "study/embedded.h"
 #include "study/results.h"
-#include "study/tables.h"
 #include "sweep/sweep.h"
 
 enum { NAME = 120 };

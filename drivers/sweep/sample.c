@@ -2,7 +2,6 @@
 #include <gsl/gsl_qrng.h>
 #include <gsl/gsl_rng.h>
 #include <math.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "sweep/sweep.h"

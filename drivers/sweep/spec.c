@@ -2,14 +2,9 @@
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/scan.h"
-#include "scene/keys.h"
-#include "scene/scene.h"
-#include "study/settings.h"
 #include "sweep/spec.h"
 
 /* The most cases of a sweep. */

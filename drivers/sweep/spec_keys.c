@@ -3,13 +3,8 @@
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
-#include "base/text.h"
-#include "scene/keys.h"
-#include "scene/scene.h"
-#include "study/settings.h"
 #include "sweep/spec.h"
 
 typedef flesh_sweep_axis axis;

@@ -2,10 +2,8 @@
 #ifndef FLESH_SWEEP_SWEEP_H
 #define FLESH_SWEEP_SWEEP_H
 
-#include <jansson.h>
 #include <string.h>
 
-#include "base/key.h"
 #include "scene/node.h"
 #include "study/settings.h"
 #include "study/study.h"
