@@ -55,6 +55,7 @@ gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
 libclang-rt-dev sanitizer address finds errors of memory in what clang builds
+lld tool ld.lld links the tests
 ccache tool ccache compiles once what copies of the tree have in common
 valgrind tool valgrind counts instructions
 doxygen tool doxygen the C interface for the site

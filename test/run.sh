@@ -22,6 +22,9 @@ install_missing build_packages
 install_missing test_packages
 cd "$root"
 
+# LLVM's linker takes a third of the time, and the build links a program for each test.
+export CC_LD=lld
+
 launcher=
 jobs=$(($(nproc) + 1)) # launchers of MPI and what waits for others leave processors idle
 # Checks that sums of pointers do not wrap take half of the kernels' compilation; what such a pointer reads is seen.
@@ -52,8 +55,6 @@ no_warnings() { ! grep -A 5 'warning:' "$notes/build.log"; }
 sanitized_build() {
   CC='ccache clang'
   export CC
-  # LLVM's linker takes a third of the time.
-  if command -v ld.lld >/dev/null 2>&1; then export CC_LD=lld; fi
   # shellcheck disable=SC2086
   build build-sanitize -Dwerror=true -Dfuzz=true $instrumented -Db_sanitize=address,undefined
 }
