@@ -57,9 +57,9 @@ gallery() {
 
 tutorials() {
   for page in "$root"/drivers/tutorials/*.md; do blocks "${page#"$root/"}"; done
-  "$flesh" accuracy pluck.yaml --quick --methods backward-euler,newmark,runge-kutta,ida --out pluck
+  "$flesh" accuracy pluck.yaml --quick --methods backward-euler,newmark,adaptive,ida --out pluck
   cp pluck/work_time.png tutorial_accuracy.png
-  "$flesh" plot pluck/steps/runge-kutta_1e-3.csv --x t --y h --log y --out tutorial_steps.png
+  "$flesh" plot pluck/steps/adaptive_1e-3.csv --x t --y h --log y --out tutorial_steps.png
   "${flesh%/*}/examples/example_bar_kinsol" equilibrium.txt
   "$flesh" mesh box --cells 8,2,2 --size 2,0.5,0.5 --out bar.mesh
   "$flesh" snap hanging.yaml --colour stress --edges --bare --out tutorial_own_program.png

@@ -213,7 +213,7 @@ SELECT text FROM work_scripts WHERE name = 'work_residuals';
 
 -- to orders.gp
 SELECT plot('orders', 1040, 640, 'Error against step and tolerance, with orders where they hold',
-  'step [s]; of adaptive methods, runge-kutta and ida the tolerance',
+  'step [s]; of adaptive methods and ida the tolerance',
     'error: mass-weighted rms, worst over time [m]') || 'set logscale xy
 set format xy ''%g''
 ' || printf('set yrange [*:%s]

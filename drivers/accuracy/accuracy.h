@@ -36,7 +36,7 @@ typedef struct flesh_accuracy_method {
   ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12) \
   ROW("adaptive-hht", "hht", 2, 0, "#332288", 14) \
   ROW("adaptive-generalized-alpha", "generalized-alpha", 2, 0, "#bb5566", 15) \
-  ROW("runge-kutta", "runge-kutta", 2, 0, "#117733", 6) \
+  ROW("adaptive", "adaptive", 2, 0, "#117733", 6) \
   ROW("ida", "ida", 1, 2, "#0072b2", 5) \
   ROW("ida5", "ida", 1, 5, "#aa3399", 4)
 

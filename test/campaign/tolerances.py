@@ -191,7 +191,7 @@ def measure(name, arguments):
     out = os.path.join(arguments.out, name)
     finest = [] if arguments.quick else ["--tolerances", "1e-1,1e-2,1e-3,1e-4,1e-5"]
     if not os.path.exists(os.path.join(out, "accuracy.csv")):
-        done = subprocess.run(["nice", arguments.flesh, "accuracy", path, "--methods", ",".join(FIXED + ("runge-kutta",)),
+        done = subprocess.run(["nice", arguments.flesh, "accuracy", path, "--methods", ",".join(FIXED + ("adaptive",)),
                                *(["--quick"] if arguments.quick else finest), "--max-seconds", str(arguments.max_seconds),
                                "--reference-seconds", str(arguments.max_seconds), "--repeat", "1", "--out", out,
                                *(word for value in values for word in ("--set", value))],
@@ -234,14 +234,14 @@ def line(name, rows):
         for column in ("cpu_s", "newton"):
             fixed = [(cost(rows, method, share, column), method) for method in FIXED]
             fixed = min([pair for pair in fixed if pair[0]], default=None)
-            own = cost(rows, "runge-kutta", share, column)
+            own = cost(rows, "adaptive", share, column)
             alone = "adaptive alone" if own else "fixed alone" if fixed else "-"
             ratios.append(f"{own / fixed[0]:.2f}" if own and fixed else alone)
             if column == "cpu_s" and own and fixed:
                 most = max(most, own / fixed[0])
         cells.append(alone if ratios[0] == alone else ", ".join(ratios))
     errors = [float(row["error_over_tolerance"]) for row in rows
-              if row["method"] == "runge-kutta" and row["error_over_tolerance"] and row["counts"]]
+              if row["method"] == "adaptive" and row["error_over_tolerance"] and row["counts"]]
     spread = f"{min(errors):.2g} to {max(errors):.2g}" if errors else "-"
     return f"| {name} | {' | '.join(cells)} | {spread} | {max(errors) / min(errors) if errors else 0:.1f} |", most
 
