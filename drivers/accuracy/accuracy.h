@@ -32,6 +32,7 @@ typedef struct flesh_accuracy_method {
   ROW("newmark", "newmark", 0, 0, "#56b4e9", 2) \
   ROW("hht", "hht", 0, 0, "#8c8c8c", 11) \
   ROW("generalized-alpha", "generalized-alpha", 0, 0, "#999933", 8) \
+  ROW("runge-kutta", "runge-kutta", 0, 0, "#44aa99", 10) \
   ROW("adaptive-bdf2", "bdf2", 2, 0, "#666633", 1) \
   ROW("adaptive-newmark", "newmark", 2, 0, "#882255", 12) \
   ROW("adaptive-hht", "hht", 2, 0, "#332288", 14) \
