@@ -17,6 +17,7 @@
 #include "effect/effect.h"
 #include "effect/environment.h"
 #include "effect/pressure_pairs.h"
+#include "effect/private.h"
 #include "effect/rank_share.h"
 #include "element/body.h"
 #include "math/mat3.h"
@@ -210,6 +211,92 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
   return FLESH_OK;
 }
 
+/* How the forces of a pair by a unit pressure change where c moves by dc. */
+static void move_pair(const pressure *self, int k, const at_pair *at, const double dc[3], double f[2][3])
+{
+  double sum = 0, change[3], by[3];
+  for (int w = self->pairs.first[k]; w < self->pairs.first[k + 1]; w++) sum += self->pairs.wings[w].now;
+  for (int a = 0; a < 2; a++) {
+    for (int i = 0; i < 3; i++) change[i] = at->G[i] - sum * at->y[1 - a][i];
+    flesh_vec3_cross(change, dc, by);
+    for (int i = 0; i < 3; i++) f[a][i] = a ? -by[i] : by[i];
+  }
+}
+
+/* How the forces of a term of the rim by a unit pressure change where its lagged nodes and c move. */
+static void move_rim(const flesh_pressure_rim *t, const flesh_point *point, const double c[3], const double moves[12],
+                     double f[3][3])
+{
+  double y[3][3], dy[3][3], by[4][3];
+  rim_force rim;
+  find_rim(t, point, c, &rim);
+  for (int n = 0; n < 3; n++) {
+    relative(point->lagged.x, c, rim.node[n], y[n]);
+    for (int i = 0; i < 3; i++) dy[n][i] = moves[3 * n + i] - moves[9 + i];
+  }
+  flesh_vec3_cross(dy[1], y[2], by[0]);
+  flesh_vec3_cross(y[1], dy[2], by[1]);
+  for (int i = 0; i < 3; i++) f[0][i] = t->e * (by[0][i] + by[1][i]);
+  for (int n = 1; n < 3; n++) {
+    const double half = n == 1 ? t->e / 2 : -t->e / 2;
+    flesh_vec3_cross(dy[3 - n], rim.move[n], by[0]);
+    flesh_vec3_cross(moves + 3 * n, y[3 - n], by[1]);
+    flesh_vec3_cross(dy[3 - n], rim.move[0], by[2]);
+    flesh_vec3_cross(moves, y[3 - n], by[3]);
+    for (int i = 0; i < 3; i++) f[0][i] -= half * (by[0][i] + by[1][i]), f[n][i] = half * (by[2][i] + by[3][i]);
+  }
+}
+
+/* A product with the derivative by lagged nodes and by c, whose moves or weights are `c`. */
+typedef struct by_lagged {
+  int transposed;
+  const double *w;
+  double *y, c[3];
+} by_lagged;
+
+/* The derivative D of the dof `row` by the dof `column`, of the lagged state or of c. */
+static inline void add_entry(by_lagged *s, double D, size_t row, size_t column, int of_c)
+{
+  if (s->transposed) *(of_c ? s->c + column : s->y + column) += D * s->w[row];
+  else s->y[row] += D * (of_c ? s->c : s->w)[column];
+}
+
+static inline size_t dof_of(const int *node, int d) { return 3 * (size_t)node[d / 3] + (size_t)(d % 3); }
+
+static void pressure_multiply(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, int transposed,
+                              double scale, const double *w, double *y)
+{
+  const pressure *self = effect->data;
+  const double p = scale * pressure_at(self, point);
+  double c[3], sums[4] = {0}, f[3][3];
+  by_lagged s = {transposed, w, y, {0}};
+  if (argument != FLESH_LAGGED_X || !self->is_open || p == 0) return;
+  middle(self, point, c);
+  add_nodes(self, w, sums);
+  if (!transposed) mean(sums, s.c);
+  for (int k = 0; k < self->pairs.cells.count; k++) {
+    at_pair at;
+    find_pair(self, k, point->x, c, &at);
+    for (size_t i = 0; i < 3; i++) {
+      move_pair(self, k, &at, (const double[3]){i == 0, i == 1, i == 2}, f);
+      for (int d = 0; d < 6; d++) add_entry(&s, p / 2 * f[d / 3][d % 3], dof_of(at.node, d), i, 1);
+    }
+  }
+  for (int k = 0; k < self->pairs.rim_count; k++) {
+    const flesh_pressure_rim *t = &self->pairs.rim[k];
+    const int node[3] = {t->k, t->a, t->b};
+    for (int j = 0; j < 12; j++) {
+      double moves[12] = {0};
+      moves[j] = 1;
+      move_rim(t, point, c, moves, f);
+      for (int d = 0; d < 9; d++)
+        add_entry(&s, p * f[d / 3][d % 3], dof_of(node, d), j < 9 ? dof_of(node, j) : (size_t)(j - 9), j >= 9);
+    }
+  }
+  for (int k = 0; k < self->pairs.rim_count && transposed; k++)
+    for (int i = 0; i < 3; i++) y[3 * (size_t)self->pairs.rim[k].k + (size_t)i] += s.c[i] / sums[3];
+}
+
 static int pressure_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
   double magnitude = 0;
@@ -279,7 +366,7 @@ static void pressure_count(const flesh_effect *effect, flesh_rank_numbers *numbe
 
 static void pressure_take(flesh_effect *effect, const flesh_rank_numbers *numbers);
 
-#define OPERATIONS(...)                                                                                                \
+#define OPERATIONS(READS, ...)                                                                                         \
   {                                                                                                                    \
       .name = "pressure",                                                                                              \
       .role = FLESH_ROLE_LOAD,                                                                                         \
@@ -292,13 +379,14 @@ static void pressure_take(flesh_effect *effect, const flesh_rank_numbers *number
       .figures = &(const flesh_effect_figures){.memory = pressure_memory},                                             \
       .library = &(const flesh_effect_private){                                                                        \
           .evaluate = pressure_evaluate,                                                                               \
+          .partials = &(const flesh_effect_partials){.multiply = pressure_multiply, .reads = READS},                   \
           .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4,                  \
                                                .sum = pressure_sum, .count = pressure_count, .take = pressure_take}},  \
       __VA_ARGS__                                                                                                      \
   }
 /* A surface with a rim has no energy. */
-static const flesh_effect_operations closed_operations = OPERATIONS(.energy = pressure_energy),
-                                     open_operations = OPERATIONS(.traits = FLESH_IS_FOLLOWER_LOAD);
+static const flesh_effect_operations closed_operations = OPERATIONS(0, .energy = pressure_energy),
+                                     open_operations = OPERATIONS(1u << FLESH_LAGGED_X, .traits = FLESH_IS_FOLLOWER_LOAD);
 #undef OPERATIONS
 
 static void pressure_take(flesh_effect *effect, const flesh_rank_numbers *numbers)

@@ -66,6 +66,7 @@ typedef struct flesh_effect_partials {
    * where the residual does not depend on it. Has a value wherever the residual has one. */
   void (*multiply)(const flesh_effect *effect, const flesh_point *point, flesh_argument argument, int transposed,
                    double scale, const double *w, double *y);
+  unsigned reads; /* bits of the arguments that `multiply` has: the residual depends on no others */
   /* For a sum over tets: a new effect of the same tets on `torn`, in which no two share a node (mesh/torn.h), so that a
    * few differences have the derivatives of all tets. Its materials are those of `body`; NULL: its own. It lives no longer
    * than this one, `body` and `torn`. */

@@ -163,7 +163,7 @@ static const flesh_effect_operations viscosity_operations = {
     .destroy = viscosity_destroy,
     .library = &(const flesh_effect_private){
         .evaluate = viscosity_evaluate, .instructions = viscosity_instructions, .is_same = viscosity_is_same,
-        .partials = &(const flesh_effect_partials){.multiply = viscosity_multiply}},
+        .partials = &(const flesh_effect_partials){.multiply = viscosity_multiply, .reads = 0xfu << FLESH_FROZEN_X}},
     .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 

@@ -353,7 +353,7 @@ static int find_effect(flesh_couplings *self, int effect, const flesh_point *poi
 {
   double *before = self->room + 6 * (size_t)self->n;
   const flesh_effect_partials *own = flesh_effect_private_of(flesh_system_effect(self->system, effect))->partials;
-  for (int k = 0; k < FLESH_ARGUMENTS && own && own->multiply; k++) self->own[k] |= arguments >> k & 1;
+  for (int k = 0; k < FLESH_ARGUMENTS && own && own->multiply; k++) self->own[k] |= (arguments & own->reads) >> k & 1;
   if (own && own->multiply) return FLESH_OK;
   int status = flesh_system_effect_residual(self->system, effect, point, before);
   for (int k = 0; k < FLESH_ARGUMENTS && !status; k++) {

@@ -328,7 +328,9 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     c->physical = 0;
   }
   if (!status && c->environment.near && library->predict) status = check_predicted(c, shift, &report->jacobian[s]);
-  for (int k = 0; k < FLESH_ARGUMENTS && !status && library->partials && library->partials->multiply && shift->v != 0; k++)
+  const int multiplies = library->partials && library->partials->multiply && shift->v != 0;
+  const int arguments = flesh_effect_has_trait(c->effect, FLESH_FREEZES) ? FLESH_ARGUMENTS : FLESH_OWN_V; /* else K has x, v */
+  for (int k = 0; k < arguments && !status && multiplies; k++)
     status = check_argument(c, (flesh_argument)k, &report->jacobian[s]);
   if (!status && library->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;

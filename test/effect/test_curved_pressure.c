@@ -145,7 +145,8 @@ static void check_open(int (*chosen)(int k))
   CHECK_OK(effect->operations->residual(effect, &point, r));
   CHECK_BELOW(test_distance(b.n, r, expected), 1e-13);
   CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 7, &report));
-  printf("# %d of %d triangles: potential %.1g, Jacobian %.1g\n", count, all, report.potential[0], report.jacobian[0]);
+  printf("# %d of %d triangles: potential %.1g, Jacobian %.1g, with products by the lagged state %.1g\n", count, all,
+         report.potential[0], report.jacobian[0], report.jacobian[1]);
   CHECK(flesh_derivative_report_passes(&report, 1e-6));
   flesh_effect_destroy(&effect);
   free(triangles);
