@@ -29,7 +29,8 @@ static void drop_frames(flesh_running *r)
 /* Companions of an older run would not belong to this one. */
 static void drop_companions(flesh_running *r)
 {
-  static const char *const folders[] = {"error/mesh", "error/mesh_2", "error/step", "error/step_2", "error"};
+  static const char *const folders[] = {"error/mesh", "error/mesh_2",       "error/step", "error/step_2",
+                                        "error/twice", "error/mesh_2_steps", "error"};
   static const char *const files[] = {"history.csv", "probes.csv", "result.json", "scene.yaml", "state.txt"};
   for (size_t k = 0; k < sizeof folders / sizeof *folders; k++) {
     for (size_t f = 0; f < sizeof files / sizeof *files && strchr(folders[k], '/'); f++)

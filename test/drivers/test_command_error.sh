@@ -136,6 +136,7 @@ for name, w in zip(names, wide):
     widened += w > 1.2 * change(run, mesh, name)
 assert widened
 END
+    expect 0 "$flesh" run bar.yaml --out waves --quiet && [ ! -e waves/error ] || return 1
   done
 }
 

@@ -29,6 +29,9 @@ class Frame:
     cells: Dict[str, np.ndarray]
     units: Dict[str, str]
 
+    def __init__(self):
+        raise TypeError("Frame.read(path) reads a frame; there is no empty one")
+
     @classmethod
     def read(cls, path) -> "Frame":
         """Reads a frame; its arrays are copies. FileError where the file is none of flesh's."""
@@ -51,7 +54,7 @@ class Frame:
     def _of(cls, root, data):
         order = {"LittleEndian": "<", "BigEndian": ">"}[root.get("byte_order", "no byte_order")]
         length = np.dtype(order + {"UInt32": "u4", "UInt64": "u8"}[root.get("header_type", "no header_type")])
-        frame, units = cls(), {}
+        frame, units = cls.__new__(cls), {}
 
         def section(name, rows=None):
             arrays = {}

@@ -119,7 +119,9 @@ def test_frames_have_the_fields_that_are_asked_for(folder, element, points):
     scene.write(folder / "resolved.yaml")
     result = flesh.run_scene(folder / "resolved.yaml", folder / "out")
     frame = result.frame()
-    assert result.probes is None
+    with pytest.raises(TypeError, match="Frame.read"):
+        flesh.Frame()
+    assert result.probes is None and "stress" in repr(frame)
     assert (folder / "frames" / "frame_000003.vtu").read_bytes() == (folder / "out/frames/frame_000003.vtu").read_bytes()
     assert np.array_equal(frame.positions, end.x) and np.array_equal(frame.nodes["velocity"], end.v)
     assert np.array_equal(frame.tets[:, :4], scene.mesh.tets) and len(frame.cells["region"]) == scene.mesh.tet_count
