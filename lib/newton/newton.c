@@ -17,6 +17,8 @@
  * of them, jelly_drop takes 919, 912, 949 and 976 iterations by backward Euler, 2692, 2444, 2489 and 2668 by bdf2. */
 enum { SECANT_MATRICES = 2 };
 
+static const double most_operations = 1e10; /* of a tangent's factors: some 20 s */
+
 /* One iteration: from where, and the step as it comes about. */
 typedef struct iteration {
   flesh_step step;
@@ -207,7 +209,8 @@ static int measure(flesh_newton *self)
 int flesh_newton_init_local(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                             flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solver = solver, .goal = {.of_first = 1, .of_load = INFINITY}};
+  *self = (flesh_newton){.options = *options, .solver = solver, .goal = {.of_first = 1, .of_load = INFINITY},
+                          .tangent = {.most = most_operations}};
   flesh_equations *equations = &self->equations;
   const int eliminates = solver.solve && flesh_newton_uses_elimination(system, options);
   self->search.equations = equations;

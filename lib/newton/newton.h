@@ -38,8 +38,9 @@ typedef struct flesh_tangent {
   int known;            /* K is that of the last flesh_newton_factor_tangent */
   int kept, refreshes;  /* the preconditioner is that of an earlier one; so many to come are not to be kept */
   int has_pivots;       /* and is factored in `pivots` */
+  int indefinite;       /* and is solved with by MINRES, as factors cost too much */
   int patterns;         /* of the equations, when `pivots` was made */
-  double most;          /* operations that `pivots` may take where others can do without; 0: any number */
+  double most;          /* operations that `pivots` may take, which nothing stops */
   flesh_direct *pivots; /* NULL: conjugate gradients, or the options' direct solver, were enough */
 } flesh_tangent;
 
@@ -167,8 +168,8 @@ void flesh_newton_overwritten(flesh_newton *newton);
  * is kept as long as it serves. A status > 0 where K has no value; FLESH_ERR_SOLVE with a sentence where it is singular. */
 int flesh_newton_factor_tangent(flesh_newton *newton, const double *u);
 /* p [n] = K^-1 b with that, until ||b - K p||_2 <= tolerance ||b||_2; 0 on constrained dofs, and b becomes so. By a
- * factorisation with pivots where K is indefinite or conjugate gradients do not converge. Overwrites the equations'
- * scratch. FLESH_NONFINITE; FLESH_ERR_SOLVE likewise. */
+ * factorisation with pivots where K is indefinite or conjugate gradients do not converge; by MINRES where that takes more
+ * than tangent.most operations. Overwrites the equations' scratch. FLESH_NONFINITE; FLESH_ERR_SOLVE likewise. */
 int flesh_newton_solve_tangent(flesh_newton *newton, double *b, double tolerance, double *p);
 
 /* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; dofs that

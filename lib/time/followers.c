@@ -11,7 +11,6 @@
 #include "newton/stage.h"
 
 static const double depth = 1e-2, exactness = 1e-3; /* of directions, and of the solves that they take, over their first */
-static const double most_operations = 1e10; /* of factors, which nothing stops: some 20 s */
 static const double resolution = 1e-4; /* moves over steps of differences that round-off may keep from growing shorter */
 
 int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self)
@@ -115,7 +114,6 @@ static int set_stage(flesh_followers *self, const flesh_state *state)
   flesh_newton_set_stage(newton, &stage);
   const double unloaded = evaluation->environment.unloaded;
   evaluation->environment.unloaded = 1;
-  newton->tangent.most = most_operations;
   const int status = flesh_newton_factor_tangent(newton, evaluation->zeros);
   evaluation->environment.unloaded = unloaded;
   self->point = flesh_equations_point(&newton->equations, evaluation->zeros);

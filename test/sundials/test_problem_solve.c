@@ -112,8 +112,13 @@ static void indefinite_and_singular_matrices(void)
       CHECK(problem->newton.tangent.has_pivots); /* it was indefinite */
       CHECK_BELOW(departure(problem, u, right, p, 1e-6), 1e-7);
       problem->newton.tangent.most = 1e4; /* operations, which its factors exceed */
+      memcpy(p, right, (size_t)b.n * sizeof *p);
+      CHECK_OK(flesh_problem_solve(problem, u, 1, p, 1e-11));
+      CHECK(problem->newton.tangent.indefinite);
+      CHECK_BELOW(departure(problem, u, right, p, 1e-6), 1e-7);
+      problem->newton.options.max_linear = 2;
       CHECK(flesh_problem_solve(problem, u, 1, right, 1e-11) == FLESH_ERR_SOLVE);
-      CHECK_TEXT(flesh_error_text(), "to factor the tangent takes ");
+      CHECK_TEXT(flesh_error_text(), "the tangent is indefinite: its solves do not converge");
     } else CHECK_TEXT(flesh_error_text(), "singular");
     free(u), free(right), free(p);
     flesh_problem_destroy(&problem);
