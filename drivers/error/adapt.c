@@ -35,8 +35,10 @@ static const double looked_back = 0.25, least_growth = 1.5;
 static const double of_values = 1.2, of_sizes = 0.3, of_values_alone = 3;
 /* A value that is farther from the mesh's before than so many bars is of another equilibrium. */
 static const double jump_bars = 3;
-/* A bar that is no smaller with so many times the dofs will not become so. */
-static const double stuck_growth = 4;
+/* A bar that is no smaller with so many times the dofs will not become so: of positions, and of others, whose bars scatter. */
+static const double stuck_growth = 4, stuck_growth_of_others = 10;
+/* Of strains at a point, as what solves leave grows in small tets. */
+static const double newton_tolerance = 1e-8;
 /* Halves of tets with smaller radius ratios get better ones, as nodes move. */
 static const double smooth_below = 0.3;
 enum { LEVELS = 60, LEAST_LEVELS = 4, LEAST_BACK = 3, MOST_DOFS = 400000 };
@@ -130,6 +132,8 @@ static int begin(adapt *a, const flesh_texts *given)
   if (!status && !a->options->quiet) status = flesh_cut_warn(scene, a->column);
   if (!status) status = flesh_error_carry(scene, a->options->quiet, &a->overrides, &a->mesh);
   flesh_overrides_add(&a->overrides, "body.refine", "0");
+  if (!status && !strstr(a->column, ".position_") && flesh_scene_solver(scene)->newton_tolerance > newton_tolerance)
+    flesh_overrides_add(&a->overrides, "solver.newton_tolerance", "1e-8");
   if (!status && scene->keys.body.curved.count) flesh_overrides_add(&a->overrides, "body.curved", "null");
   if (!status && a->overrides.failed) status = flesh_no_memory();
   flesh_scene_destroy(&scene);
@@ -287,7 +291,7 @@ static int refine(adapt *a, const double *indicators)
     halvings[order[k]] = 1;
     sum += fabs(indicators[order[k]]);
   }
-  if (!status && a->local >= 0) halvings[a->local] = 1;
+  if (!status && a->local >= 0) halvings[a->local] = 3;
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, NULL);
   if (!status) status = flesh_mesh_smooth(finer, smooth_below, &smooth);
   free(a->x);
@@ -354,8 +358,9 @@ static int check_progress(const adapt *a)
                                           "a tolerance in %s, as 0.001:%s", a->column,
                       strstr(a->column, ".position_") ? "has moved by" : "is", l->moved, a->unit, l->bar, a->unit, a->unit,
                       a->column);
+  const double growth = isfinite(l->estimate) ? stuck_growth : stuck_growth_of_others;
   for (const level *k = a->list; k < l; k++)
-    if (stuck_growth * k->dofs <= l->dofs && l->bar >= k->bar)
+    if (growth * k->dofs <= l->dofs && l->bar >= k->bar)
       return flesh_fail(FLESH_ERR_BUDGET, "the bar of %s is %.2g %s on a mesh of %d dofs, and was %.2g %s with %d dofs; meshes "
                                           "have different equilibria, as where a body buckles or folds, or the quantity does "
                                           "not settle, or solver.newton_tolerance is too large", a->column, l->bar, a->unit,
