@@ -1,7 +1,7 @@
 -- error_columns.sql: the quantities of a run that can have error bars, and the columns that their bars are made of. `headers`
 -- has the columns of all tables (plot_columns.sql): of source 0, the run, and of its companions, of which `companions`
 -- (source, aspect, number) says what they judge: aspect 0 the mesh, 1 the steps. `pinned` (probe) has the points in tets with
--- a held node.
+-- a held node, and `same_mesh` (is_stiff) a row of four-node tets that are judged on their own mesh.
 
 -- Columns of the history that are quantities of the whole body; the others count work. An extreme need not settle.
 CREATE TEMP TABLE whole_body (pattern, extreme);
@@ -15,7 +15,9 @@ SELECT id, tab, header, name, unit, rows, dot > 0 AS of_probe, min(id) OVER (PAR
   instr(header, '.position_') > 0 AS of_place,
   instr(header, '.reaction_') OR instr(header, '.contact_') AS of_force, -- the start need not be in balance
   CASE WHEN extreme THEN 'an extreme over the body, which need not settle as mesh and steps get finer'
-    WHEN strained THEN 'a strain beside a pin, which grows without end as the mesh gets finer' END AS no_mesh_bar,
+    WHEN strained THEN 'a strain beside a pin, which grows without end as the mesh gets finer'
+    WHEN dot AND part = 'J' AND (SELECT is_stiff FROM same_mesh) THEN 'J of nearly incompressible four-node tets, which ten-node '
+      || 'tets on the same mesh do not tell; body.refine of 1 or more does' END AS no_mesh_bar,
   iif(extreme, 'an extreme over the body, which need not settle as mesh and steps get finer', NULL) AS no_step_bar
 FROM (
   SELECT *, substr(name, 1, dot) || substr(part, 1, instr(part || '_', '_') - 1) AS stem,

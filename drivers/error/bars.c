@@ -48,6 +48,18 @@ static char *judge_text(const flesh_error_judge *judge)
   return text;
 }
 
+/* Whether volumes of a material are so stiff, as from a Poisson's ratio of .48 on, that four-node tets and those of ten differ
+ * in J by chance. */
+static int is_stiff(const flesh_scene *scene)
+{
+  static const double least_ratio = 24;
+  double mu, lambda;
+  int stiff = 0;
+  for (int k = 0; scene->body.materials && k < flesh_scene_material_count(scene); k++)
+    stiff |= !flesh_material_small_strain(&scene->body.materials[k], &mu, &lambda, NULL) && lambda >= least_ratio * (1 - 1e-9) * mu;
+  return stiff;
+}
+
 /* Tells SQL how the run is judged, and of the points beside pins. */
 static int fill(bars *b)
 {
@@ -56,7 +68,10 @@ static int fill(bars *b)
   int status = flesh_study_store_execute(store, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, "
                                                 "coarser, doubled, adds, data);"
                                                 "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
-                                                "CREATE TABLE pinned (probe); CREATE TABLE asked (result)");
+                                                "CREATE TABLE pinned (probe); CREATE TABLE asked (result);"
+                                                "CREATE TABLE same_mesh (is_stiff)");
+  if (!status && b->judges[FLESH_ERROR_MESH].better && !b->scene->keys.body.refine)
+    status = flesh_study_store_execute(store, "INSERT INTO same_mesh VALUES (%d)", is_stiff(b->scene));
   for (int kind = 0; kind < FLESH_ERROR_KINDS && !status; kind++) {
     const flesh_error_judge *judge = &b->judges[kind];
     char *text = judge_text(judge);
