@@ -37,7 +37,7 @@ static const double of_values = 1.2, of_sizes = 0.3, of_values_alone = 3;
 static const double jump_bars = 3;
 /* A bar that is no smaller with so many times the dofs will not become so: of positions, and of others, whose bars scatter. */
 static const double stuck_growth = 4, stuck_growth_of_others = 10;
-/* Of strains at a point, as what solves leave grows in small tets. */
+/* Residuals that Newton's method leaves grow in the strain of small tets. */
 static const double newton_tolerance = 1e-8;
 /* Halves of tets with smaller radius ratios get better ones, as nodes move. */
 static const double smooth_below = 0.3;
