@@ -6,12 +6,12 @@
 #ifndef FLESH_ACCURACY_ACCURACY_H
 #define FLESH_ACCURACY_ACCURACY_H
 
-
 #include "accuracy/track.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
 #include "cli/path.h"
-#include "study/fingerprint.h"
+#include "flesh/body.h"
+#include "study/settings.h"
 #include "study/study.h"
 
 typedef struct flesh_accuracy_method {
@@ -168,9 +168,7 @@ typedef struct flesh_accuracy_plan {
 
 /* Reads a scene with the overrides of the command line alone. */
 int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene);
-/* The plan's overrides and those of the row's method, step, tolerance, extra value and mesh; to be closed. */
-void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
-/* Reads the row's scene with these. */
+/* Reads the row's scene with the overrides of its method, step, tolerance, extra value and mesh. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene);
 /* The `flesh run` command that repeats the row. Returns new; NULL without memory. */
 char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
@@ -228,5 +226,43 @@ extern const flesh_study_field flesh_accuracy_reference_fields[];
 /* accuracy.json: the reference, for people, reports and ranks behind the first; `words`: how it was made. */
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words);
 int flesh_accuracy_load(flesh_accuracy_plan *plan);
+
+/* The error that the mesh makes, beside that of the step: the scene on other meshes and with other elements, at the same
+ * times, against a reference of refined meshes. All are compared at the nodes of the scene's own mesh, where the others'
+ * displacements are interpolated. */
+
+/* Chooses method and step, runs the meshes as far as the seconds go, finds reference and errors, and tells of them. The
+ * runs have been told of, or the scene is for equilibrium. FLESH_ERR_INTERRUPTED, FLESH_ERR_FILE; FLESH_ERR_SOLVE where no
+ * method of fixed steps reached the end. */
+int flesh_accuracy_run_meshes(flesh_accuracy_session *session);
+/* SQL knows this of a row of meshes beside its case. New object. */
+json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
+
+/* The cases, each in this process: a run on a mesh, which keeps its states or is timed alone; and what the kept ones
+ * converge to, as rows of a table: of each mesh {mesh, error, below, elsewhere}, of each element {element, levels, order,
+ * change, coarse, fine}, and {first, second, apart, uncertainty, motion}, lengths in m. */
+int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number);
+int flesh_accuracy_find_limits(const flesh_accuracy_plan *plan, json_t *rows);
+
+typedef struct flesh_accuracy_sampler {
+  const flesh_mesh *mesh;      /* of the run */
+  const double *points;        /* [3*count] at rest */
+  int count;
+  int *nodes;                  /* [10*count] of the tet that holds the point */
+  double *weights;             /* [10*count] */
+  flesh_accuracy_grid grid;    /* the times that are kept */
+  int next;
+  flesh_accuracy_track track;  /* where the points are at these times */
+} flesh_accuracy_sampler;
+
+/* For the nodes of plan->measure and times of the plan's grid; the scene must stay. */
+int flesh_accuracy_sampler_open(const flesh_accuracy_plan *plan, const flesh_scene *scene,
+                                flesh_accuracy_sampler *sampler);
+void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler);
+
+/* Integrates the scene, or finds its equilibrium where it has no inertia; `sampler` may be NULL. Short runs are
+ * repeated: the least CPU time [s]. */
+int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_sampler *sampler,
+                          double *cpu_s);
 
 #endif

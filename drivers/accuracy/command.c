@@ -11,7 +11,7 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "base/file.h"
-#include "study/lead.h"
+#include "study/study.h"
 #include "study/embedded.h"
 
 #define METHOD_NAME(name, ...) "," name

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accuracy/mesh.h"
+#include "accuracy/accuracy.h"
 #include "base/clock.h"
 #include "base/confine.h"
 #include "base/error.h"

@@ -1,5 +1,5 @@
 /* mesh_sample.c: runs a scene on another mesh and keeps where the nodes of the scene's own mesh go. */
-#include "accuracy/mesh.h"
+#include "accuracy/accuracy.h"
 
 #include <math.h>
 #include <stdlib.h>

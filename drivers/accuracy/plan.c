@@ -7,7 +7,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/error.h"
-#include "cli/safe_text.h"
+#include "cli/path.h"
 
 /* Rows behind those that are told of: the reference, its sources, tight, limits, timings of three choices, meshes. */
 enum { CHOICES = 3, SLOTS = 3 + FLESH_ACCURACY_SOURCES + CHOICES + FLESH_ACCURACY_MESHES };
@@ -53,7 +53,8 @@ static void add_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_row *
   flesh_overrides_add(all, "body.element", flesh_element_name((flesh_element)row->element));
 }
 
-void flesh_accuracy_overrides(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
+/* The plan's overrides and those of the row's method, step, tolerance, extra value and mesh; to be closed. */
+static void override(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   char order[16];
   flesh_overrides_copy(all, &plan->options.overrides.texts);
@@ -132,7 +133,7 @@ int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)
 {
   flesh_overrides all;
-  flesh_accuracy_overrides(plan, row, &all);
+  override(plan, row, &all);
   const int status = flesh_overrides_read(&all, flesh_accuracy_scene_of(plan, row), scene);
   flesh_overrides_close(&all);
   return status;
@@ -143,7 +144,7 @@ char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accura
   char *text = NULL;
   size_t size = 0;
   flesh_overrides all;
-  flesh_accuracy_overrides(plan, row, &all);
+  override(plan, row, &all);
   FILE *stream = all.failed ? NULL : open_memstream(&text, &size);
   if (stream) {
     fputs("flesh run ", stream);

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
 /* Compares every state that it sees, where the reference is known. */
 typedef struct judge_of_run {
   const flesh_accuracy_plan *plan;

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "accuracy/mesh.h"
+#include "accuracy/accuracy.h"
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/folder.h"
@@ -14,7 +14,7 @@
 #include "cli/json_memory.h"
 #include "run/provenance.h"
 #include "study/embedded.h"
-#include "study/fields.h"
+#include "study/study.h"
 
 #define FIGURE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_figures, member)}
 static const flesh_study_field fields[] = {

@@ -77,9 +77,4 @@ int flesh_bench_machine(const flesh_bench_plan *plan, int threads, json_t *rows)
 int flesh_bench_kernels(const flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads, json_t *rows);
 int flesh_bench_steps(const flesh_bench_plan *plan, const flesh_bench_bar *bar, const char *name, int threads, json_t *rows);
 
-/* The cases of the lists; to be freed. FLESH_ERR_MEMORY. */
-int flesh_bench_make_cases(flesh_bench_plan *plan);
-/* The plan as a study, whose records it takes. Borrows it. */
-flesh_study flesh_bench_study(flesh_bench_plan *plan);
-
 #endif

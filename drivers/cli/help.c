@@ -1,8 +1,13 @@
-/* help.c: the help of a command as text, and which format it is printed in. */
+/* help.c: the help of a command as text, as a manual page in roff, and as branches of the completion scripts of bash and zsh;
+ * and which format it is printed in. */
 #include "cli/help.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "flesh/version.h"
+#include "scene/roff.h"
 
 const flesh_exit_row flesh_exit_rows[] = {
     {"0", "fine", 0},
@@ -49,6 +54,200 @@ void flesh_help_print_exits(unsigned exits)
     if (!row->exits || row->exits & exits) printf("  %-8s %s\n", row->code, row->doc);
 }
 
+/* `text` between `before` and `after`, which are roff. */
+static void say(const char *before, const char *text, const char *after)
+{
+  flesh_text made = {0};
+  flesh_roff_print(&made, text);
+  printf("%s%s%s", before, made.data ? made.data : "", after);
+  free(made.data);
+}
+
+void flesh_help_man_head(const char *page, const char *summary)
+{
+  printf(".TH ");
+  for (const char *at = page; *at; at++) printf("%s", (char[]){*at >= 'a' && *at <= 'z' ? (char)(*at - 32) : *at, 0});
+  say(" 1 \"\" \"flesh " FLESH_VERSION_STRING "\" \"User commands\"\n.SH NAME\n", page, "");
+  say(" \\- ", summary, "\n");
+}
+
+void flesh_help_man_text(const char *text)
+{
+  int as_is = 0;
+  for (size_t length; *text; text += length + (text[length] == '\n')) {
+    char line[1024];
+    length = strcspn(text, "\n");
+    snprintf(line, sizeof line, "%.*s", (int)length, text);
+    const int indented = *line == ' ';
+    if (as_is != indented && *line) printf("%s\n", indented ? ".PP\n.nf" : ".fi\n.PP");
+    if (*line) as_is = indented;
+    if (*line) say("", line, "\n");
+    else if (text[1] && as_is == (text[1] == ' ')) printf(".PP\n");
+  }
+  if (as_is) printf(".fi\n");
+}
+
+void flesh_help_man_exits(unsigned exits)
+{
+  printf(".SH EXIT STATUS\n");
+  for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++) {
+    if (row->exits && !(row->exits & exits)) continue;
+    say(".TP\n", row->code, "\n");
+    say("", row->doc, "\n");
+  }
+}
+
+static void synopsis(const flesh_usage *usage)
+{
+  say("\\fBflesh ", usage->command, "\\fR");
+  if (usage->options->name) printf(" [\\fIOPTION\\fR]...");
+  say(*usage->positionals ? " \\fI" : "", usage->positionals, *usage->positionals ? "\\fR\n" : "\n");
+}
+
+static void options(const flesh_usage *usage)
+{
+  for (const flesh_option *option = usage->options; option->name; option++) {
+    say(".TP\n\\fB\\-\\-", option->name, "\\fR");
+    if (option->argument) say(" \\fI", option->argument, "\\fR");
+    say("\n", option->doc, "");
+    printf("%s\n", option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
+  }
+  printf(".TP\n\\fB\\-\\-help\\fR\nprint a summary\n");
+}
+
+static void commands(const flesh_usage *usage)
+{
+  if (!usage->commands) return;
+  printf(".SH COMMANDS\n");
+  for (const flesh_subcommand *c = usage->commands; c->name; c++) {
+    say(".TP\n\\fB", usage->command, " ");
+    say("", c->name, "\\fR\n");
+    say("", c->summary, "\n");
+  }
+}
+
+/* The page of "run", but for its end; a section of its command's page for "mesh info". */
+static void print_man(const flesh_usage *usage)
+{
+  if (strchr(usage->command, ' ')) { /* within the page of its first word */
+    say(".SH \"FLESH ", usage->command, "\"\n");
+    synopsis(usage);
+    say(".PP\n", usage->summary, "\n");
+    if (usage->details) printf(".PP\n"), flesh_help_man_text(usage->details);
+    options(usage);
+    return;
+  }
+  char page[64];
+  snprintf(page, sizeof page, "flesh-%s", usage->command);
+  flesh_help_man_head(page, usage->summary);
+  printf(".SH SYNOPSIS\n");
+  synopsis(usage);
+  printf(".SH DESCRIPTION\n");
+  if (usage->details) flesh_help_man_text(usage->details);
+  else say("", usage->summary, "\n");
+  printf(".SH OPTIONS\n");
+  options(usage);
+  commands(usage);
+  flesh_help_man_exits(usage->exits);
+}
+
+static void print_man_end(void) { printf(".SH SEE ALSO\n\\fBflesh\\fR(1), \\fBflesh\\-scene\\fR(5)\n"); }
+
+void flesh_help_quote(const char *word)
+{
+  putchar('\'');
+  for (; *word; word++)
+    if (*word == '\'') fputs("'\\''", stdout);
+    else putchar(*word == '\n' ? ' ' : *word);
+  putchar('\'');
+}
+
+static int takes_scene_keys(const flesh_option *option)
+{
+  return option->argument && !strcmp(option->argument, "KEY=VALUE");
+}
+
+static int takes_file(const flesh_option *option)
+{
+  static const char *const files[] = {"FILE", "DIR", "SCENE", "MESH"};
+  for (size_t f = 0; f < sizeof files / sizeof *files; f++)
+    if (!strncmp(option->argument, files[f], strlen(files[f]))) return 1;
+  return 0;
+}
+
+/* The values that an option may have, with spaces between them. */
+static void print_words(const flesh_option *option)
+{
+  for (const char *at = option->argument; *at; at++) putchar(*at == '|' ? ' ' : *at);
+}
+
+/* The branch sets `options`, `commands`, and `values` of the option before the word: a list, + for files, - for what
+ * cannot be completed. */
+static void print_bash(const flesh_usage *usage)
+{
+  printf("    ");
+  flesh_help_quote(usage->command);
+  printf(")\n      options='");
+  for (const flesh_option *option = usage->options; option->name; option++) printf("--%s ", option->name);
+  printf("--help'\n");
+  if (usage->commands) {
+    printf("      commands='");
+    for (const flesh_subcommand *c = usage->commands; c->name; c++) printf("%s%s", c == usage->commands ? "" : " ", c->name);
+    printf("'\n");
+  }
+  printf("      case $2 in\n");
+  for (const flesh_option *option = usage->options; option->name; option++) {
+    if (!option->argument) continue;
+    printf("        --%s) values=", option->name);
+    if (takes_scene_keys(option)) printf("$_flesh_keys");
+    else if (strchr(option->argument, '|')) putchar('\''), print_words(option), putchar('\'');
+    else putchar(takes_file(option) ? '+' : '-');
+    printf(" ;;\n");
+  }
+  printf("      esac ;;\n");
+}
+
+/* Within an argument of _arguments: brackets, colons and backslashes are its own signs. */
+static void print_zsh(const char *text)
+{
+  for (; *text; text++) {
+    if (strchr("[]:\\", *text)) putchar('\\');
+    if (*text == '\'') fputs("'\\'", stdout);
+    putchar(*text == '\n' ? ' ' : *text);
+  }
+}
+
+static void print_zsh_branch(const flesh_usage *usage)
+{
+  printf("    ");
+  flesh_help_quote(usage->command);
+  printf(")\n");
+  if (usage->commands) {
+    printf("      commands=(");
+    for (const flesh_subcommand *c = usage->commands; c->name; c++) {
+      printf("'%s:", c->name);
+      print_zsh(c->summary);
+      printf("' ");
+    }
+    printf(")\n");
+  }
+  printf("      options=(\n");
+  for (const flesh_option *option = usage->options; option->name; option++) {
+    printf("        '%s--%s[", option->kind == FLESH_OPTION_LIST ? "*" : "", option->name);
+    print_zsh(option->doc);
+    printf("]");
+    if (option->argument) {
+      printf(":");
+      print_zsh(option->argument);
+      if (takes_scene_keys(option)) printf(":compadd -S \"\" -a _flesh_keys");
+      else if (strchr(option->argument, '|')) printf(":("), print_words(option), putchar(')');
+      else printf(takes_file(option) ? ":_files" : ": ");
+    }
+    printf("'\n");
+  }
+  printf("        '--help[print a summary]') ;;\n");
+}
+
 static void print_text(const flesh_usage *usage)
 {
   printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command, *usage->positionals ? " " : "", usage->positionals,
@@ -89,11 +288,11 @@ void flesh_help_print(const flesh_usage *usage)
     print_text(usage);
     return;
   }
-  if (chosen == FLESH_HELP_MAN) flesh_help_man(usage);
-  if (chosen == FLESH_HELP_BASH) flesh_help_bash(usage);
-  if (chosen == FLESH_HELP_ZSH) flesh_help_zsh(usage);
+  if (chosen == FLESH_HELP_MAN) print_man(usage);
+  if (chosen == FLESH_HELP_BASH) print_bash(usage);
+  if (chosen == FLESH_HELP_ZSH) print_zsh_branch(usage);
   flesh_help_print_all(usage->commands);
-  if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' ')) flesh_help_man_end();
+  if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' ')) print_man_end();
 }
 
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list)

@@ -32,13 +32,6 @@ void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */
 /* The help of all commands of a list, in the format that is set. */
 void flesh_help_print_all(const flesh_subcommand *list);
 
-/* The page of "run", but for its end; a section of its command's page for "mesh info". */
-void flesh_help_man(const flesh_usage *usage);
-void flesh_help_man_end(void);
-
-/* A command's options and commands as branches of the scripts of completion/command.c, to stdout. */
-void flesh_help_bash(const flesh_usage *usage);
-void flesh_help_zsh(const flesh_usage *usage);
 /* Single-quoted for a shell. */
 void flesh_help_quote(const char *word);
 

@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
-#include "cli/safe_text.h"
+#include "cli/path.h"
 
 static atomic_int lacks;
 

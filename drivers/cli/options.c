@@ -86,10 +86,25 @@ static int complain(const flesh_usage *usage, const char *what, const char *whic
                               usage->command);
 }
 
+static int take_number(const flesh_usage *usage, const flesh_option *option, const char *text)
+{
+  static const char *const valid[] = {[FLESH_OPTION_POSITIVE] = "a positive number", [FLESH_OPTION_NUMBER] = "a finite number",
+                                      [FLESH_OPTION_COUNT] = "a whole number, at least 1"};
+  double number;
+  int fits = !flesh_option_number(text, &number);
+  if (option->kind == FLESH_OPTION_POSITIVE) fits = fits && number > 0;
+  if (option->kind == FLESH_OPTION_COUNT) fits = fits && number >= 1 && number <= 1e9 && number == floor(number);
+  if (!fits)
+    return flesh_command_refuse(usage->command, "--%s is '%.100s'; it must be %s; `flesh %s --help` lists what is valid",
+                                option->name, text, valid[option->kind], usage->command);
+  if (option->kind == FLESH_OPTION_COUNT) *(int *)option->target = (int)number;
+  else *(double *)option->target = number;
+  return FLESH_OPTIONS_GO_ON;
+}
+
 static int take(const flesh_usage *usage, const flesh_option *option, const char *text)
 {
-  char what[128];
-  double number;
+  flesh_texts *texts = option->target;
   switch (option->kind) {
   case FLESH_OPTION_SWITCH:
     *(int *)option->target = 1;
@@ -97,31 +112,12 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
   case FLESH_OPTION_TEXT:
     *(const char **)option->target = text;
     return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_LIST: {
-    flesh_texts *texts = option->target;
+  case FLESH_OPTION_LIST:
     texts->values[texts->count++] = text;
     return FLESH_OPTIONS_GO_ON;
+  default:
+    return take_number(usage, option, text);
   }
-  case FLESH_OPTION_POSITIVE:
-    snprintf(what, sizeof what, "--%s is '", option->name);
-    if (flesh_option_number(text, &number) || !(number > 0))
-      return complain(usage, what, text, "'; it must be a positive number");
-    *(double *)option->target = number;
-    return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_NUMBER:
-    snprintf(what, sizeof what, "--%s is '", option->name);
-    if (flesh_option_number(text, &number))
-      return complain(usage, what, text, "'; it must be a finite number");
-    *(double *)option->target = number;
-    return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_COUNT:
-    snprintf(what, sizeof what, "--%s is '", option->name);
-    if (flesh_option_number(text, &number) || number < 1 || number > 1e9 || number != floor(number))
-      return complain(usage, what, text, "'; it must be a whole number, at least 1");
-    *(int *)option->target = (int)number;
-    return FLESH_OPTIONS_GO_ON;
-  }
-  return FLESH_OPTIONS_GO_ON;
 }
 
 static int takes_values(const flesh_usage *usage)

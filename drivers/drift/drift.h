@@ -2,13 +2,12 @@
 #ifndef FLESH_DRIFT_DRIFT_H
 #define FLESH_DRIFT_DRIFT_H
 
-
 #include "flesh/material.h"
 #include "flesh/scene.h"
 #include "cli/options.h"
 #include "cli/overrides.h"
 #include "run/result.h"
-#include "study/fingerprint.h"
+#include "study/settings.h"
 #include "study/study.h"
 
 typedef enum flesh_drift_solver {
@@ -76,15 +75,11 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
 
 /* Runs a case in this process. */
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *figures);
-/* The plan as a study. Borrows it. */
-flesh_study flesh_drift_study(flesh_drift_plan *plan);
 
 /* Fills plan->scenes from the files and the lists of --elements and --refine (may be empty). FLESH_ERR_ARGUMENT. */
 int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
                             flesh_drift_plan *plan);
 /* Reads a scene of the plan as it stands, with its element and refinement. */
 int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
-/* The plan's overrides and those of the scene; to be closed. */
-void flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
 
 #endif

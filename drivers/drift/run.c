@@ -1,16 +1,20 @@
-/* run.c: runs a case of a drift comparison. */
+/* run.c: what is compared on which mesh: the files of the command line with every element and refinement; what solvers, forms
+ * and cases of the comparison are called; and how a case is run. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"
+#include "base/text.h"
+#include "cli/lists.h"
 #include "drift/drift.h"
 #include "cli/path.h"
 #include "mesh/mesh.h"
 #include "run/describe.h"
 #include "run/runner.h"
 #include "run/start.h"
+#include "study/bodies.h"
 
 /* A frame kept for a picture. */
 typedef struct frame {
@@ -24,7 +28,7 @@ typedef struct frame {
 typedef struct watcher {
   frame worst, event;
   double event_t; /* of the scene's last event before its end; its end when there is none */
-  double reach, low[3], high[3]; /* how far from the rest shape a picture can show */
+  flesh_mesh_info info;
   int unknowns, first_inverted_step, first_bound_step; /* the first with an inverted tet, with a bound of J <= 0; -1: none */
 } watcher;
 
@@ -43,9 +47,7 @@ static int watch(void *data, const flesh_step_record *record)
   if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
   if (!(record->J_bound > 0) && w->first_bound_step < 0) w->first_bound_step = record->step;
   double drift = record->volume / record->rest_volume - 1;
-  for (int d = 0; d < w->unknowns; d++)
-    if (!(record->state->x[d] > w->low[d % 3] - w->reach && record->state->x[d] < w->high[d % 3] + w->reach))
-      return FLESH_OK;
+  if (!flesh_study_is_near(&w->info, record->state->x)) return FLESH_OK;
   if (!w->worst.known || fabs(drift) > fabs(w->worst.drift)) keep(&w->worst, record, drift, w->unknowns);
   if (record->state->t < w->event_t) keep(&w->event, record, drift, w->unknowns);
   return FLESH_OK;
@@ -55,19 +57,14 @@ static int open_watcher(watcher *w, const flesh_scene *scene)
 {
   const flesh_system *system = flesh_scene_system(scene);
   double end = flesh_scene_times(scene)->end;
-  flesh_mesh_info info;
-  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  w->unknowns = 3 * info.nodes;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &w->info);
+  w->unknowns = 3 * w->info.nodes;
   w->first_inverted_step = w->first_bound_step = -1;
   w->event_t = INFINITY;
   for (double t = flesh_system_next_event(system, -INFINITY); t < end; t = flesh_system_next_event(system, t))
     if (t > 0) w->event_t = t;
-  for (int c = 0; c < 3; c++) {
-    w->low[c] = info.low[c], w->high[c] = info.high[c];
-    w->reach = fmax(w->reach, 2 * (info.high[c] - info.low[c]));
-  }
-  const int status = flesh_state_make(info.nodes, 0, 0, &w->worst.state);
-  return status ? status : flesh_state_make(info.nodes, 0, 0, &w->event.state);
+  const int status = flesh_state_make(w->info.nodes, 0, 0, &w->worst.state);
+  return status ? status : flesh_state_make(w->info.nodes, 0, 0, &w->event.state);
 }
 
 static void close_watcher(watcher *w)
@@ -87,6 +84,15 @@ static int write_frame(const char *folder, const char *name, const frame *kept, 
 static const char *const plain[][2] = {{"solver.line_search", "none"}, {"time.max_energy_gain", "1e300"},
                                        {"solver.eigenvalue_filter", "clamp-always"}, {"solver.max_newton", "10"},
                                        {"solver.max_cutbacks", "0"}, {"solver.accept_unconverged", "true"}};
+
+/* The plan's overrides and those of the scene; to be closed. */
+static void set_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
+{
+  const flesh_drift_scene *s = &plan->scenes[scene];
+  flesh_overrides_copy(overrides, &plan->options.overrides.texts);
+  if (*s->element) flesh_overrides_add(overrides, "body.element", s->element);
+  if (*s->refine) flesh_overrides_add(overrides, "body.refine", s->refine);
+}
 
 /* Reads the case's scene; `at_rest` without inertia and external loads, for its rest shape. */
 static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, int at_rest,
@@ -110,7 +116,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
     status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
     young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   }
-  flesh_drift_overrides(plan, c->scene, &overrides);
+  set_overrides(plan, c->scene, &overrides);
   snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
            flesh_energy_name(v->energy), flesh_constants_name(v->constants), young,
            plan->poissons[c->poisson]);
@@ -227,4 +233,79 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   flesh_figures_close(&f->run);
   flesh_scene_destroy(&scene);
   close_watcher(&w);
+}
+
+const char *flesh_drift_solver_name(flesh_drift_solver solver)
+{
+  return solver == FLESH_DRIFT_PLAIN ? "plain" : "guarded";
+}
+
+void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
+{
+  int named = variant.constants != FLESH_CONSTANTS_MATCHED;
+  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), named ? " " : "",
+           named ? flesh_constants_name(variant.constants) : "");
+}
+
+void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
+{
+  const flesh_drift_variant *v = &plan->variants[c->variant];
+  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->scenes[c->scene].name, flesh_energy_name(v->energy),
+           flesh_constants_name(v->constants), plan->poissons[c->poisson],
+           flesh_drift_solver_name(c->solver));
+}
+
+/* The scene's file name without suffix, made unique by its place; it becomes part of names of files and a field. */
+static void name_scene(const char *path, int index, int clash, char name[64])
+{
+  const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+  const char *dot = strrchr(base, '.');
+  int length = dot && dot != base ? (int)(dot - base) : (int)strlen(base);
+  if (length > 48) length = 48;
+  if (clash) snprintf(name, 64, "%.*s_%d", length, base, index + 1);
+  else snprintf(name, 64, "%.*s", length, base);
+  flesh_safe_name(name);
+}
+
+int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
+                            flesh_drift_plan *plan)
+{
+  static const char *const times[] = {"0", "1", "2", "3", "4", NULL};
+  flesh_element chosen[FLESH_ELEMENT_COUNT];
+  char names[64][64];
+  int refined[sizeof times / sizeof *times], element_count = 0, times_count = 0, status = FLESH_OK;
+  if (*elements) status = flesh_list_elements("elements", elements, chosen, &element_count);
+  if (!status && *refine) status = flesh_list_words("refine", refine, times, refined, &times_count);
+  if (status) return status;
+  for (int s = 0; s < count; s++) {
+    name_scene(paths[s], s, 0, names[s]);
+    for (int other = 0; other < s; other++)
+      if (!strcmp(names[s], names[other])) name_scene(paths[s], s, 1, names[s]);
+  }
+  const int all = count * (element_count ? element_count : 1) * (times_count ? times_count : 1);
+  plan->scenes = calloc((size_t)all, sizeof *plan->scenes);
+  if (!plan->scenes) return flesh_no_memory();
+  flesh_drift_scene *to = plan->scenes;
+  for (int s = 0; s < count; s++)
+    for (int e = 0; e < (element_count ? element_count : 1); e++)
+      for (int r = 0; r < (times_count ? times_count : 1); r++, to++) {
+        *to = (flesh_drift_scene){.path = paths[s], .element = "", .refine = ""};
+        snprintf(to->name, sizeof to->name, "%.63s", names[s]);
+        if (element_count) to->element = flesh_element_name(chosen[e]);
+        if (times_count) to->refine = times[refined[r]];
+        if (element_count > 1) flesh_text_add(to->name, sizeof to->name, "_%s", to->element);
+        if (times_count > 1) flesh_text_add(to->name, sizeof to->name, "_refined%s", to->refine);
+      }
+  plan->scene_count = all;
+  return FLESH_OK;
+}
+
+int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read)
+{
+  flesh_overrides overrides;
+  *read = NULL;
+  set_overrides(plan, scene, &overrides);
+  const int status = flesh_overrides_read(&overrides, plan->scenes[scene].path, read);
+  flesh_overrides_close(&overrides);
+  return status;
 }

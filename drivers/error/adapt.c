@@ -1,5 +1,5 @@
 /* adapt.c: solve, judge, mark, refine. */
-#include "error/adapt.h"
+#include "error/error.h"
 
 #include <gsl/gsl_fit.h>
 #include <math.h>
@@ -12,9 +12,7 @@
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/path.h"
-#include "error/carry.h"
-#include "error/cut.h"
-#include "error/indicator.h"
+#include "error/meshes.h"
 #include "plot/curves.h"
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
@@ -155,13 +153,8 @@ static int keep_state(void *data, const flesh_step_record *record)
 static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
 {
   flesh_csv csv;
-  int status = flesh_csv_read(flesh_path("%s/probes.csv", folder), FLESH_CSV_WHOLE, &csv), found = -1;
-  for (int c = 0; c < csv.columns && !status; c++) {
-    char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-    flesh_csv_label(&csv, c, name, unit);
-    if (!strcmp(name, a->column)) found = c, strcpy(a->unit, unit);
-  }
-  if (!status) flesh_csv_number(&csv, csv.rows - 1, found, &l->value);
+  const int status = flesh_csv_read(flesh_path("%s/probes.csv", folder), FLESH_CSV_WHOLE, &csv);
+  if (!status) flesh_csv_number(&csv, csv.rows - 1, flesh_csv_find_label(&csv, a->column, a->unit), &l->value);
   l->moved = l->value;
   const char *dot = strrchr(a->column, '.');
   flesh_mesh_info info;

@@ -1,12 +1,11 @@
 /* indicator.c: recovered stress and gradient of the adjoint against those of the elements. */
-#include "error/indicator.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "error/cut.h"
+#include "error/meshes.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
 #include "mesh/tet10.h"

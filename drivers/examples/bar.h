@@ -28,19 +28,20 @@ typedef struct bar {
   flesh_state state; /* at rest */
 } bar;
 
-/* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. For elements of ten nodes a tet
- * the mesh gets nodes on its edges, behind those that it has. */
-static inline void bar_begin(bar *b, flesh_element element, const flesh_material *material, int moves)
+/* A new state at rest. */
+static inline flesh_state bar_rest(const flesh_mesh *mesh)
 {
-  TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
-  if (element != FLESH_ELEMENT_TET4) {
-    flesh_mesh *four = b->mesh;
-    TRY(flesh_mesh_raise_order(four, &b->mesh));
-    flesh_mesh_destroy(&four);
-  }
+  const size_t n = 3 * (size_t)flesh_mesh_node_count(mesh);
+  flesh_state state = {.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
+  memcpy(state.x, flesh_mesh_positions(mesh), n * sizeof(double));
+  return state;
+}
+
+/* A body of the mesh, which it owns, with elasticity, and inertia where it `moves`. */
+static inline void bar_make(bar *b, flesh_element element, const flesh_material *material, int moves)
+{
+  const int tets = flesh_mesh_tet_count(b->mesh);
   b->nodes = flesh_mesh_node_count(b->mesh);
-  b->tip = (1 * 3 + 1) * 9 + 8; /* node (8,1,1) */
-  int tets = flesh_mesh_tet_count(b->mesh);
   b->density = malloc((size_t)tets * sizeof(double));
   for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
   b->material = *material;
@@ -54,9 +55,21 @@ static inline void bar_begin(bar *b, flesh_element element, const flesh_material
     TRY(flesh_effect_inertia(&b->body, &effect));
     TRY(flesh_system_add_effect(b->system, &effect));
   }
-  const size_t n = 3 * (size_t)b->nodes;
-  b->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
-  memcpy(b->state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
+  b->state = bar_rest(b->mesh);
+}
+
+/* The program may add effects before bar_finish. For elements of ten nodes a tet the mesh gets nodes on its edges, behind
+ * those that it has. */
+static inline void bar_begin(bar *b, flesh_element element, const flesh_material *material, int moves)
+{
+  TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
+  if (element != FLESH_ELEMENT_TET4) {
+    flesh_mesh *four = b->mesh;
+    TRY(flesh_mesh_raise_order(four, &b->mesh));
+    flesh_mesh_destroy(&four);
+  }
+  b->tip = (1 * 3 + 1) * 9 + 8; /* node (8,1,1) */
+  bar_make(b, element, material, moves);
 }
 
 static inline void bar_gravity(bar *b, double z)

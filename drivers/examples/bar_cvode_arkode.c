@@ -49,9 +49,7 @@ static double reference(const bar *b)
   adaptive.tolerance = 1e-6;
   TRY(flesh_integrator_create(b->system, FLESH_METHOD_IDA, &options, &integrator));
   TRY(flesh_integrator_set_adaptive(integrator, &adaptive));
-  const size_t n = 3 * (size_t)b->nodes;
-  flesh_state state = {.t = 0, .x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
-  memcpy(state.x, b->state.x, n * sizeof(double));
+  flesh_state state = bar_rest(b->mesh);
   TRY(flesh_integrator_step(integrator, &state, end, NULL));
   const double z = state.x[3 * b->tip + 2];
   printf("%-25s tip at z = %.4f m\n", "IDA, reference", z);

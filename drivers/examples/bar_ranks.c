@@ -15,9 +15,7 @@
 /* Steps of backward Euler, which all ranks take together. */
 static void swing(const bar_ranks *b)
 {
-  const size_t bytes = (size_t)flesh_system_unknowns(b->system) * sizeof(double);
-  flesh_state state = {.t = 0, .x = malloc(bytes), .v = calloc(1, bytes)};
-  memcpy(state.x, flesh_mesh_positions(b->mesh), bytes);
+  flesh_state state = bar_ranks_rest(b);
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   flesh_integrator *integrator;

@@ -75,6 +75,15 @@ static inline void bar_ranks_begin(bar_ranks *b, int moves, double gravity)
   bar_ranks_make_system(b, moves, gravity);
 }
 
+/* A new state of the part, at rest. */
+static inline flesh_state bar_ranks_rest(const bar_ranks *b)
+{
+  const size_t bytes = (size_t)flesh_system_unknowns(b->system) * sizeof(double);
+  flesh_state state = {.x = malloc(bytes), .v = calloc(1, bytes)};
+  memcpy(state.x, flesh_mesh_positions(b->mesh), bytes);
+  return state;
+}
+
 /* The first rank prints where the tip is; of x [3*nodes of the part] only own nodes are read. */
 static inline void bar_ranks_print_tip(const bar_ranks *b, const char *when, const double *x)
 {

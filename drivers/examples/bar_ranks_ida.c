@@ -31,10 +31,8 @@ static void swing(const bar_ranks *b, SUNContext context, const char *way, int w
 
   /* 2. Vectors of own nodes: 6 numbers for each. The state has ghosts, too. */
   const int own = 6 * flesh_rank_part_own(b->part), all = 6 * flesh_mesh_node_count(b->whole);
-  const size_t n = (size_t)flesh_system_unknowns(b->system);
   N_Vector y = N_VNew_Parallel(MPI_COMM_WORLD, own, all, context), yp = N_VClone(y), atol = N_VClone(y);
-  flesh_state state = {.t = 0, .x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
-  memcpy(state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
+  flesh_state state = bar_ranks_rest(b);
 
   /* 3. A consistent start, and what is to be tolerated of lengths and velocities. */
   TRY(flesh_ida_start(problem, &state, y, yp));

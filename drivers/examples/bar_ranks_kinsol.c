@@ -64,11 +64,11 @@ static void solve(const bar_ranks *b, SUNContext context, int without_matrix)
   TRY(KINSol(kinsol, u, KIN_NONE, ones, ones) < 0);
 
   /* 5. The result. */
-  double *x = malloc((size_t)flesh_system_unknowns(b->system) * sizeof *x);
-  memcpy(x, flesh_mesh_positions(b->mesh), (size_t)flesh_system_unknowns(b->system) * sizeof *x);
-  for (int d = 0; d < own; d++) x[d] += N_VGetArrayPointer(u)[d];
-  bar_ranks_print_tip(b, without_matrix ? "SUNLinSol_PCG, no matrix:     " : "flesh's matrix and solver:    ", x);
-  free(x);
+  flesh_state state = bar_ranks_rest(b);
+  for (int d = 0; d < own; d++) state.x[d] += N_VGetArrayPointer(u)[d];
+  bar_ranks_print_tip(b, without_matrix ? "SUNLinSol_PCG, no matrix:     " : "flesh's matrix and solver:    ", state.x);
+  free(state.x);
+  free(state.v);
 
   KINFree(&kinsol);
   SUNLinSolFree(solver);

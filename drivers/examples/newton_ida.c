@@ -14,7 +14,7 @@
 
 #include "cube.h"
 
-static void throw_cube(const cube *c, SUNContext context, int with_flesh)
+static void throw_cube(const bar *c, SUNContext context, int with_flesh)
 {
   /* 1. Flesh's side of F(t, y, y') = 0. */
   flesh_solver_options options;
@@ -70,13 +70,13 @@ static void throw_cube(const cube *c, SUNContext context, int with_flesh)
 
 int main(void)
 {
-  cube c;
+  bar c;
   SUNContext context;
   cube_begin(&c);
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));
   throw_cube(&c, context, 0);
   throw_cube(&c, context, 1);
   SUNContext_Free(&context);
-  cube_destroy(&c);
+  bar_destroy(&c);
   return 0;
 }

@@ -34,14 +34,6 @@ static void *run(void *data)
   return NULL;
 }
 
-static job job_at_rest(const bar *b, flesh_method method)
-{
-  const size_t n = 3 * (size_t)b->nodes;
-  job j = {.body = b, .method = method, .state = {.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))}};
-  memcpy(j.state.x, b->state.x, n * sizeof(double));
-  return j;
-}
-
 int main(void)
 {
   bar b;
@@ -55,14 +47,14 @@ int main(void)
 
   /* 1. At once. */
   for (int k = 0; k < 2; k++) {
-    apart[k] = job_at_rest(&b, methods[k]);
+    apart[k] = (job){.body = &b, .method = methods[k], .state = bar_rest(b.mesh)};
     if (pthread_create(&threads[k], NULL, run, &apart[k])) return 1;
   }
   for (int k = 0; k < 2; k++) pthread_join(threads[k], NULL);
 
   /* 2. One after the other. */
   for (int k = 0; k < 2; k++) {
-    after[k] = job_at_rest(&b, methods[k]);
+    after[k] = (job){.body = &b, .method = methods[k], .state = bar_rest(b.mesh)};
     run(&after[k]);
     if (apart[k].status || after[k].status) {
       fprintf(stderr, "%s%s\n", apart[k].words, after[k].words);

@@ -5,13 +5,13 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "cli/inputs.h"
 #include "cli/interrupt.h"
+#include "cli/inputs.h"
 #include "cli/output.h"
 #include "fit/fit.h"
 #include "run/ranks.h"
 #include "study/embedded.h"
-#include "study/lead.h"
+#include "study/study.h"
 
 /* Nothing that is written may replace what is read. */
 static int spare_inputs(const flesh_fit *fit)

@@ -7,7 +7,6 @@
 #include <jansson.h>
 
 #include "plot/curves.h"
-#include "study/fingerprint.h"
 #include "study/settings.h"
 #include "study/study.h"
 
@@ -142,8 +141,6 @@ int flesh_fit_try(flesh_fit *fit, int experiment);
 int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
                        double *cpu_s);
 
-/* Keeps the states of a run that are needed. An observer's function; of a flesh_fit_experiment. */
-int flesh_fit_keep(void *experiment, const flesh_step_record *record);
 void flesh_fit_kept_clear(flesh_fit_kept *kept);
 /* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);

@@ -10,7 +10,7 @@
 #include "fit/map.h"
 #include "mesh/inspect.h"
 #include "output/vtu.h"
-#include "study/table.h"
+#include "study/csv.h"
 
 /* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */
 static const double odd_scale = 1.5, hardly = 0.5;

@@ -1,9 +1,11 @@
-/* measured.c: reads files of measurements. */
+/* measured.c: reads files of measurements; which states of an experiment tell what was measured, and by which weights. */
 #include <math.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "fit/fit.h"
+#include "fit/told.h"
 #include "output/tet_shape.h"
 #include "scene/words.h"
 #include "skin/locator.h"
@@ -28,15 +30,7 @@ typedef struct reading {
 static const double outside = 0.25;
 
 /* The column of that name without its unit; -1: none. */
-static int find(const flesh_csv *csv, const char *wanted)
-{
-  char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
-  for (int c = 0; c < csv->columns; c++) {
-    flesh_csv_label(csv, c, name, unit);
-    if (!strcmp(name, wanted)) return c;
-  }
-  return -1;
-}
+static int find(const flesh_csv *csv, const char *wanted) { return flesh_csv_find_label(csv, wanted, (char[FLESH_CSV_NAME]){0}); }
 
 static const char suffix[] = "_deviation";
 
@@ -86,8 +80,7 @@ static int check_units(const reading *r)
     snprintf(right, sizeof right, "%s", c == r->time ? "s" : r->to->table == FLESH_FIT_OF_POSITIONS ? "m" : "");
     if (!*right && is_deviation(name)) {
       snprintf(of, sizeof of, "%.*s", (int)(strlen(name) - strlen(suffix)), name);
-      const int column = find(&r->csv, of);
-      if (column >= 0) flesh_csv_label(&r->csv, column, of, right);
+      if (flesh_csv_find_label(&r->csv, of, right) < 0) *right = 0;
     }
     if (*unit && *right && strcmp(unit, right))
       return flesh_node_fail(r->keys->place, "%s: column %s is in %s; it must be in %s", r->to->path, name, unit, right);
@@ -264,4 +257,53 @@ int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const 
   flesh_locator_destroy(&r.locator);
   flesh_csv_clear(&r.csv);
   return status;
+}
+
+int flesh_fit_told_add(flesh_fit_told *told, double t)
+{
+  if (!flesh_grow(&told->times, sizeof *told->times, told->count, &told->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the derivatives of a fit");
+  told->times[told->count++] = t;
+  return FLESH_OK;
+}
+
+/* The weight of state s for what is measured at t, NaN: at the end; between states on a straight line. */
+static double weight_of(const flesh_fit_told *told, int s, double t)
+{
+  const double *times = told->times;
+  const int last = told->count - 1;
+  if (isnan(t) || t >= times[last]) return s == last;
+  if (t == times[s]) return 1;
+  if (t < times[s]) return s && t > times[s - 1] ? (t - times[s - 1]) / (times[s] - times[s - 1]) : s == 0;
+  return t < times[s + 1] ? (times[s + 1] - t) / (times[s + 1] - times[s]) : 0;
+}
+
+void flesh_fit_told_visit(const flesh_fit_told *told, int s, flesh_fit_told_see *see, void *data)
+{
+  int row = 0;
+  for (int k = 0; k < told->e->measured_count; k++) {
+    const flesh_fit_measured *m = &told->e->measured[k];
+    const int of_probes = m->table == FLESH_FIT_OF_PROBES;
+    for (int i = 0; i < m->count; i++, row++) {
+      const double weight = weight_of(told, s, m->data[i].t);
+      if (weight != 0) see(data, m, &m->data[i], row, weight, of_probes ? m->first_column + m->data[i].quantity : -1);
+    }
+  }
+}
+
+static size_t entry(const flesh_fit_measured *m, const flesh_fit_datum *d, int a)
+{
+  return 3 * (size_t)m->points[d->row].nodes[a] + (size_t)(*m->quantities[d->quantity].name - 'x');
+}
+
+double flesh_fit_told_position(const flesh_fit_measured *m, const flesh_fit_datum *d, const double *x)
+{
+  double sum = 0;
+  for (int a = 0; a < m->points[d->row].count; a++) sum += m->points[d->row].weights[a] * x[entry(m, d, a)];
+  return sum;
+}
+
+void flesh_fit_told_give(const flesh_fit_measured *m, const flesh_fit_datum *d, double y, double *x)
+{
+  for (int a = 0; a < m->points[d->row].count; a++) x[entry(m, d, a)] += m->points[d->row].weights[a] * y;
 }

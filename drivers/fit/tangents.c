@@ -1,15 +1,19 @@
 /* tangents.c: derivatives of what was measured by tangents of equilibria: a linear solve for each parameter in place of two
  * runs. A tangent dx/dp takes the equilibrium to x +- h dx/dp, p +- h, where the quantities are differenced without a solve,
- * by the tables that a run writes. */
+ * by the tables that a run writes. And of a motion by tangents along its steps: it is run once more and recorded, its stages are
+ * factored, and each parameter takes a linear solve for each in place of two runs. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
-#include "fit/fit.h"
+#include "cli/interrupt.h"
+#include "fit/told.h"
 #include "flesh/observer.h"
-#include "flesh/sensitivity.h"
+#include "run/start.h"
 #include "scene/scene.h"
+#include "sensitivity/sensitivity.h"
 
 /* The residual that the linear solves leave. */
 static const double tolerance = 1e-8;
@@ -118,5 +122,214 @@ int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
   flesh_fit_scratch_remove(t.folder);
   free(t.at);
   free(t.dx);
+  return status;
+}
+
+struct flesh_fit_motion {
+  flesh_fit *fit;
+  int experiment, n, column_count;
+  const double *p;
+  flesh_scene *scene;
+  flesh_integrator *integrator;
+  flesh_trajectory *trajectory;
+  flesh_fit_told told;
+  flesh_asked *columns; /* of probes; as they are linear in the state, everywhere the same */
+};
+
+const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
+{
+  for (int k = 0; k < e->measured_count; k++)
+    if (e->measured[k].table == FLESH_FIT_OF_HISTORY) return "it is a motion of which history is measured";
+  for (int c = 0; c < e->column_count; c++) {
+    flesh_asked asked;
+    const int status = flesh_asked_find(scene, e->columns[c], e->end, &asked);
+    const int is_other = status || asked.over != FLESH_AT_END || asked.probes;
+    flesh_asked_clear(&asked);
+    if (is_other) return "it is a motion of which more than positions and velocities is measured";
+  }
+  return "";
+}
+
+/* Notes the time of a state. Implements flesh_observer's function. */
+static int note(void *told, const flesh_step_record *record) { return flesh_fit_told_add(told, record->state->t); }
+
+/* Runs the motion while the trajectory records it. */
+static int record(flesh_fit_motion *m)
+{
+  const flesh_scene_time *time = flesh_scene_times(m->scene);
+  const flesh_observer observer = {note, &m->told};
+  const flesh_run_options run = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked, .observer_count = 1,
+                                 .observers = &observer};
+  const flesh_system *system = flesh_scene_system(m->scene);
+  flesh_state state = {0};
+  int status = flesh_start_make(m->scene, &state);
+  if (!status) status = flesh_start_integrator(m->scene, system, flesh_scene_solver(m->scene), &m->integrator);
+  if (!status) status = flesh_trajectory_create(m->integrator, tolerance, FLESH_TRAJECTORY_STATES, &m->trajectory);
+  if (!status) status = flesh_run(system, m->integrator, &run, &state, NULL);
+  free(state.x);
+  return status;
+}
+
+int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, flesh_fit_motion **motion)
+{
+  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  flesh_fit_motion *m = *motion = calloc(1, sizeof *m);
+  if (!m) return flesh_no_memory();
+  *m = (flesh_fit_motion){.fit = fit, .experiment = experiment, .n = 3 * e->nodes, .p = p, .told = {.e = e}};
+  m->columns = calloc((size_t)e->column_count + 1, sizeof *m->columns);
+  int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : flesh_no_memory();
+  for (int c = 0; c < e->column_count && !status; c++)
+    status = flesh_asked_find(m->scene, e->columns[c], e->end, &m->columns[m->column_count++]);
+  if (!status) status = record(m);
+  fit->made++;
+  if (status) flesh_fit_motion_destroy(motion);
+  return status;
+}
+
+void flesh_fit_motion_destroy(flesh_fit_motion **motion)
+{
+  flesh_fit_motion *m = *motion;
+  if (!m) return;
+  flesh_trajectory_destroy(&m->trajectory);
+  flesh_integrator_destroy(&m->integrator);
+  flesh_scene_destroy(&m->scene);
+  for (int c = 0; c < m->column_count; c++) flesh_asked_clear(&m->columns[c]);
+  free(m->columns);
+  free(m->told.times);
+  free(m);
+  *motion = NULL;
+}
+
+static int go_on(void)
+{
+  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : FLESH_OK;
+}
+
+/* A change of parameters, of whose tangent is taken what is measured. */
+typedef struct following {
+  const flesh_fit_motion *motion;
+  flesh_scene *scenes[2]; /* beside p */
+  int states;
+  const double *dx, *dv;
+  double *to; /* the first entry of its column of derivatives */
+  int stride;
+} following;
+
+static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
+{
+  const following *f = data;
+  const flesh_asked *asked = &f->motion->columns[c < 0 ? 0 : c];
+  double sum = c < 0 ? flesh_fit_told_position(m, d, f->dx) : 0;
+  for (int i = 0; i < f->motion->n && c >= 0; i++)
+    sum += (asked->by_x ? asked->by_x[i] * f->dx[i] : 0) + (asked->by_v ? asked->by_v[i] * f->dv[i] : 0);
+  f->to[(size_t)row * (size_t)f->stride] += weight * sum;
+}
+
+/* Implements flesh_tangent_visit. */
+static int follow(void *data, int change, double t, const double *dx, const double *dv)
+{
+  following *f = (following *)data + change;
+  (void)t;
+  f->dx = dx;
+  f->dv = dv;
+  flesh_fit_told_visit(&f->motion->told, f->states++, take, f);
+  return go_on();
+}
+
+/* The systems beside p along a change, and the derivatives of the start [2*n]. */
+static int take_change(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
+{
+  const flesh_fit_motion *m = f->motion;
+  flesh_state starts[2] = {{0}}; /* v stands behind x */
+  int status = flesh_fit_scenes_beside(m->fit, m->experiment, m->p, change, h, f->scenes);
+  for (int s = 0; s < 2 && !status; s++) status = flesh_start_make(f->scenes[s], &starts[s]);
+  if (!status) {
+    *parameter = (flesh_parameter){{NULL, flesh_scene_system(f->scenes[0]), flesh_scene_system(f->scenes[1]), NULL}, h};
+    for (int d = 0; d < 2 * m->n; d++) start[d] = (starts[1].x[d] - starts[0].x[d]) / (2 * h);
+  }
+  free(starts[0].x);
+  free(starts[1].x);
+  return status;
+}
+
+int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes, const double *h, double *to)
+{
+  const size_t unknowns = 2 * (size_t)m->n;
+  following *all = calloc((size_t)count + 1, sizeof *all);
+  flesh_parameter *parameters = calloc((size_t)count + 1, sizeof *parameters);
+  double *starts = calloc((size_t)count * unknowns + 1, sizeof *starts);
+  int used = 0, status = all && parameters && starts ? FLESH_OK : flesh_no_memory();
+  memset(to, 0, (size_t)m->told.e->count * (size_t)count * sizeof *to);
+  for (int k = 0; k < count && !status; k++) {
+    if (h[k] == 0) continue;
+    following *f = &all[used];
+    *f = (following){.motion = m, .to = to + k, .stride = count};
+    status = take_change(f, changes + (size_t)k * (size_t)m->fit->parameter_count, h[k], &parameters[used],
+                         starts + (size_t)used * unknowns);
+    used++;
+  }
+  if (!status && used) status = flesh_trajectory_tangents(m->trajectory, used, parameters, starts, follow, all);
+  m->fit->linear += used * flesh_trajectory_get_costs(m->trajectory).parts;
+  for (int k = 0; k < used; k++)
+    for (int s = 0; s < 2; s++) flesh_scene_destroy(&all[k].scenes[s]);
+  free(all);
+  free(parameters);
+  free(starts);
+  return status;
+}
+
+/* An adjoint, which starts from what is measured. */
+typedef struct giving {
+  const flesh_fit_motion *motion;
+  const double *y;
+  double *by_x, *by_v;
+} giving;
+
+static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
+{
+  const giving *g = data;
+  const double y = weight * g->y[row];
+  if (c < 0) flesh_fit_told_give(m, d, y, g->by_x);
+  const flesh_asked *asked = &g->motion->columns[c < 0 ? 0 : c];
+  for (int i = 0; i < g->motion->n && c >= 0; i++) {
+    if (asked->by_x) g->by_x[i] += y * asked->by_x[i];
+    if (asked->by_v) g->by_v[i] += y * asked->by_v[i];
+  }
+}
+
+/* Implements flesh_adjoint_visit. */
+static int give_all(void *data, double t, double *by_x, double *by_v)
+{
+  giving *g = data;
+  const flesh_fit_told *told = &g->motion->told;
+  int s = told->count - 1;
+  while (s && fabs(told->times[s - 1] - t) < fabs(told->times[s] - t)) s--;
+  g->by_x = by_x;
+  g->by_v = by_v;
+  flesh_fit_told_visit(told, s, give, g);
+  return go_on();
+}
+
+int flesh_fit_motion_back(flesh_fit_motion *m, const flesh_tet_parameter *parameter, const double *y, double *gradient)
+{
+  giving g = {.motion = m, .y = y};
+  m->fit->linear += flesh_trajectory_get_costs(m->trajectory).parts;
+  return flesh_trajectory_tet_gradient(m->trajectory, parameter, give_all, &g, gradient);
+}
+
+int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
+{
+  const size_t count = (size_t)fit->key_count, all = (size_t)fit->parameter_count;
+  double *changes = malloc((count * all + 1) * sizeof *changes), *h = malloc((count + 1) * sizeof *h);
+  flesh_fit_motion *motion = NULL;
+  int status = changes && h ? flesh_fit_motion_create(fit, experiment, p, &motion) : flesh_no_memory();
+  for (int k = 0; k < fit->key_count && !status; k++) {
+    h[k] = flesh_fit_direct(fit, p, k, changes + (size_t)k * all);
+    if (!fit->experiments[experiment].acts[k]) h[k] = 0;
+  }
+  if (!status) status = flesh_fit_motion_along(motion, fit->key_count, changes, h, tangents);
+  flesh_fit_motion_destroy(&motion);
+  free(changes);
+  free(h);
   return status;
 }

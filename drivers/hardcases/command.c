@@ -9,11 +9,12 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
+#include "cli/lists.h"
 #include "base/text.h"
-#include "study/lead.h"
+#include "study/study.h"
 #include "study/settings.h"
 #include "run/ranks.h"
-#include "hardcases/lists.h"
+#include "hardcases/hardcases.h"
 #include "material/form.h"
 #include "study/embedded.h"
 
@@ -70,6 +71,96 @@ static void list_cases(const flesh_hardcases_battery *battery)
     printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
 }
 
+enum { LIST_LIMIT = 64 };
+
+/* How many of each there are, and their values. */
+typedef struct lists {
+  int energies, poissons, steps, solvers, elements, bodies;
+  flesh_energy energy[LIST_LIMIT];
+  flesh_constants constants[LIST_LIMIT];
+  double poisson[LIST_LIMIT], step[LIST_LIMIT];
+  flesh_hardcases_solver solver[FLESH_HARDCASES_SOLVER_LIMIT];
+  flesh_element element[FLESH_ELEMENT_COUNT];
+  flesh_hardcases_body body[LIST_LIMIT];
+  char files[LIST_LIMIT][FLESH_LIST_ITEM];
+} lists;
+
+/* The lists as given; of meshes NULL for none. */
+typedef struct request {
+  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases, *share;
+} request;
+
+static int take_solver(void *data, const char *item)
+{
+  lists *l = data;
+  const int all = !strcmp(item, "all"), ablation = !strcmp(item, "ablation");
+  for (int s = 0; s < FLESH_HARDCASES_SOLVER_LIMIT; s++) {
+    const char *name = flesh_hardcases_solver_name((flesh_hardcases_solver)s);
+    const int taken = all        ? s < FLESH_HARDCASES_CLAMPED_ALWAYS
+                      : ablation ? s == FLESH_HARDCASES_DEFAULT || flesh_hardcases_left_out((flesh_hardcases_solver)s)
+                                 : name && !strcmp(item, name);
+    for (int k = 0; k < l->solvers && taken; k++)
+      if ((int)l->solver[k] == s) return flesh_list_fail_twice("solvers", name);
+    if (taken) l->solver[l->solvers++] = (flesh_hardcases_solver)s;
+    if (taken && !all && !ablation) return FLESH_OK;
+  }
+  return all || ablation
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT,
+                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, always-projected, "
+                          "never-projected, clamped, absolute, trust-region, or all of them: all; clamped-always, "
+                          "absolute-always, trust-region-always; and without-TECHNIQUE, with the techniques of "
+                          "`flesh schema solver`",
+                          item);
+}
+
+/* "8x4x2": cells of a block; or a file, named by what is between its folder and its suffix. */
+static int take_body(void *data, const char *item)
+{
+  lists *l = data;
+  if (l->bodies == LIST_LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has more than %d items", LIST_LIMIT);
+  flesh_hardcases_body *b = &l->body[l->bodies];
+  int end = 0;
+  *b = (flesh_hardcases_body){0};
+  if (sscanf(item, "%dx%dx%d%n", &b->cells[0], &b->cells[1], &b->cells[2], &end) == 3 && !item[end]) {
+    for (int c = 0; c < 3; c++)
+      if (b->cells[c] < 1 || b->cells[c] > 200)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has '%s'; a block has 1 to 200 cells along each axis", item);
+    snprintf(b->name, sizeof b->name, "%.63s", item);
+  } else {
+    const char *slash = strrchr(item, '/'), *name = slash ? slash + 1 : item;
+    flesh_mesh *mesh = NULL;
+    int status = flesh_mesh_read(item, &mesh);
+    flesh_mesh_destroy(&mesh);
+    if (status) return status;
+    snprintf(b->name, sizeof b->name, "%.*s", (int)strcspn(name, "."), name);
+    for (char *c = b->name; *c; c++)
+      if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_", *c)) *c = '_';
+    b->file = l->files[l->bodies];
+    snprintf(l->files[l->bodies], sizeof *l->files, "%s", item);
+  }
+  for (int k = 0; k < l->bodies; k++)
+    if (!strcmp(l->body[k].name, b->name))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has two meshes called '%s'; names must differ",
+                        b->name);
+  l->bodies++;
+  return FLESH_OK;
+}
+
+/* Reads all but the cases. FLESH_ERR_ARGUMENT with what would be valid. */
+static int read_lists(const request *asked, lists *l)
+{
+  enum { ROOM = LIST_LIMIT };
+  int status = flesh_list_energies(asked->energies, ROOM, l->energy, l->constants, &l->energies);
+  if (!status)
+    status = flesh_list_numbers("poisson", asked->poissons, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
+  if (!status) status = flesh_list_numbers("steps", asked->steps, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);
+  if (!status) status = flesh_list_each("solvers", asked->solvers, take_solver, l);
+  if (!status) status = flesh_list_elements("elements", asked->elements, l->element, &l->elements);
+  return status || !asked->meshes ? status : flesh_list_each("meshes", asked->meshes, take_body, l);
+}
+
 /* A case moves and scales the bodies of --meshes only. */
 static int check_bodies(const choice *c)
 {
@@ -81,7 +172,7 @@ static int check_bodies(const choice *c)
 }
 
 /* Every value of each list with every one of the others; the last of `digits` runs fastest. */
-static int make_settings(const flesh_hardcases_lists *l, flesh_hardcases_setting *settings, int *count)
+static int make_settings(const lists *l, flesh_hardcases_setting *settings, int *count)
 {
   enum { ELEMENT, SOLVER, ENERGY, STEP, POISSON, BODY, LISTS };
   const int lengths[LISTS] = {l->elements, l->solvers, l->energies, l->steps, l->poissons, l->bodies ? l->bodies : 1};
@@ -172,7 +263,7 @@ static const char *forms_with_lambda(char text[256])
 }
 
 /* Fills in the lists that were not asked for; the first of the rows that apply has each. */
-static void choose_lists(flesh_hardcases_request *asked, const flesh_hardcases_plan *plan, char every[256])
+static void choose_lists(request *asked, const flesh_hardcases_plan *plan, char every[256])
 {
   const struct {
     int applies;
@@ -206,7 +297,7 @@ static int read_share(const char *text, double share[2])
 }
 
 /* Makes the plan from the request. */
-static int choose(flesh_hardcases_request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
+static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_setting *settings,
                   flesh_hardcases_plan *plan)
 {
   char every[256];
@@ -221,7 +312,7 @@ static int choose(flesh_hardcases_request *asked, flesh_hardcases_lists *l, choi
   if (plan->seeds < 1) plan->seeds = plan->filters && !plan->quick ? 5 : 1;
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
   int status = read_share(asked->share, plan->share);
-  if (!status) status = flesh_hardcases_read_lists(asked, l);
+  if (!status) status = read_lists(asked, l);
   if (!status) status = flesh_list_each("cases", asked->cases, take_case, chosen);
   if (!status && chosen->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
@@ -236,13 +327,13 @@ static int choose(flesh_hardcases_request *asked, flesh_hardcases_lists *l, choi
 
 /* The lists that the plan borrows. */
 typedef struct room {
-  flesh_hardcases_lists lists;
+  lists lists;
   choice chosen;
   flesh_hardcases_setting settings[SETTING_LIMIT];
 } room;
 
 /* Lists the cases of the file, or runs them. Returns the exit code. */
-static int list_or_batter(const char *path, int list, flesh_hardcases_request *asked, room *room, flesh_hardcases_plan *plan)
+static int list_or_batter(const char *path, int list, request *asked, room *room, flesh_hardcases_plan *plan)
 {
   int status = open_choice(path, plan, &room->chosen);
   if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&room->chosen.battery);
@@ -256,7 +347,7 @@ static int list_or_batter(const char *path, int list, flesh_hardcases_request *a
 
 int flesh_command_hardcases(int argc, char **argv)
 {
-  flesh_hardcases_request asked = {.steps = "1/60", .cases = "*", .share = "0:1"};
+  request asked = {.steps = "1/60", .cases = "*", .share = "0:1"};
   room *room = calloc(1, sizeof *room);
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
   int list = 0, count;

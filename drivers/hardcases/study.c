@@ -12,7 +12,7 @@
 #include "hardcases/hardcases.h"
 #include "cli/json_memory.h"
 #include "study/embedded.h"
-#include "study/fields.h"
+#include "study/study.h"
 
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
 #define LONGEST(kind, name) {"longest_" #name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, longest.name)}

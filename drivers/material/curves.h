@@ -32,9 +32,6 @@ extern const flesh_path flesh_paths[FLESH_PATHS];
 /* Paths that keep the volume, for incompressible materials. */
 extern const flesh_path flesh_isochoric_paths[FLESH_PATHS];
 
-/* The parameter of sample k, 0 to FLESH_CURVE_STEPS. */
-double flesh_path_parameter(const flesh_path *path, int k);
-
 /* The curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN where it has none. The stress of an
  * incompressible material is P - p cof F with the pressure p with which P_33 is 0; the eigenvalue is the smallest among
  * changes of F that keep the volume. */

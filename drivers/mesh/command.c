@@ -6,18 +6,21 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/confine.h"
 #include "base/error.h"
 #include "base/sort.h"
+#include "cli/path.h"
 #include "flesh/mesh.h"
 #include "flesh/surface.h"
 #include "math/mat3.h"
 #include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "mesh/refine.h"
-#include "mesh/split_command.h"
 #include "cli/lists.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "mesh/split.h"
+#include "parallel/partition.h"
 #include "study/embedded.h"
 
 static const flesh_option no_options[] = {{.name = NULL}};
@@ -278,6 +281,89 @@ static int command_surface(int argc, char **argv)
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
+/* Claims the folder for the index, which must be none of the inputs. */
+static int claim_parts(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
+{
+  const int status = flesh_output_claim(folder, command, claim);
+  return status ? status : flesh_output_prepare_from(flesh_path("%s/index.txt", folder), inputs, input, NULL);
+}
+
+/* A folder that was made for nothing goes. */
+static void let_go(int status, const char *folder, flesh_folder_claim *claim)
+{
+  flesh_folder_claim_release(claim);
+  if (status) flesh_path_remove_folder(folder); /* stays where something is in it */
+}
+
+static void say_parts(const char *folder, const flesh_split *split)
+{
+  long long more = 0;
+  int least = split->tets, most = 0;
+  for (int k = 0; k < split->parts; k++) {
+    const flesh_split_row *row = &split->rows[k];
+    if (row->own < least) least = row->own;
+    if (row->own > most) most = row->own;
+    more += row->tets - row->own;
+  }
+  printf("%s/index.txt: %d nodes, %d tets%s, %d region%s, in %d part%s of %d to %d tets, with %.1f %% more from around\n",
+         folder, split->nodes, split->tets, split->order == 2 ? " of ten nodes" : "", split->region_count,
+         split->region_count == 1 ? "" : "s", split->parts, split->parts == 1 ? "" : "s", least, most,
+         100. * (double)more / split->tets);
+}
+
+/* `flesh mesh box --parts N`. Returns the exit code. */
+static int box_in_parts(const int cells[3], const double size[3], const double origin[3], int parts,
+                            const char *folder)
+{
+  flesh_split split = {0};
+  flesh_folder_claim claimed = {.descriptor = -1};
+  int status = claim_parts("mesh box", folder, 0, NULL, &claimed);
+  if (!status) status = flesh_split_box(cells, size, origin, parts, folder, &split);
+  if (!status) say_parts(folder, &split);
+  flesh_split_close(&split);
+  let_go(status, folder, &claimed);
+  return status ? flesh_command_fail("mesh box", status) : 0;
+}
+
+/* Parts the mesh by METIS, and writes the parts into the folder. */
+static int split_mesh(const flesh_mesh *mesh, int parts, const char *folder)
+{
+  const int tets = flesh_mesh_tet_count(mesh);
+  int *owners = malloc((size_t)tets * sizeof *owners);
+  int status = owners ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the parts of %d tets", tets);
+  if (!status) status = flesh_partition_tets(mesh, parts, owners);
+  if (!status) status = flesh_split_mesh(mesh, parts, owners, folder);
+  free(owners);
+  return status;
+}
+
+static int command_split(int argc, char **argv)
+{
+  int parts = 0, files;
+  const char *out = NULL;
+  const flesh_option options[] = {{"parts", "N", FLESH_OPTION_COUNT, &parts, "number of parts: ranks of the runs to come"},
+                                  {"out", "FOLDER", FLESH_OPTION_TEXT, &out, "where the index and the parts go"},
+                                  {.name = NULL}};
+  const flesh_usage usage = {"mesh split", "MESH --parts N --out FOLDER", "Writes a mesh in parts, one for each rank of a run.",
+                             flesh_own_text("mesh_split_help"), 1, 1, options, NULL, 0};
+  int code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (parts < 1) return flesh_option_refuse(usage.command, "parts", NULL, "a number of parts from 1");
+  if (!out) return flesh_option_refuse(usage.command, "out", out, "a folder");
+  flesh_mesh *mesh = NULL;
+  flesh_split split = {0};
+  flesh_folder_claim claimed = {.descriptor = -1};
+  int status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = claim_parts(usage.command, out, 1, argv + 1, &claimed);
+  if (!status) status = split_mesh(mesh, parts, out);
+  flesh_mesh_destroy(&mesh);
+  if (!status) status = flesh_split_open(flesh_path("%s/index.txt", out), &split);
+  if (!status) say_parts(out, &split);
+  flesh_split_close(&split);
+  let_go(status, out, &claimed);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}
+
 static int command_box(int argc, char **argv)
 {
   const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
@@ -312,7 +398,7 @@ static int command_box(int argc, char **argv)
   if (order > 2) return refuse_order(usage.command, order);
   if (parts && order == 2)
     return flesh_command_refuse(usage.command, "--order is 2; with --parts it must be 1 (or split what mesh box writes)");
-  if (parts) return flesh_split_command_box(cells, size, origin, parts, out);
+  if (parts) return box_in_parts(cells, size, origin, parts, out);
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
@@ -329,7 +415,7 @@ int flesh_command_mesh(int argc, char **argv)
       {"convert", "write a mesh in another format", command_convert},
       {"surface", "write the boundary triangles of a mesh", command_surface},
       {"box", "make a regular grid of boxes, six tets each", command_box},
-      {"split", "write a mesh in parts, one for each rank of a run", flesh_split_command},
+      {"split", "write a mesh in parts, one for each rank of a run", command_split},
       {0}};
   return flesh_subcommand_run("mesh", flesh_own_text("mesh_help"), NULL, commands, argc, argv);
 }

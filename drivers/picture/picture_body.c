@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "base/sort.h"
-#include "error/indicator.h"
+#include "error/meshes.h"
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"

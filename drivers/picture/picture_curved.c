@@ -1,5 +1,5 @@
 /* picture_curved.c: faces of six nodes, drawn as sixteen triangles each. */
-#include "picture/picture_curved.h"
+#include "picture/picture_body.h"
 
 #include <stdlib.h>
 #include <string.h>

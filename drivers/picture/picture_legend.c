@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "picture/picture_body.h"
-#include "cli/safe_text.h"
+#include "cli/path.h"
 
 /* The next number that reads well. */
 static double round_up(double value, int count, const double *steps)

@@ -1,7 +1,9 @@
-/* plot.c: draws scripts of gnuplot. */
+/* plot.c: draws scripts of gnuplot, and what their writers share. */
 #include "picture/plot.h"
 
+#include <ctype.h>
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -70,4 +72,116 @@ int flesh_plot_accept(const char *command, int drawn)
   if (!drawn || !gnuplot_missing) return drawn;
   fprintf(stderr, "flesh %s: %s\n", command, flesh_error_text());
   return FLESH_OK;
+}
+
+/* Stands for itself between double quotes, wherever gnuplot looks. */
+static int is_plain(char c) { return isalnum((unsigned char)c) || (c && strchr(" _.,:;=+-/()[]<>", c)); }
+
+static void put_octal(FILE *stream, char c) { fprintf(stream, "\\%03o", (unsigned)(unsigned char)c); }
+
+static void put_text(FILE *stream, const char *text, int times_percent)
+{
+  putc('"', stream);
+  while (*text) {
+    int size = flesh_text_letter(text);
+    if (size > 1) fwrite(text, 1, (size_t)size, stream);
+    else if (!size) fputs("\\077", stream); /* ? */
+    else if (flesh_text_is_control(*text)) putc(' ', stream);
+    else if (is_plain(*text)) putc(*text, stream);
+    else
+      for (int k = 0; k < (*text == '%' ? times_percent : 1); k++) put_octal(stream, *text);
+    text += size ? size : 1;
+  }
+  putc('"', stream);
+}
+
+void flesh_plot_quote(FILE *stream, const char *text) { put_text(stream, text, 1); }
+void flesh_plot_quote_tick(FILE *stream, const char *text) { put_text(stream, text, 2); }
+
+void flesh_plot_quote_file(FILE *stream, const char *name, const char *suffix)
+{
+  fputs("\"./", stream);
+  for (int part = 0; part < 2; part++)
+    for (const char *c = part ? suffix : name; *c; c++)
+      if ((unsigned char)*c < 0x80 && is_plain(*c)) putc(*c, stream);
+      else put_octal(stream, *c);
+  putc('"', stream);
+}
+
+static int check_name(const char *name)
+{
+  for (const char *c = name; *c; c++)
+    if (flesh_text_is_control(*c))
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "the name of a picture has %s at its character %d; it must have no control characters",
+                        *c == '\n' ? "a line break" : "a control character", (int)(c - name) + 1);
+  if (!*name || strchr(name, '/') || strchr("|<", *name))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "a picture cannot be named '%s'; its name must be that of a file and not begin with | or <",
+                      name);
+  return FLESH_OK;
+}
+
+int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file)
+{
+  const int status = check_name(name);
+  return status ? status : flesh_file_open(flesh_path("%s/%s%s", folder, name, suffix), file);
+}
+
+void flesh_plot_begin(FILE *stream, const char *name, const char *suffix, int width, int height)
+{
+  static const char font[] = "font 'DejaVu Sans,11' background '#ffffff'";
+  fputs("# Draws the picture that is named here: gnuplot ./THIS_FILE\nif (!exists('picture')) picture = ", stream);
+  flesh_plot_quote_file(stream, name, suffix);
+  if (!strcmp(suffix, ".svg"))
+    fprintf(stream, "\nset terminal svg size %d,%d dynamic enhanced rounded %s\n", width, height, font);
+  else if (!strcmp(suffix, ".pdf"))
+    fprintf(stream, "\nset terminal pdfcairo size %.4gin,%.4gin enhanced rounded %s\n", width / 96., height / 96., font);
+  else fprintf(stream, "\nset terminal pngcairo size %d,%d enhanced rounded %s\n", width, height, font);
+  fputs("set encoding utf8\nset output picture\n", stream);
+}
+
+void flesh_plot_style(FILE *stream, int of_csv)
+{
+  if (of_csv) fputs("set datafile separator ','\nset datafile missing NaN\n", stream);
+  fputs("set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
+        "set key outside right top Left reverse noenhanced spacing 1.2\n",
+        stream);
+}
+
+void flesh_plot_title(FILE *stream, const char *text)
+{
+  fputs("set title noenhanced font ',13'\nset title ", stream);
+  flesh_plot_quote(stream, text);
+  putc('\n', stream);
+}
+
+void flesh_plot_label(FILE *stream, const char *axis, const char *text)
+{
+  fprintf(stream, "set %slabel noenhanced\nset %slabel ", axis, axis);
+  flesh_plot_quote(stream, text);
+  putc('\n', stream);
+}
+
+const char *flesh_plot_colour(int k)
+{
+  static const char *const colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                        "#56b4e9", "#e69f00", "#000000", "#999999"};
+  return colours[k % (int)(sizeof colours / sizeof *colours)];
+}
+
+void flesh_plot_log_ticks(FILE *stream, const char *axis, double low, double high)
+{
+  static const double of_decade[] = {1, 2, 5};
+  double decades = log10(high / low);
+  if (!(low > 0) || !(decades > 0.4) || !isfinite(decades) || decades > 3) return;
+  fprintf(stream, "set %stics (", axis);
+  int count = 0;
+  for (int decade = (int)floor(log10(low)); decade <= (int)ceil(log10(high)); decade++)
+    for (int k = 0; k < 3; k++) {
+      double value = of_decade[k] * pow(10, decade);
+      if (value < low * (1 - 1e-9) || value > high * (1 + 1e-9)) continue;
+      fprintf(stream, "%s'%.6g' %.17g", count++ ? ", " : "", value, value);
+    }
+  fputs(")\n", stream);
 }

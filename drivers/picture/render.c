@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "math/area.h"
 #include "math/mat3.h"
-#include "picture/render_shadow.h"
+#include "picture/render_raster.h"
 
 /* Triangles of all surfaces are numbered through. */
 typedef struct scene {

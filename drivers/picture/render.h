@@ -3,8 +3,7 @@
 #ifndef FLESH_PICTURE_RENDER_H
 #define FLESH_PICTURE_RENDER_H
 
-
-#include "picture/render_surface.h"
+#include "picture/render_raster.h"
 #include "picture/view.h"
 
 /* Opaque pixels 0x00RRGGBB, rows from the top. */

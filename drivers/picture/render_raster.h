@@ -1,9 +1,29 @@
-/* render_raster.h: triangles as a camera or a light sees them, in a depth buffer that keeps which one is seen where. */
+/* render_raster.h: triangles as a camera or a light sees them, in a depth buffer that keeps which one is seen where; and what
+ * keeps the light of a distant lamp from what a camera sees, by a depth buffer of the lamp's own (Williams 1978) whose
+ * comparisons are averaged (Reeves, Salesin & Cook 1987). */
 #ifndef FLESH_PICTURE_RENDER_RASTER_H
 #define FLESH_PICTURE_RENDER_RASTER_H
 
+#include <stdint.h>
 
 #include "picture/view.h"
+
+/* A surface in a picture; everything borrowed. */
+typedef struct flesh_render_surface {
+  int vertices, triangles;
+  const double *x;    /* [3*vertices], m */
+  const double *rest; /* [3*vertices] where its edges are judged sharp or round; NULL: x */
+  const int *corners; /* [3*triangles] */
+  const float *colours;  /* [3*vertices]; NULL: `plain` */
+  const float *triangle_colours; /* [3*triangles]; NULL: `colours` */
+  const uint8_t *marked; /* [triangles] 1: in the colour of what is inverted; NULL: none */
+  float plain[3];
+  int edges;    /* draw the triangles' edges */
+  const uint8_t *hidden; /* [triangles] bit k: but not the one opposite to corner k; NULL: all */
+  int glass;     /* transparent where it is seen from behind; else darker there */
+  int ground;    /* receives shadows; what it casts is of no account */
+  double fade;   /* m from the view's target where it has faded away; 0: nowhere */
+} flesh_render_surface;
 
 /* A projected corner: pixels from the upper left, 1 over the depth (1 for parallel rays). */
 typedef struct flesh_render_point {
@@ -37,5 +57,29 @@ int flesh_projected_weights(const flesh_render_point c[3], double x, double y, d
 /* Draws a triangle under a number. What is but a line or a point, as those of collapsed bodies, is drawn three samples
  * wide. */
 void flesh_raster_fill(flesh_raster *raster, const flesh_render_point c[3], int number);
+
+typedef struct flesh_shadow {
+  flesh_view view;   /* back: towards the lamp; parallel rays */
+  flesh_raster map;  /* without samples where nothing casts a shadow into the picture */
+} flesh_shadow;
+
+/* A box in the lamp's axes, m: across and up its picture, and towards it. */
+typedef struct flesh_shadow_window {
+  double low[3], high[3];
+} flesh_shadow_window;
+
+/* The axes of a lamp over the camera's left shoulder. */
+void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow);
+void flesh_shadow_window_clear(flesh_shadow_window *window);
+void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], flesh_shadow_window *window);
+
+/* Draws the surfaces that cast shadows into a map of at most `size` samples each way over the places that are `seen`.
+ * FLESH_ERR_MEMORY. */
+int flesh_shadow_cast(flesh_shadow *shadow, const flesh_shadow_window *seen, int size, int count,
+                      const flesh_render_surface *surfaces);
+void flesh_shadow_close(flesh_shadow *shadow);
+
+/* The part of the light that reaches p, where a flat surface has the cosine `facing` to it. */
+double flesh_shadow_lit(const flesh_shadow *shadow, const double p[3], double facing);
 
 #endif

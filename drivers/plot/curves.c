@@ -53,6 +53,16 @@ void flesh_csv_label(const flesh_csv *csv, int column, char name[FLESH_CSV_NAME]
   if (!strcmp(unit, "1")) *unit = 0;
 }
 
+int flesh_csv_find_label(const flesh_csv *csv, const char *wanted, char unit[FLESH_CSV_NAME])
+{
+  char name[FLESH_CSV_NAME];
+  for (int c = 0; c < csv->columns; c++) {
+    flesh_csv_label(csv, c, name, unit);
+    if (!strcmp(name, wanted)) return c;
+  }
+  return -1;
+}
+
 /* The tables of a folder of results. */
 static int read_folder(source *s)
 {

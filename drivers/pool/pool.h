@@ -1,9 +1,8 @@
 /* pool.h: cases that are done by number, each in a process of its own, so that a crash or a hang in one is an answer too:
- * some at a time here, and on the ranks that a launcher of MPI has started (pool_ranks.c), each of which takes the next
- * case as soon as it is free. */
+ * some at a time here, and on the ranks that a launcher of MPI has started, each of which takes the next case as soon as
+ * it is free. */
 #ifndef FLESH_POOL_POOL_H
 #define FLESH_POOL_POOL_H
-
 
 #include "pool/pool_cases.h"
 

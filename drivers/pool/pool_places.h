@@ -54,7 +54,4 @@ typedef struct flesh_pool_head {
   double seconds;
 } flesh_pool_head;
 
-/* Works as a rank behind the first, until it is told to leave; returns the exit code that it is told. */
-int flesh_pool_serve(int jobs, const flesh_pool_cases *cases);
-
 #endif

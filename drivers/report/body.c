@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "picture/picture_body.h"
-#include "picture/picture_curved.h"
 
 static double diagonal(const flesh_mesh *mesh)
 {

@@ -3,7 +3,6 @@
 #ifndef FLESH_REPORT_BODY_H
 #define FLESH_REPORT_BODY_H
 
-
 #include "report/report.h"
 #include "picture/picture_panel.h"
 

@@ -7,7 +7,6 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "report/csv.h"
 #include "report/report.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"

@@ -1,5 +1,4 @@
 /* csv.c: reads tables and texts. */
-#include "report/csv.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,11 +1,13 @@
 /* runs.c: runs in a report: their verdict, figures, histories, probes, scenes and provenance, as
- * data/studies/report_runs.sql tells them. */
+ * data/studies/report_runs.sql tells them; and the database of a sweep, as report_sweep.sql does. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "cli/json_memory.h"
-#include "report/csv.h"
+#include "base/confine.h"
 #include "report/report.h"
 #include "run/run_folder.h"
+#include "study/database.h"
 #include "study/study.h"
 
 typedef struct runs {
@@ -67,5 +69,30 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
   const char *second = json_string_value(json_object_get(json_array_get(last, 1), "name"));
   json_object_set_new(json_array_get(plots, 0), "y", json_string(first_column(part, motions)));
   json_object_set_new(json_array_get(plots, 1), "y", json_string(second ? second : ""));
+  return status;
+}
+
+int flesh_report_is_database(const char *path)
+{
+  const size_t length = strlen(path);
+  return length > 3 && !strcmp(path + length - 3, ".db");
+}
+
+int flesh_report_add_sweep(flesh_report *report, const char *path)
+{
+  static const char asked[] = "SELECT 1 FROM cases, results, rows, parameters, derived, meta, workers";
+  sqlite3 *database = NULL;
+  sqlite3_stmt *query = NULL;
+  char *whole = strdup(flesh_report_is_database(path) ? path : flesh_report_path(path, "sweep.db"));
+  if (!whole) return flesh_report_no_memory();
+  json_t *part = flesh_report_part(report, "Sweep", whole);
+  int status = flesh_path_check(whole);
+  if (!status) status = flesh_database_read(whole, SQLITE_OPEN_READONLY, &database);
+  if (!status && sqlite3_prepare_v2(database, asked, -1, &query, NULL))
+    status = flesh_database_fail(database, whole, "this is no database of a sweep");
+  sqlite3_finalize(query);
+  if (!status) status = flesh_report_tell_of(report, part, whole, "report_sweep", database);
+  sqlite3_close(database);
+  free(whole);
   return status;
 }

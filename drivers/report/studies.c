@@ -23,7 +23,6 @@
 #include "base/error.h"
 #include "cli/json_memory.h"
 #include "material/form.h"
-#include "report/csv.h"
 #include "report/report.h"
 #include "study/database.h"
 #include "study/embedded.h"

@@ -12,7 +12,6 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "effect/effect.h"
-#include "error/adapt.h"
 #include "error/error.h"
 #include "run/describe.h"
 #include "cli/interrupt.h"
@@ -24,7 +23,7 @@
 #include "run/runner.h"
 #include "run/running.h"
 #include "scene/scene.h"
-#include "study/table.h"
+#include "study/csv.h"
 #include "study/embedded.h"
 
 /* out/<scene's name without folder and suffix>. Returns new text. */

@@ -13,7 +13,6 @@
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "parallel/communicator.h"
-#include "run/ranks_join.h"
 #include "run/result.h"
 
 /* Whether a launcher's variables announce several ranks: those of Open MPI, PMI (MPICH, Intel MPI), MVAPICH, and Slurm

@@ -3,8 +3,10 @@
 #define FLESH_RUN_RANKS_H
 
 #include <jansson.h>
+#include <stddef.h>
 #include <stdint.h>
 
+#include "flesh/ranks.h"
 #include "parallel/gather.h"
 #include "scene/ranks.h"
 #include "cli/options.h"
@@ -72,5 +74,18 @@ int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *
 
 /* The ranks' figures for result.json, on the first rank; NULL on the others. Every rank calls it. New. */
 json_t *flesh_ranks_json(const flesh_ranks *ranks);
+
+/* MPI's begin and end, with MPI (ranks_mpi.c) or without (ranks_alone.c). */
+/* All ranks that the launcher has started, and how many of them are on this machine. Status. */
+int flesh_ranks_join(flesh_communicator **communicator, int *here);
+/* The communicator of the ranks that take part, which all ranks call for; NULL on one that does not. Status. */
+int flesh_ranks_split(int takes_part, flesh_communicator **communicator);
+/* Bytes from one of all ranks to another; does not wait until they are received. */
+void flesh_ranks_send(int to, size_t size, const void *bytes);
+/* Whether a message is there, from whom, and its size; then receives it. */
+int flesh_ranks_probe(int *from, size_t *size);
+void flesh_ranks_receive(int from, size_t size, void *bytes);
+/* Ends MPI where it has begun. NULL-safe member; sets it to NULL. */
+void flesh_ranks_leave(flesh_communicator **communicator);
 
 #endif

@@ -1,6 +1,6 @@
 /* ranks_alone.c: where flesh is built without MPI, it cannot run on ranks. */
 #include "base/error.h"
-#include "run/ranks_join.h"
+#include "run/ranks.h"
 
 int flesh_ranks_join(flesh_communicator **communicator, int *here)
 {

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "run/ranks_join.h"
+#include "run/ranks.h"
 
 int flesh_ranks_join(flesh_communicator **communicator, int *here)
 {

@@ -1,4 +1,5 @@
-/* run_trace.c: what is kept of every step of a run, and the step of it that took most iterations, beside the median. */
+/* run_trace.c: what is kept of every step of a run, the step of it that took most iterations, beside the median, and a tangle,
+ * or another stable shape than that at rest, that a body at rest keeps without any load. */
 #include "run/run_trace.h"
 
 #include <math.h>
@@ -31,7 +32,7 @@ void flesh_run_trace_clear(flesh_run_trace *trace)
   *trace = (flesh_run_trace){0};
 }
 
-enum { LEAST_STEPS = 3 }; /* of a median */
+enum { LEAST_OF_MEDIAN = 3 }; /* of a median */
 
 /* Median over the steps of the Newton iterations, plus the linear ones if `all`. NaN: too few steps, or no memory. */
 static double median_of(const flesh_run_trace *trace, int all)
@@ -42,7 +43,7 @@ static double median_of(const flesh_run_trace *trace, int all)
   for (int k = 0; k < trace->count; k++)
     if (trace->rows[k].newton > 0) sorted[count++] = trace->rows[k].newton + (all ? trace->rows[k].linear : 0);
   qsort(sorted, (size_t)count, sizeof *sorted, flesh_compare_long);
-  const double median = count < LEAST_STEPS ? NAN : 0.5 * (double)(sorted[(count - 1) / 2] + sorted[count / 2]);
+  const double median = count < LEAST_OF_MEDIAN ? NAN : 0.5 * (double)(sorted[(count - 1) / 2] + sorted[count / 2]);
   free(sorted);
   return median;
 }
@@ -73,4 +74,93 @@ int flesh_longest_step_tell(const flesh_longest_step *longest, size_t size, char
   snprintf(words, size, "step %ld (%s) took %ld Newton and %ld linear iterations, %.4g times the median step%s",
            longest->step, place, longest->newton, longest->linear, longest->ratio, cuts);
   return 1;
+}
+
+/* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
+static const double unbalanced_share = 0.02, load_share = 1e-3;
+/* The work of loads that counts, as a share of the strain energy: small loads bend thin bodies far. */
+static const double work_share = 0.01;
+/* Least strain energy that counts, as a share of that of a body strained by 1. */
+static const double least_stored = 1e-6;
+/* Limits for a body at rest: its kinetic energy and its change of strain energy, as shares of the strain energy. */
+static const double moving_share = 1e-4, changing_share = 1e-3;
+enum { LEAST_STEPS = 5 };
+
+/* Strain energy of a free body at rest relative to the mesh's shape, and the stiffness mu V, J; 0 where there is none.
+ * */
+static int find_least(const flesh_scene *scene, double *least, double *stiffness, double *mu)
+{
+  const flesh_body *body = flesh_scene_body(scene);
+  const double *volumes = flesh_mesh_tet_volumes(body->mesh);
+  *least = *stiffness = *mu = 0;
+  for (int t = 0; body->materials && t < flesh_mesh_tet_count(body->mesh); t++) {
+    const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[t] : 0];
+    double ratio;
+    flesh_psi rest = {0}, mesh = {0};
+    if (flesh_material_rest_ratio(material, &ratio) ||
+        (ratio != 1 && (material->psi(3 * pow(ratio, 2. / 3), ratio, material, &rest) ||
+                        material->psi(3, 1, material, &mesh))))
+      return 0;
+    *least += volumes[t] * (rest.value - mesh.value);
+    *stiffness += volumes[t] * material->mu;
+    *mu = fmax(*mu, material->mu);
+  }
+  return *stiffness > 0;
+}
+
+/* Whether the last tenth of the motion was none. */
+static int has_rested(const flesh_run_trace *trace, double stored)
+{
+  const int last = trace->count - 1;
+  const double begin = trace->rows[last].t - 0.1 * (trace->rows[last].t - trace->rows[0].t);
+  int k = last;
+  for (; k >= 0 && (last - k < LEAST_STEPS || trace->rows[k].t >= begin); k--)
+    if (!(trace->rows[k].kinetic <= moving_share * stored) ||
+        !(fabs(trace->rows[k].strain - trace->rows[last].strain) <= changing_share * stored))
+      return 0;
+  return last - k >= LEAST_STEPS;
+}
+
+/* Whether nothing but the body's own stress, of forces of this size, acts on its nodes, nor has strained it. */
+static int is_alone(const flesh_scene *scene, const flesh_state *state, double stored, double force, double edge)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  const int n = flesh_system_unknowns(system);
+  const double *X = flesh_mesh_positions(flesh_scene_mesh(scene));
+  double *zeros = calloc((size_t)n, sizeof *zeros), *own = calloc((size_t)n, sizeof *own);
+  double *others = calloc((size_t)n, sizeof *others);
+  uint8_t *fixed = calloc((size_t)n, 1);
+  int alone = zeros && own && others && fixed;
+  if (alone) {
+    flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
+    point.multipliers = state->multipliers;
+    point.internal = state->internal;
+    flesh_system_fixed(system, state->t, fixed);
+    const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), elasticity = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
+    alone = !flesh_system_roles_residual(system, elasticity, &point, own) &&
+            !flesh_system_roles_residual(system, ~(inertia | elasticity), &point, others);
+  }
+  double work = 0;
+  for (int d = 0; d < n && alone; d++) {
+    work -= others[d] * (state->x[d] - X[d]);
+    alone = fabs(others[d]) <= load_share * force &&
+            (fixed[d] ? fabs(state->x[d] - X[d]) <= 1e-6 * edge : fabs(own[d]) <= unbalanced_share * force);
+  }
+  alone = alone && fabs(work) <= work_share * stored;
+  free(zeros), free(own), free(others), free(fixed);
+  return alone;
+}
+
+double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trace, const flesh_state *state)
+{
+  double least, stiffness, mu;
+  flesh_mesh_info info;
+  const int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
+  if (trace->count < 2 || !find_least(scene, &least, &stiffness, &mu)) return 0;
+  const double stored = trace->rows[trace->count - 1].strain - least;
+  if (!(stored > least_stored * stiffness)) return 0;
+  if (!is_static && !has_rested(trace, stored)) return 0;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  const double force = mu * sqrt(2 * stored / stiffness) * info.edge_mean * info.edge_mean;
+  return is_alone(scene, state, stored, force, info.edge_mean) ? stored : 0;
 }

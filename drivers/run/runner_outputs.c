@@ -1,4 +1,4 @@
-/* runner_outputs.c: the files that a run writes: made, or opened again where it goes on. */
+/* runner_outputs.c: the files that a run writes: made, or opened again where it goes on; what result.json says. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -11,6 +11,7 @@
 #include "output/skin_frames.h"
 #include "run/provenance.h"
 #include "run/running.h"
+#include "time/integrator.h"
 
 /* Frames of an older run would not belong to this one's history. */
 static void drop_frames(flesh_running *r)
@@ -131,7 +132,6 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   return status;
 }
 
-
 /* The skin as it was; what of it is outside has been said. */
 static int reopen_skin(flesh_running *r, int every, int last)
 {
@@ -153,4 +153,28 @@ int flesh_running_reopen(flesh_running *r, flesh_figures *figures, const flesh_c
   if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank goes on with its own */
   if (!status && r->frames) status = set_fields(r);
   return status || !r->skin ? status : reopen_skin(r, every, head->step);
+}
+
+const char *flesh_running_path(const flesh_running *r, const char *name) { return flesh_path("%s/%s", r->options->out, name); }
+
+json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
+{
+  json_object_set_new(outcome, "figures",
+                      flesh_figures_json(figures, flesh_running_system(r), r->scene));
+  if (r->integrator)
+    json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
+                                                             flesh_running_system(r)));
+  json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
+  if (r->resumed) json_object_set(outcome, "resumed", r->resumed);
+  json_object_set(outcome, "inputs", r->inputs);
+  json_object_set(outcome, "program", r->program);
+  if (r->ranks) json_object_set(outcome, "ranks", r->ranks);
+  return outcome;
+}
+
+int flesh_running_is_split(const flesh_running *r) { return r->options->ranks && flesh_ranks_mesh_is_split(r->scene); }
+
+const flesh_system *flesh_running_system(const flesh_running *r)
+{
+  return flesh_running_is_split(r) ? flesh_ranks_system(r->options->ranks, r->scene) : flesh_scene_system(r->scene);
 }

@@ -17,7 +17,7 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 #include "study/embedded.h"
-#include "study/table.h"
+#include "study/csv.h"
 
 enum { MOST = 64 }; /* columns, and keys */
 

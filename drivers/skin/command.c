@@ -8,13 +8,13 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "cli/inputs.h"
 #include "cli/lists.h"
 #include "cli/options.h"
 #include "output/skin_frames.h"
 #include "run/result.h"
 #include "run/run_folder.h"
 #include "run/start.h"
+#include "cli/inputs.h"
 #include "cli/output.h"
 #include "study/embedded.h"
 

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/text.h"
 #include "cli/path.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
@@ -15,7 +14,7 @@
 
 /* A panel shows this. */
 typedef struct shown {
-  char *title, *subtitle;
+  const char *title, *subtitle;
   flesh_mesh *mesh; /* owned; NULL: that of the panel before, or none */
   flesh_body body;
   double *x, *J;
@@ -26,6 +25,7 @@ typedef struct gallery {
   const char *out;
   int count;
   shown *bodies;
+  flesh_arena arena; /* of titles */
   flesh_picture_options options;
 } gallery;
 
@@ -47,8 +47,7 @@ static double centre(const flesh_mesh_info *info, int is_held, double *x)
   return largest > reach ? reach / largest : 1;
 }
 
-/* Whether the body is within twice its size of where it rests. */
-static int is_near(const flesh_mesh_info *info, const double *x)
+int flesh_study_is_near(const flesh_mesh_info *info, const double *x)
 {
   double reach = 0;
   for (int c = 0; c < 3; c++) reach = fmax(reach, 2 * (info->high[c] - info->low[c]));
@@ -73,8 +72,8 @@ static double *read_positions(const gallery *g, sqlite3_stmt *row, const flesh_m
 static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
 {
   shown *s = &g->bodies[g->count++];
-  s->title = strdup((const char *)sqlite3_column_text(row, 1));
-  s->subtitle = strdup((const char *)sqlite3_column_text(row, 2));
+  s->title = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 1));
+  s->subtitle = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 2));
   if (!s->title || !s->subtitle) return flesh_no_memory();
   if (sqlite3_column_type(row, 0) == SQLITE_NULL) return FLESH_OK;
   const int number = sqlite3_column_int(row, 0);
@@ -89,24 +88,21 @@ static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
   flesh_mesh_info info;
   flesh_mesh_inspect(s->body.mesh, &info);
   if (sqlite3_column_type(row, 3) == SQLITE_NULL) {
-    if (!is_near(&info, s->x)) free(s->x), s->x = NULL;
+    if (!flesh_study_is_near(&info, s->x)) free(s->x), s->x = NULL;
     return FLESH_OK;
   }
   const double shrunk = centre(&info, sqlite3_column_int(row, 3), s->x);
-  if (!told || !(shrunk < 1)) return FLESH_OK;
-  char *title = flesh_text_new("%s (1:%.2g)", s->title, 1 / shrunk);
-  if (!title) return flesh_no_memory();
-  free(s->title);
-  s->title = title;
-  return FLESH_OK;
+  if (told && shrunk < 1) s->title = flesh_arena_print(&g->arena, "%s (1:%.2g)", s->title, 1 / shrunk);
+  return s->title ? FLESH_OK : flesh_no_memory();
 }
 
 static void close_gallery(gallery *g)
 {
   for (int k = 0; g->bodies && k < g->count; k++) {
-    free(g->bodies[k].title), free(g->bodies[k].subtitle), free(g->bodies[k].x), free(g->bodies[k].J);
+    free(g->bodies[k].x), free(g->bodies[k].J);
     flesh_mesh_destroy(&g->bodies[k].mesh);
   }
+  flesh_arena_free(&g->arena);
   free(g->bodies);
 }
 

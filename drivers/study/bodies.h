@@ -15,4 +15,7 @@
 /* Draws them into the folder `out`, the meshes by study->body. Notes what fails. */
 void flesh_study_draw_bodies(const flesh_study *study, sqlite3 *database, const char *out, flesh_plot_outcome *outcome);
 
+/* Whether a body at x [3*nodes] is within twice its size of where it rests, so that a picture can show it there. */
+int flesh_study_is_near(const flesh_mesh_info *info, const double *x);
+
 #endif

@@ -1,4 +1,4 @@
-/* csv.c: reads and writes CSV. */
+/* csv.c: reads and writes CSV, and texts in a folder of results. */
 #include "study/csv.h"
 
 #include <math.h>
@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/scan.h"
+#include "cli/path.h"
 
 /* A place in the text, its line, and whether the field before it lacks its closing quote. */
 typedef struct cursor {
@@ -153,4 +154,34 @@ void flesh_csv_print(FILE *stream, const char *text)
     putc(*text, stream);
   }
   putc('"', stream);
+}
+
+int flesh_table_open(const char *folder, const char *name, flesh_file *file)
+{
+  return flesh_file_open(flesh_path("%s/%s", folder, name), file);
+}
+
+int flesh_table_say(const char *folder, const char *name, const char *text)
+{
+  flesh_file file;
+  int status = flesh_table_open(folder, name, &file);
+  if (status) return status;
+  fputs(text, file.stream);
+  status = flesh_file_commit(&file);
+  fputs(text, stdout);
+  return status;
+}
+
+void flesh_table_field(FILE *stream, double value)
+{
+  putc(',', stream);
+  if (!isnan(value)) flesh_number_print(stream, value);
+}
+
+const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, double value)
+{
+  snprintf(text, FLESH_TABLE_TEXT, format, value);
+  char *sign = text + strspn(text, " ");
+  if ((*sign == '-' || *sign == '+') && !sign[1 + strspn(sign + 1, "0.")]) memmove(sign, sign + 1, strlen(sign));
+  return text;
 }

@@ -1,8 +1,11 @@
-/* csv.h: tables as CSV (RFC 4180) with a header row, read into memory, and texts as their fields. */
+/* csv.h: tables as CSV (RFC 4180) with a header row, read into memory, and texts as their fields; CSV and texts in a folder of
+ * results. */
 #ifndef FLESH_STUDY_CSV_H
 #define FLESH_STUDY_CSV_H
 
 #include <stdio.h>
+
+#include "base/file.h"
 
 typedef struct flesh_csv {
   char *path, *text;
@@ -31,5 +34,18 @@ int flesh_csv_number(const flesh_csv *csv, int row, int column, double *value);
 
 /* Prints a text as a field, in quotes where it needs them. */
 void flesh_csv_print(FILE *stream, const char *text);
+
+/* Opens folder/name, whole or not at all. */
+int flesh_table_open(const char *folder, const char *name, flesh_file *file);
+
+/* Writes the text into folder/name and, once it stands there, to stdout. */
+int flesh_table_say(const char *folder, const char *name, const char *text);
+
+/* A comma and the number so that it reads back bit for bit; nothing behind the comma for NaN. */
+void flesh_table_field(FILE *stream, double value);
+
+/* Prints the value by a format of printf for one double; what shows as zero has no sign. Returns `text`. */
+enum { FLESH_TABLE_TEXT = 48 };
+const char *flesh_table_text(char text[FLESH_TABLE_TEXT], const char *format, double value);
 
 #endif

@@ -1,5 +1,5 @@
 /* fields.c: numbers of a struct as JSON, and back. */
-#include "study/fields.h"
+#include "study/study.h"
 
 #include <math.h>
 #include <signal.h>

@@ -13,10 +13,10 @@
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "flesh/status.h"
-#include "picture/plot_text.h"
+#include "picture/plot.h"
 #include "study/database.h"
 #include "study/formats.h"
-#include "study/table.h"
+#include "study/csv.h"
 
 /* number(x). */
 static void print_exact(sqlite3_context *context, int count, sqlite3_value **values)

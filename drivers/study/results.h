@@ -29,7 +29,7 @@ typedef struct flesh_results {
  * of `width` letters, by %.0e from 1e5 on; status_name(code) of a flesh_status; sign_test(wins, losses), the two-sided
  * probability that of so many fair coins so many or more fall to one side; plot(name, width, height, title, x, y), what
  * a script of a picture begins with (title and labels may be NULL; a further of_csv is 0 for other data than CSV, NULL
- * for a picture with a look of its own; then a suffix); and for scripts, by plot_text.h, quoted(text),
+ * for a picture with a look of its own; then a suffix); and for scripts, by plot.h, quoted(text),
  * quoted_tick(text), quoted_file(name, suffix), log_ticks(axis, low, high) and colour(k). `path` names the database in
  * sentences. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to);

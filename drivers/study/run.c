@@ -1,4 +1,4 @@
-/* run.c: does the cases of a study, each in a process of its own, and writes each as it ends. */
+/* run.c: a study as a command; does the cases of a study, each in a process of its own, and writes each as it ends. */
 #include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
@@ -13,9 +13,12 @@
 #include "base/folder.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
+#include "cli/output.h"
 #include "cli/path.h"
+#include "run/ranks.h"
 #include "study/bodies.h"
 #include "study/results.h"
+#include "study/study.h"
 
 /* How long a case waits for the end of another process in its folder, s. */
 static const double PATIENCE = 5;
@@ -257,4 +260,52 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   if (store.claim) status = flesh_study_conclude(study, &store, options, status);
   flesh_study_store_close(&store);
   return status;
+}
+
+int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count)
+{
+  int status = flesh_ranks_open(&options->ranks);
+  if (!status) status = flesh_overrides_open(&options->overrides, argc);
+  options->argc = argc;
+  options->argv = calloc((size_t)argc + 1, sizeof *argv);
+  if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);
+  else if (!status) status = flesh_no_memory();
+  return status ? flesh_command_fail(usage->command, status)
+                : flesh_ranks_read_options(options->ranks, usage, argc, argv, count);
+}
+
+void flesh_study_close(flesh_study_options *options)
+{
+  flesh_ranks_close(&options->ranks);
+  flesh_overrides_close(&options->overrides);
+  free(options->argv);
+}
+
+typedef struct leader {
+  const char *name, *out;
+  int (*compare)(void *plan);
+  void *plan;
+} leader;
+
+/* On the first rank; the exit code. */
+static int lead(void *data)
+{
+  const leader *l = data;
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = flesh_output_claim(l->out, l->name, &claim);
+  if (!status) status = l->compare(l->plan);
+  flesh_folder_claim_release(&claim);
+  return status ? flesh_command_fail(l->name, status) : 0;
+}
+
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
+                     void *plan)
+{
+  int shard, shards;
+  if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
+  options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
+  const flesh_study_work given = {study, NULL};
+  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  leader l = {study->name, options->out, compare, plan};
+  return flesh_pool_lead(options->ranks, study->name, status, options->jobs, &cases, lead, &l);
 }

@@ -1,11 +1,12 @@
 /* settings.h: what specs share: files of YAML that a table of keys (base/key.h) describes, values of keys of scenes as --set
- * takes them, and whether scenes take them. */
+ * takes them, whether scenes take them, and what a scene is. */
 #ifndef FLESH_STUDY_SETTINGS_H
 #define FLESH_STUDY_SETTINGS_H
 
 #include <sha256.h>
 #include <stdio.h>
 
+#include "flesh/scene.h"
 #include "scene/keys.h"
 
 typedef struct flesh_keyed_text {
@@ -51,5 +52,11 @@ char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), con
 
 /* Adds a file to a digest. */
 int flesh_settings_hash_file(SHA2_CTX *context, const char *path);
+
+enum { FLESH_STUDY_FINGERPRINT = 65 };
+
+/* SHA-256 of every value in force, of the mesh and of the state that the scene starts from. `path` is the scene's, for
+ * sentences. FLESH_ERR_MEMORY. */
+int flesh_study_fingerprint(const flesh_scene *scene, const char *path, char text[FLESH_STUDY_FINGERPRINT]);
 
 #endif

@@ -4,13 +4,40 @@
 #ifndef FLESH_STUDY_STUDY_H
 #define FLESH_STUDY_STUDY_H
 
+#include <jansson.h>
 #include <sqlite3.h>
+#include <stddef.h>
 
+#include "cli/options.h"
 #include "cli/overrides.h"
 #include "flesh/scene.h"
 #include "pool/pool.h"
 #include "scene/node.h"
-#include "study/fields.h"
+
+/* Numbers of a struct by name: how figures go into the record of a case, and come back from it. */
+typedef struct flesh_study_field {
+  const char *name;
+  enum { FLESH_FIELD_INT, FLESH_FIELD_LONG, FLESH_FIELD_DOUBLE } kind;
+  size_t offset;
+} flesh_study_field;
+
+/* New object; NaN becomes null. A NULL name ends the fields. */
+json_t *flesh_fields_json(const flesh_study_field *fields, const void *from);
+/* Fills the struct; -1, and the rest is left, where the object has not one of them. */
+int flesh_fields_read(const flesh_study_field *fields, const json_t *object, void *to);
+/* New array of their names. */
+json_t *flesh_fields_names(const flesh_study_field *fields);
+
+/* How a case ended with this flesh_status, in the column `status`; `otherwise`: where it is none of those that all tell. */
+const char *flesh_fields_status(int status, const char *otherwise);
+/* New record of a case that has ended, with these figures, which it takes. `message` may be empty. */
+json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
+/* Takes the record of a case into figures of these fields and into `message`. *crashed_by is 0 or, where its process
+ * reported nothing, the signal that ended it, -1 for another end; the figures are then as they were. FLESH_ERR_FILE: the
+ * record is not whole; `study` names the database. */
+enum { FLESH_STUDY_MESSAGE = 400 };
+int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,
+                      char message[FLESH_STUDY_MESSAGE], int *crashed_by);
 
 enum { FLESH_STUDY_COLUMNS = 64 };
 
@@ -162,5 +189,28 @@ int flesh_study_conclude(const flesh_study *study, flesh_study_store *store, con
 /* Opens, takes what is done, runs the rest, and concludes. FLESH_ERR_FILE also when a case could not write or read its
  * files: it says nothing of what it was for. */
 int flesh_study_do(const flesh_study *study, const flesh_study_options *options);
+
+/* Rows of an option table that every study has; `name` and `further` are texts. */
+#define FLESH_STUDY_OPTION_ROWS(options, name, further)                                                                \
+  {"out", "DIR", FLESH_OPTION_TEXT, &(options)->out, "folder of the results (default out/" name ")"},                  \
+      {"resume", NULL, FLESH_OPTION_SWITCH, &(options)->resume, "begin DIR/" name ".db or go on with it, " further},  \
+      {"shard", "I/N", FLESH_OPTION_TEXT, &(options)->shard, "only every N-th case from the I-th on, counted from 1"}
+#define FLESH_STUDY_OPTION_JOBS(options)                                                                               \
+  {"jobs", "N", FLESH_OPTION_COUNT, &(options)->jobs,                                                                  \
+   "cases at a time, on each rank (default: the processors; on several ranks 1)"}
+
+#define FLESH_STUDY_OPTION_SET(options, doc)                                                                          \
+  {"set", "KEY=VALUE", FLESH_OPTION_LIST, &(options)->overrides.texts, doc}
+
+/* Joins the ranks, keeps the words, as reading permutes them, and reads the command line: flesh_ranks_read_options, or the
+ * exit code of what failed. To be closed in any case. */
+int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count);
+void flesh_study_close(flesh_study_options *options);
+
+/* Does the study on all ranks: the first one calls compare(plan), which does the cases and makes what follows from them,
+ * with the folder of the results claimed; the others do what cases they are given. `status` is what came of the plan,
+ * which every rank has made. Returns the exit code. */
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
+                     void *plan);
 
 #endif

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
-#include "sweep/spec.h"
+#include "sweep/sweep.h"
 
 typedef flesh_sweep_axis axis;
 typedef flesh_sweep_derived_row derived;

@@ -69,12 +69,43 @@ typedef struct flesh_sweep_work {
 } flesh_sweep_work;
 flesh_study flesh_sweep_study(const flesh_sweep_work *given);
 
-/* Whether some case of the shard can be built: tries them in their order, before anything is written. The first one's
- * sentence when all are refused. Without an answer (memory, a signal) FLESH_OK. */
-int flesh_sweep_case_try(const flesh_sweep *sweep, int shard, int shards);
-
 int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);
 int flesh_sweep_merge(int argc, char **argv);
+
+/* A spec's keys, within the modules that read it. In the order of the names of spacings. */
+enum { FLESH_SWEEP_LINEAR, FLESH_SWEEP_LOGARITHMIC };
+
+typedef struct flesh_sweep_axis {
+  char *key, *name;
+  const flesh_node *values;
+  double from, to;
+  int count, spacing;
+  flesh_objects zip;
+  struct flesh_sweep_axis_sample {
+    int sequence, count, seed, skip;
+    flesh_objects axes;
+  } sample;
+} flesh_sweep_axis;
+
+typedef struct flesh_sweep_derived_row {
+  char *name, *is;
+} flesh_sweep_derived_row;
+
+typedef struct flesh_sweep_spec {
+  char *title, *scene;
+  int repeats, seed, keep;
+  double max_seconds;
+  const flesh_node *set;
+  flesh_objects axes, columns;
+} flesh_sweep_spec;
+
+extern const flesh_key flesh_sweep_spec_table[]; /* into flesh_sweep_spec */
+
+/* Every constant and every value of every axis must be one that its key takes. What a combination makes of them is for
+ * its case to say. */
+int flesh_sweep_check_values(flesh_sweep *sweep);
+/* Computes sweep->fingerprint, a hash of the plan: a sweep may only be gone on with when it is the same. */
+int flesh_sweep_make_fingerprint(flesh_sweep *sweep);
 
 #endif

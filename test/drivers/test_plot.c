@@ -3,8 +3,7 @@
 #include "temporary.h"
 
 #include "picture/plot.h"
-#include "picture/plot_text.h"
-#include "study/table.h"
+#include "study/csv.h"
 #include "test.h"
 
 static char folder[256];

@@ -13,8 +13,8 @@
 #include "cli/lists.h"
 #include "run/ranks.h"
 #include "run/runner.h"
-#include "study/fingerprint.h"
-#include "study/lead.h"
+#include "study/settings.h"
+#include "study/study.h"
 
 enum { MOST = 16 };
 
