@@ -1,4 +1,4 @@
-/* carry.c: selections by place become named sets of the mesh; tets that boxes of body.regions cut. */
+/* carry.c: selections by place become named sets of the mesh; tets that boxes of regions and muscles cut. */
 #include "error/meshes.h"
 
 #include <math.h>
@@ -138,7 +138,7 @@ int flesh_error_carry(const flesh_scene *scene, int quiet, flesh_overrides *over
   return status;
 }
 
-enum { POINTS_OF_EDGE = 16 }; /* 816 points of a tet */
+enum { POINTS_OF_EDGE = 16, POINTS = 816 }; /* of a tet */
 
 typedef struct work {
   const flesh_scene *scene;
@@ -146,38 +146,52 @@ typedef struct work {
   uint8_t *meets;        /* [count*tets] whether tets are what regions ask for beside their boxes */
   int *entries, *counts; /* [tets] the region of each, -1: none; [count+1] a tet's points in none and in each */
   int *sample;           /* [count+1] a tet of none and of each, -1: there is none */
+  double points[POINTS][4];
 } work;
+
+static void find_place(const flesh_mesh *mesh, int t, const double L[4], double x[3])
+{
+  for (int c = 0; c < 3; c++) {
+    x[c] = 0;
+    for (int a = 0; a < 4; a++) x[c] += L[a] * mesh->positions[3 * (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)a] + (size_t)c];
+  }
+}
+
+static int is_within(const double box[6], const double x[3])
+{
+  int is = 1;
+  for (int c = 0; c < 3 && !isnan(box[0]); c++) is &= x[c] >= box[c] && x[c] <= box[3 + c];
+  return is;
+}
 
 /* The region that a place in a tet is in; -1: none. */
 static int entry_at(const work *w, int t, const double L[4])
 {
-  const flesh_mesh *mesh = w->scene->mesh;
   const flesh_scene_region *regions = w->scene->keys.body.regions.values;
-  double x[3] = {0};
-  for (int a = 0; a < 4; a++)
-    for (int c = 0; c < 3; c++) x[c] += L[a] * mesh->positions[3 * (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)a] + (size_t)c];
-  for (int e = 0; e < w->count; e++) {
-    const double *box = regions[e].tets.box;
-    int is = w->meets[(size_t)e * (size_t)w->tets + (size_t)t];
-    for (int c = 0; c < 3 && is && !isnan(box[0]); c++) is = x[c] >= box[c] && x[c] <= box[3 + c];
-    if (is) return e;
-  }
+  double x[3];
+  find_place(w->scene->mesh, t, L, x);
+  for (int e = 0; e < w->count; e++)
+    if (w->meets[(size_t)e * (size_t)w->tets + (size_t)t] && is_within(regions[e].tets.box, x)) return e;
   return -1;
 }
 
-/* Counts a tet's points by their regions; returns how many there are. */
-static int count_points(const work *w, int t)
+/* A tet's points, [POINTS][4] coordinates by its corners. */
+static void list_points(double (*L)[4])
 {
   const int n = POINTS_OF_EDGE;
-  int points = 0;
-  for (int e = 0; e <= w->count; e++) w->counts[e] = 0;
   for (int i = 0; i < n; i++)
     for (int j = 0; i + j < n; j++)
-      for (int k = 0; i + j + k < n; k++, points++) {
-        const double L[4] = {(i + .25) / n, (j + .25) / n, (k + .25) / n, (n - 1 - i - j - k + .25) / n};
-        w->counts[1 + entry_at(w, t, L)]++;
+      for (int k = 0; i + j + k < n; k++, L++) {
+        const double at[4] = {(i + .25) / n, (j + .25) / n, (k + .25) / n, (n - 1 - i - j - k + .25) / n};
+        memcpy(*L, at, sizeof at);
       }
-  return points;
+}
+
+/* Counts a tet's points by their regions. */
+static void count_points(const work *w, int t)
+{
+  for (int e = 0; e <= w->count; e++) w->counts[e] = 0;
+  for (int k = 0; k < POINTS; k++) w->counts[1 + entry_at(w, t, w->points[k])]++;
 }
 
 /* Fills in what is cut, and how. */
@@ -191,7 +205,7 @@ static void find(const work *w, flesh_cut *cut)
     w->sample[1 + w->entries[t]] = t;
   }
   for (int t = 0; t < w->tets; t++) {
-    const int points = count_points(w, t);
+    count_points(w, t);
     int most = 0, wrong = 0;
     cut->materials[t] = body->tet_material ? body->tet_material[t] : 0;
     for (int e = 0; e <= w->count; e++) {
@@ -206,7 +220,7 @@ static void find(const work *w, flesh_cut *cut)
     }
     all += volumes[t];
     cut->count += wrong > 0;
-    cut->shares[t] = (double)wrong / points;
+    cut->shares[t] = (double)wrong / POINTS;
     cut->share += volumes[t] * cut->shares[t];
   }
   cut->share /= all;
@@ -237,6 +251,7 @@ int flesh_cut_find(const flesh_scene *scene, flesh_cut *cut)
   const size_t tets = (size_t)w.tets, count = (size_t)w.count, all = (size_t)scene->mesh->tets;
   *cut = (flesh_cut){0};
   if (!count) return FLESH_OK;
+  list_points(w.points);
   cut->shares = calloc(all, sizeof *cut->shares);
   cut->materials = calloc(all, sizeof *cut->materials);
   w.meets = calloc(count * tets, 1);
@@ -268,16 +283,58 @@ void flesh_cut_say(const flesh_cut *cut, size_t size, char *words)
            100 * cut->share);
 }
 
+/* Counts the tets of a selection that its box cuts. */
+static int count_cut(const flesh_scene *scene, const flesh_tet_selection *selection, int *count)
+{
+  double points[POINTS][4], x[3];
+  flesh_tet_selection rest = *selection;
+  flesh_chosen_fibres chosen;
+  rest.box[0] = NAN;
+  list_points(points);
+  const int status = flesh_tets_choose(&rest, &scene->body, &chosen);
+  for (int k = 0; k < chosen.count && !status; k++) {
+    int within = 0;
+    for (int p = 0; p < POINTS; p++) {
+      find_place(scene->mesh, chosen.tets[k], points[p], x);
+      within += is_within(selection->box, x);
+    }
+    *count += within > 0 && within < POINTS;
+  }
+  flesh_fibres_free(&chosen);
+  return status;
+}
+
+int flesh_cut_say_muscles(const flesh_scene *scene, size_t size, char *words)
+{
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  int status = FLESH_OK;
+  for (int k = 0; k < scene->keys.effects.count && !status; k++) {
+    const flesh_key *keys = entries[k].path && entries[k].node ? entries[k].row->keys : NULL;
+    int count = 0;
+    if (!keys || !keys->name || strcmp(keys->name, "regions") || strcmp(keys[1].name, "box")) continue; /* chooses no tets */
+    const char *parameters = entries[k].parameters;
+    const flesh_tet_selection *selection = (const void *)(parameters + keys->offset);
+    if (!isnan(selection->box[0])) status = count_cut(scene, selection, &count);
+    if (count)
+      flesh_text_add(words, size, "%s%s.box cuts %d tets, whose middle decides whether they have fibres", *words ? "; " : "",
+                     entries[k].path, count);
+  }
+  return status;
+}
+
 int flesh_cut_warn(const flesh_scene *scene, const char *column)
 {
   flesh_cut cut;
-  char words[320];
-  const int status = flesh_cut_find(scene, &cut), is_place = strstr(column, ".position_") != NULL;
+  char words[320], muscles[320] = "";
+  int status = flesh_cut_find(scene, &cut);
+  const int is_place = strstr(column, ".position_") != NULL;
   if (cut.count && (cut.has_density || !is_place)) {
     flesh_cut_say(&cut, sizeof words, words);
     fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count %s\n", words, column,
             is_place ? "the densities" : "that");
   }
   flesh_cut_clear(&cut);
+  if (!status) status = flesh_cut_say_muscles(scene, sizeof muscles, muscles);
+  if (*muscles) fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count that\n", muscles, column);
   return status;
 }

@@ -221,13 +221,13 @@ static int check_ends(const flesh_scene *scene, flesh_error_judge *judge)
 static int check_cut(const flesh_scene *scene, flesh_error_judge *judge)
 {
   flesh_cut cut;
-  const int status = flesh_cut_find(scene, &cut);
-  if (status || !cut.count) return status;
-  char words[FLESH_ERROR_WORDS];
-  flesh_cut_say(&cut, sizeof words, words);
-  snprintf(judge->left_out, sizeof judge->left_out, "%.250s, which the bars do not count", words);
+  char words[FLESH_ERROR_WORDS] = "";
+  int status = flesh_cut_find(scene, &cut);
+  if (cut.count) flesh_cut_say(&cut, sizeof words, words);
   flesh_cut_clear(&cut);
-  return FLESH_OK;
+  if (!status) status = flesh_cut_say_muscles(scene, sizeof words, words);
+  if (*words) snprintf(judge->left_out, sizeof judge->left_out, "%.290s, which the bars do not count", words);
+  return status;
 }
 
 static int read_scenes(const char *path, flesh_error_judge *judge)

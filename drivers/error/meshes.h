@@ -25,6 +25,9 @@ void flesh_cut_clear(flesh_cut *cut);
 /* Writes "boxes of body.regions cut 12 tets, ..." of a cut that has tets. */
 void flesh_cut_say(const flesh_cut *cut, size_t size, char *words);
 
+/* Adds "effects[2].muscle.box cuts 12 tets, ..." of each muscle's box that cuts tets. FLESH_ERR_MEMORY. */
+int flesh_cut_say_muscles(const flesh_scene *scene, size_t size, char *words);
+
 /* Warns of what the bar of a column by `flesh run --to` leaves out: of positions it counts other materials. FLESH_ERR_MEMORY. */
 int flesh_cut_warn(const flesh_scene *scene, const char *column);
 

@@ -148,7 +148,10 @@ end = meshes("counted")[-1]
 assert abs(last("counted") - last("exact")) <= end["error_mesh"] and abs(end["error_mesh"] / bar(meshes("counted")) - 1) < 1e-6
 END
   expect 0 "$flesh" run regions.yaml "$@" --set body.regions.0.density=2000 --to 9%:tip.position_z --out denser &&
-    has stderr.txt 'boxes of body.regions cut [0-9]* tets, .*; the bar of tip.position_z does not count the densities$'
+    has stderr.txt 'boxes of body.regions cut [0-9]* tets, .*; the bar of tip.position_z does not count the densities$' || return 1
+  expect 0 "$flesh" run bar.yaml --to 20%:tip.position_z --out muscle --set "effects[2]={muscle: {box: [[2.1, -1, -1], [9, 2, 2]],
+    fibres: {direction: [1, 0, 0]}, peak_stress: 1e4}}" &&
+    has stderr.txt 'effects.2..muscle.box cuts [0-9]* tets, .*; the bar of tip.position_z does not count that$'
 }
 
 many_selections_are_carried() {

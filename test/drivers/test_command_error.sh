@@ -154,7 +154,13 @@ boxes_of_regions_that_cut_tets_are_told() {
   said regions mesh '"which the bars do not count" in left_out' || return 1
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out regions \
     --set 'body.regions=[{box: [[2.1, -1, -1], [9, 2, 2]], density: 2000}, {box: [[-1, -1, -1], [0.7, 2, 2]]}]' || return 1
-  said regions mesh '"cut 24 tets, which have the density and material" in left_out'
+  said regions mesh '"cut 24 tets, which have the density and material" in left_out' || return 1
+  for box in 2:0 2.1:24; do
+    expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out muscle --set "effects[2]={
+      muscle: {box: [[${box%:*}, -1, -1], [9, 2, 2]], fibres: {direction: [1, 0, 0]}, peak_stress: 1e4}}" || return 1
+    said muscle mesh "found[0].get('left_out') == ('effects[2].muscle.box cuts 24 tets, whose middle decides whether they have ' +
+      'fibres, which the bars do not count' if ${box#*:} else None)" || return 1
+  done
 }
 
 # What result.json says of a quantity.
