@@ -17,7 +17,6 @@ typedef struct flesh_spectrum {
   flesh_real flip[3];  /* 2 psi_I - psi_J sigma_k */
 } flesh_spectrum;
 
-
 /* Returns where every entry is finite. */
 static inline flesh_mask flesh_spectrum_make(const flesh_psi_real *psi, const flesh_real sigma[3],
                                              flesh_spectrum *spectrum)

@@ -15,7 +15,6 @@ typedef struct flesh_background {
   flesh_cells cells; /* the pairs */
 } flesh_background;
 
-
 /* A model of zero g and K for the nodes of `mesh`, of which `pairs` pairs are coupled; x0 [3*nodes] is borrowed. The
  * caller fills in pair, g and K. The effect, whose data it is, owns it. FLESH_ERR_MEMORY. */
 int flesh_background_create(const flesh_mesh *mesh, int pairs, const double *x0, double shift,
