@@ -5,7 +5,8 @@
  * part's period: an error of the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So
  * errors count T/P times. What welds and joints tie to a held part is held.
  *
- * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
+ * T is what the part takes to go its own length L at the largest speed so far, L/v, that beside the others' mean where nothing
+ * else is there to be met: a part that has come to rest is no reason
  * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
  * flights, each by a factor r as fast as the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So
  * are those that are pressed between others, by forces that cancel each other: g is the acceleration by them, where that is
@@ -55,6 +56,7 @@ void flesh_part_weights_clear(flesh_part_weights *weights)
 void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *archive)
 {
   flesh_archive_bytes(archive, weights->of, (size_t)weights->count * sizeof *weights->of);
+  FLESH_ARCHIVE(archive, weights->meets);
   FLESH_ARCHIVE(archive, weights->forget);
   FLESH_ARCHIVE(archive, weights->stages);
 }
@@ -180,10 +182,22 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
     if (weights->tied[p] != p) weights->of[p].lasts = weights->of[weights->tied[p]].lasts = period;
 }
 
+/* Whether parts may touch each other alone. */
+static int meets_parts(const flesh_system *system)
+{
+  int meets = 1;
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect_operations *operations = flesh_system_effect(system, k)->operations;
+    if (operations->role == FLESH_ROLE_CONTACT) meets &= operations->barrier && operations->barrier->coupled;
+  }
+  return meets;
+}
+
 void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t)
 {
   uint8_t *fixed = weights->parts->constrained;
   const int axes = flesh_system_holds(system, t);
+  weights->meets = !flesh_team_any(weights->parts->team, axes) && meets_parts(system);
   clear_sums(weights, 0); /* whether something holds a part along each axis */
   for (int c = 0; c < 3; c++) weights->sums[c] = weights->count == 1 && axes >> c & 1;
   if (weights->count > 1 && axes) flesh_system_fixed(system, t, fixed);
@@ -266,21 +280,37 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
 
+/* The velocity that counts as rest: 0, or the mean of all parts where these may meet each other alone. */
+static void find_frame(const flesh_part_weights *weights, const double *v, double frame[3])
+{
+  const double *mass = weights->parts->mass;
+  double sums[4] = {0};
+  for (int i = 0; i < weights->parts->own && weights->meets; i++) {
+    if (part_of(weights, i) < 0) continue;
+    for (int c = 0; c < 3; c++) sums[c] += mass[i] * v[3 * i + c];
+    sums[3] += mass[i];
+  }
+  if (weights->meets) flesh_team_sum(weights->parts->team, 4, sums);
+  for (int c = 0; c < 3; c++) frame[c] = sums[3] > 0 ? sums[c] / sums[3] : 0;
+}
+
 double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *system, const flesh_state *state, double h,
                               double allowed, double *load)
 {
   const flesh_point point = flesh_point_at(state->t, state->x, state->v, state->v);
   const int n = flesh_system_unknowns(system);
   const int touches = flesh_system_has_role(system, FLESH_ROLE_CONTACT);
-  double largest = 1, held = !touches;
+  double largest = 1, held = !touches, frame[3];
   weights->flies = 0;
   for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held);
   if (held > 0) return 1;
+  find_frame(weights, state->v, frame);
   clear_sums(weights, 0);
   if (flesh_system_load(system, &point, load)) memset(load, 0, (size_t)n * sizeof *load);
   for (int i = 0; i < n / 3; i++) {
     figures *f = (figures *)sums_of(weights, i);
-    if (f) add_node(weights->parts->mass[i], state->v + 3 * i, load + 3 * i, f);
+    const double v[3] = {state->v[3 * i] - frame[0], state->v[3 * i + 1] - frame[1], state->v[3 * i + 2] - frame[2]};
+    if (f) add_node(weights->parts->mass[i], v, load + 3 * i, f);
   }
   for (int p = 0; p < weights->count && weights->stages > 0; p++)
     for (int k = 0; k < 4; k++) weights->sums[SUMS * p + 4 + k] = weights->of[p].push[k] / weights->stages;

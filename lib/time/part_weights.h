@@ -22,6 +22,7 @@ typedef struct flesh_part_weights {
   int *tied;                      /* [count] the first part that effects other than contact tie each to */
   flesh_part_weight *of;          /* [count] */
   double *sums;                   /* room for sums over each */
+  int meets;                      /* its parts may meet each other alone, and nothing holds one */
   double forget;                  /* s since `lately` was found */
   double stages;                  /* of the last step tried, in which something touches */
   double flies;                   /* s, the longest of the parts' */
