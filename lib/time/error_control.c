@@ -17,7 +17,9 @@
  * Contact turns a node around within its own period, which the filter takes for a motion that need not be resolved. But
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
- * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show.
+ * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show. As
+ * errors of what is held do not count more often, its impulses count down to the geometric mean of both: with `local` a
+ * cantilever that falls onto a plane errs by 24 tolerances at 1e-4, else by 9.
  *
  * Errors of parts that nothing holds count as often as part_weights.c says.
  *
@@ -206,9 +208,9 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
 {
   self->falls = order < 2 ? order + 1 : 3;
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
-  self->impulses = fmax(self->local, impulses_of(self));
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
-                                         self->local * self->length, self->force);
+                                         self->local * self->length, order > 2, self->force);
+  self->impulses = fmax(impulses_of(self), self->largest > 1 ? self->local : sqrt(self->local * impulses_of(self)));
 }
 
 void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift *shift)

@@ -295,7 +295,7 @@ static void find_frame(const flesh_part_weights *weights, const double *v, doubl
 }
 
 double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *system, const flesh_state *state, double h,
-                              double allowed, double *load)
+                              double allowed, int flights, double *load)
 {
   const flesh_point point = flesh_point_at(state->t, state->x, state->v, state->v);
   const int n = flesh_system_unknowns(system);
@@ -317,8 +317,8 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
     weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed);
-    if (!touches) weights->of[p].flies = 0;
-    else largest = fmax(largest, weights->of[p].times);
+    if (!touches && !flights) weights->of[p].flies = 0;
+    if (touches) largest = fmax(largest, weights->of[p].times);
     weights->flies = fmax(weights->flies, weights->of[p].flies);
   }
   weights->forget = 0;

@@ -13,7 +13,7 @@ typedef struct flesh_part_weight {
   double lately;         /* m/s, likewise, along its load where there is one, and not long ago */
   double push[4];        /* N, of contact on this rank's nodes, summed over the last step's stages; the sum of the sizes */
   double times;          /* that its errors count */
-  double flies;          /* s, for which a stiff part flies on; 0: it is not stiff, or nothing may touch it */
+  double flies;          /* s, for which a stiff part flies on; 0: it is not stiff, or flights do not count */
 } flesh_part_weight;
 
 typedef struct flesh_part_weights {
@@ -40,9 +40,10 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
 /* Finds what is held at t. */
 void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t);
 /* Finds how often errors count of a step from the state, which lasts h s where it is the first one, else 0, and may err by
- * `allowed`, m; the largest of all. load [3*nodes]: room. */
+ * `allowed`, m; the largest of all. `flights`: 1: those of stiff parts last where nothing may touch them, too. load [3*nodes]:
+ * room. */
 double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *system, const flesh_state *state, double h,
-                              double allowed, double *load);
+                              double allowed, int flights, double *load);
 /* A step begins, in which nothing pushes so far; forces of contact [3*nodes], N, of one of its stages. */
 void flesh_part_weights_clear_contact(flesh_part_weights *weights);
 void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces);
