@@ -14,9 +14,10 @@
 #include "math/xorshift.h"
 #include "system/effect_view.h"
 #include "system/one_effect.h"
+#include "system/pattern.h"
 
 /* From effects on nodes to effects that couple all of them. */
-enum { ALONE, ON_SURFACE, AS_K, ALL };
+enum { ALONE, BY_CELLS, ON_SURFACE, AS_K, ALL };
 /* So many nodes may be all coupled: each takes twelve residuals. */
 enum { MOST_COUPLED = 3000 };
 
@@ -76,7 +77,7 @@ static void neighbours_of(const flesh_couplings *self, int kind, const flesh_blo
         if (pass) to->neighbours[from + place[i]] = j;
         place[i]++;
       }
-      for (int k = K->row_start[i]; (kind == ON_SURFACE || kind == AS_K) && k < K->row_end[i]; k++) {
+      for (int k = K->row_start[i]; kind != ALONE && kind != ALL && k < K->row_end[i]; k++) {
         const int j = K->column[k];
         if (!chosen[j]) continue;
         if (pass) to->neighbours[from + place[i]] = j;
@@ -115,7 +116,7 @@ static int choose(const flesh_couplings *self, int kind, int *chosen)
 {
   int triangles, count = 0;
   const int *surface = flesh_mesh_surface(flesh_system_mesh(self->system), &triangles);
-  for (int i = 0; i < self->nodes; i++) chosen[i] = kind == ALONE || kind == AS_K;
+  for (int i = 0; i < self->nodes; i++) chosen[i] = kind == ALONE || kind == BY_CELLS || kind == AS_K;
   for (int k = 0; k < 3 * triangles && (kind == ON_SURFACE || kind == ALL); k++) chosen[surface[k]] = 1;
   for (int i = 0; i < self->nodes; i++) count += chosen[i];
   return count;
@@ -142,6 +143,26 @@ static int make_colouring(flesh_couplings *self, int kind, const flesh_block_mat
   }
   flesh_free(chosen);
   return FLESH_OK;
+}
+
+/* Makes the colouring of a kind, if it is not there; that of an effect's cells by a pattern of theirs alone, as other effects
+ * may make K dense. None without cells. */
+static int ready_colouring(flesh_couplings *self, int effect, int kind, const flesh_block_matrix *K)
+{
+  const flesh_effect *of = flesh_system_effect(self->system, effect);
+  if (kind == BY_CELLS && self->cells_of != effect) clear_colouring(&self->colourings[kind]);
+  if (self->colourings[kind].colours) return FLESH_OK;
+  if (kind != BY_CELLS) return make_colouring(self, kind, K);
+  const flesh_cells *cells = of->operations->cells ? of->operations->cells(of) : NULL;
+  if (!cells) return FLESH_OK;
+  flesh_pattern pattern;
+  int status = flesh_pattern_create(self->nodes, 1, &cells, &pattern);
+  if (status) return status;
+  const flesh_block_matrix coupled = flesh_pattern_matrix(&pattern, NULL);
+  status = make_colouring(self, kind, &coupled);
+  flesh_pattern_clear(&pattern);
+  self->cells_of = effect;
+  return status;
 }
 
 /* One effect, and what is varied of its point. */
@@ -320,7 +341,8 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   }
   for (; *kind < FLESH_COLOURINGS; ++*kind) {
     const flesh_colouring *colouring = &self->colourings[*kind];
-    int whole = 0, status = colouring->colours ? FLESH_OK : make_colouring(self, *kind, K);
+    int whole = 0, status = ready_colouring(self, v->effect, *kind, K);
+    if (!status && !colouring->colours && *kind == BY_CELLS) continue;
     if (!status && !colouring->colours)
       return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s reads the %s state of more than %d nodes at once, which is too many for "
                                             "sensitivities", effect->operations->name, read, MOST_COUPLED);

@@ -28,7 +28,7 @@ typedef struct flesh_colouring {
   int *colour;     /* [nodes]; -1: the node is left out */
 } flesh_colouring;
 
-enum { FLESH_COLOURINGS = 4 };
+enum { FLESH_COLOURINGS = 5 };
 
 /* The body torn into its tets. */
 typedef struct flesh_torn_body {
@@ -46,6 +46,7 @@ typedef struct flesh_couplings {
   double length;                             /* m, between nodes */
   flesh_colouring colourings[FLESH_COLOURINGS];
   int blocks;                                /* of K, when these were made */
+  int cells_of;                              /* the effect of whose cells one of them is */
   flesh_coupling by[FLESH_ARGUMENTS];
   flesh_point point;                         /* where they are; its arrays are borrowed */
   unsigned own[FLESH_ARGUMENTS];             /* whether effects with products of their own may read it */
