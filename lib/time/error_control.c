@@ -18,8 +18,8 @@
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
  * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show. As
- * errors of what is held do not count more often, its impulses count down to the geometric mean of both: with `local` a
- * cantilever that falls onto a plane errs by 24 tolerances at 1e-4, else by 9.
+ * errors of what is held do not count more often, its impulses count down to a quarter of the way to the former: with `local`
+ * a cantilever that falls onto a plane errs by 24 tolerances at 1e-4, else by 10.
  *
  * Errors of parts that nothing holds count as often as part_weights.c says.
  *
@@ -54,6 +54,7 @@ static const double deeper = 0.1;            /* after each refusal by energy, th
 static const double gap_depth = 0.1;
 static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
+static const double of_held = 0.25;          /* of the way, in logarithms, that impulses of what is held are off by less */
 /* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
  * work of that; it counts so many times. */
 static const double of_prescribed = 12;
@@ -210,7 +211,8 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
                                          self->local * self->length, order > 2, self->force);
-  self->impulses = fmax(impulses_of(self), self->largest > 1 ? self->local : sqrt(self->local * impulses_of(self)));
+  const double least = impulses_of(self), lower = self->largest > 1 ? 1 : pow(least / self->local, of_held);
+  self->impulses = fmax(least, lower * self->local);
 }
 
 void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift *shift)
