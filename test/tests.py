@@ -10,7 +10,7 @@ exit status is then 1. The words of a line:
     memory              with full: the address sanitizer is to see it nevertheless
     program, source     tests the program; tests the tree and not a build: the plain one has it
     excerpt             is a part of a full test
-    alone               runs after the others
+    alone               runs after the others, one by one: ranks that wait take their turn of a processor that others need
     each_set            once for each instruction set of the kernels, in the quick suite for the first
     seconds=N           on an idle machine: the longest begin first
     ranks=2,3           on so many ranks, each a test

@@ -1,4 +1,4 @@
-# TEST full program seconds=60 needs=flesh,mpirun,fail_allocation
+# TEST full program alone seconds=60 needs=flesh,mpirun,fail_allocation
 # test_allocations_ranks.sh: on two ranks an allocation of the second one's fails: all end with the exit code of missing
 # memory and one sentence, or do without and run on; none waits for another. A sample of the allocations of three scenes.
 # FLESH names the program, FAIL_ALLOCATION what is preloaded, MPIRUN the launcher.

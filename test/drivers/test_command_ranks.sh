@@ -1,5 +1,5 @@
-# TEST full program seconds=600 needs=flesh,mpirun uses=stop_at
-# TEST name=test_command_ranks_quick memory program excerpt needs=flesh,mpirun uses=stop_at args: quick
+# TEST full program alone seconds=60 needs=flesh,mpirun uses=stop_at
+# TEST name=test_command_ranks_quick memory program excerpt alone needs=flesh,mpirun uses=stop_at args: quick
 # test_command_ranks.sh: `mpirun -n N flesh run SCENE` against the same scene on one rank, what it refuses, and how it ends.
 # FLESH names the program, MPIRUN the launcher, STOP_AT what is preloaded; without it no run is killed to go on. `quick`
 # takes few scenes, each on one number of ranks: launchers are slow.

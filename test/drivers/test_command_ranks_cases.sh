@@ -1,5 +1,5 @@
-# TEST full program seconds=60 needs=flesh,mpirun uses=stop_at
-# TEST name=test_command_ranks_cases_quick memory program excerpt needs=flesh,mpirun uses=stop_at args: quick
+# TEST full program alone seconds=60 needs=flesh,mpirun uses=stop_at
+# TEST name=test_command_ranks_cases_quick memory program excerpt alone needs=flesh,mpirun uses=stop_at args: quick
 # test_command_ranks_cases.sh: `mpirun -n N flesh sweep`, `drift`, `hardcases` and `accuracy`: ranks share out the cases,
 # and the results are those of one rank; refusals, signals, crashes. FLESH names the program, MPIRUN the launcher.
 set -u

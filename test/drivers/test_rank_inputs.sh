@@ -1,4 +1,4 @@
-# TEST full program seconds=30 needs=flesh,mpirun
+# TEST full program alone seconds=30 needs=flesh,mpirun
 # test_rank_inputs.sh: `mpirun flesh run` where ranks are given different scenes, files or options, or parts of a split mesh
 # that contradict each other: all end with one sentence. FLESH names the program, MPIRUN the launcher.
 set -u

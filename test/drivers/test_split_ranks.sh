@@ -1,5 +1,5 @@
-# TEST full program seconds=180 needs=flesh,mpirun uses=stop_at
-# TEST name=test_split_ranks_quick memory program excerpt needs=flesh,mpirun uses=stop_at args: quick
+# TEST full program alone seconds=60 needs=flesh,mpirun uses=stop_at
+# TEST name=test_split_ranks_quick memory program excerpt alone needs=flesh,mpirun uses=stop_at args: quick
 # test_split_ranks.sh: `mpirun -n N flesh run` of split meshes: the bits of the same run of the whole mesh, frames in parts,
 # states, what is refused, and how it ends. FLESH names the program, MPIRUN the launcher. `quick` takes few cases.
 set -u
