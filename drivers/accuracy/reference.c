@@ -1,5 +1,5 @@
-/* reference.c: the reference: two different methods, each refined until it changes no
- * more, and how far they differ; and what is kept of a comparison beside its runs: cases that come up as it goes, and the reference.
+/* reference.c: the reference: two different methods, each refined until it changes no more, and how far they differ; and what
+ * is kept of a comparison beside its runs: cases that come up as it goes, and the reference.
  *
  * Fixed steps are halved and extrapolated (Richardson; Hairer, Norsett and Wanner, Solving ODEs I,
  * II.9): the columns of the tableau remove one power of the step each. */

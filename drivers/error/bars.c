@@ -56,7 +56,8 @@ static int is_stiff(const flesh_scene *scene)
   double mu, lambda;
   int stiff = 0;
   for (int k = 0; scene->body.materials && k < flesh_scene_material_count(scene); k++)
-    stiff |= !flesh_material_small_strain(&scene->body.materials[k], &mu, &lambda, NULL) && lambda >= least_ratio * (1 - 1e-9) * mu;
+    stiff |= !flesh_material_small_strain(&scene->body.materials[k], &mu, &lambda, NULL) &&
+             lambda >= least_ratio * (1 - 1e-9) * mu;
   return stiff;
 }
 

@@ -151,9 +151,10 @@ typedef struct work {
 
 static void find_place(const flesh_mesh *mesh, int t, const double L[4], double x[3])
 {
-  for (int c = 0; c < 3; c++) {
-    x[c] = 0;
-    for (int a = 0; a < 4; a++) x[c] += L[a] * mesh->positions[3 * (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)a] + (size_t)c];
+  memset(x, 0, 3 * sizeof *x);
+  for (int a = 0; a < 4; a++) {
+    const double *at = mesh->positions + 3 * (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)a];
+    for (int c = 0; c < 3; c++) x[c] += L[a] * at[c];
   }
 }
 

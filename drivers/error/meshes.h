@@ -1,6 +1,6 @@
-/* meshes.h: what meshes that are refined ask of a scene: which of its tets boxes cut, which selections they carry on, and the share
- * of each tet in the error of a quantity: goal-oriented recovery (Zienkiewicz & Zhu 1992 with the dual problem's weights; Becker &
- * Rannacher 2001). */
+/* meshes.h: what meshes that are refined ask of a scene: which of its tets boxes cut, which selections they carry on, and the
+ * share of each tet in the error of a quantity: goal-oriented recovery (Zienkiewicz & Zhu 1992 with the dual problem's
+ * weights; Becker & Rannacher 2001). */
 #ifndef FLESH_ERROR_MESHES_H
 #define FLESH_ERROR_MESHES_H
 

@@ -1,5 +1,5 @@
-/* parameter.c: parameters as the search sees them, the list of all measured numbers, singular values of derivatives, and sentences
- * of what the measurements do not determine. */
+/* parameter.c: parameters as the search sees them, the list of all measured numbers, singular values of derivatives, and
+ * sentences of what the measurements do not determine. */
 #include <float.h>
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>

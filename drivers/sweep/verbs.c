@@ -1,5 +1,5 @@
-/* verbs.c: what `flesh sweep` does with databases: `export`, the results as a table; `merge`, which joins those of shards; `plot`,
- * a figure against an axis as lines, or over two axes as a heat map. */
+/* verbs.c: what `flesh sweep` does with databases: `export`, the results as a table; `merge`, which joins those of shards;
+ * `plot`, a figure against an axis as lines, or over two axes as a heat map. */
 #include <ctype.h>
 #include <stdio.h>
 #include <unistd.h>

@@ -18,8 +18,8 @@
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
  * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
  * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show. As
- * errors of what is held do not count more often, its impulses count down to a quarter of the way to the former: with `local`
- * a cantilever that falls onto a plane errs by 24 tolerances at 1e-4, else by 10.
+ * errors of what is held do not count more often, its impulses count further down, by a quarter of what lies between the two:
+ * with `local` a cantilever that falls onto a plane errs by 24 tolerances at 1e-4, so by 10.
  *
  * Errors of parts that nothing holds count as often as part_weights.c says.
  *

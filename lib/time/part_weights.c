@@ -5,12 +5,12 @@
  * part's period: an error of the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So
  * errors count T/P times. What welds and joints tie to a held part is held.
  *
- * T is what the part takes to go its own length L at the largest speed so far, L/v, that beside the others' mean where nothing
- * else is there to be met: a part that has come to rest is no reason
- * for shorter steps. But a load that accelerates it by g ends a flight after 2 v/g, v being the speed along the load, and all
- * flights, each by a factor r as fast as the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So
- * are those that are pressed between others, by forces that cancel each other: g is the acceleration by them, where that is
- * larger. A bounce lasts for half a period, within which its speed is remembered.
+ * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
+ * for shorter steps. Where parts can meet nothing but each other, v is beside their mean. But a load that accelerates it by g
+ * ends a flight after 2 v/g, v being the speed along the load, and all flights, each by a factor r as fast as the one before,
+ * after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So are those that are pressed between others, by forces
+ * that cancel each other: g is the acceleration by them, where that is larger. A bounce lasts for half a period, within which
+ * its speed is remembered.
  *
  * Errors count at most 20 times, as a stiff part's vibrations need not be resolved. But what residuals and friction are off by
  * is momentum all the same, and counts for T where the part flies on for hundreds of its periods. */
