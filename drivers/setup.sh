@@ -7,7 +7,7 @@ die() {
   exit 1
 }
 
-# present PACKAGE KIND NAME: is the package installed, or what it is wanted for there without it?
+# present PACKAGE KIND NAME: whether the package is installed, or the thing NAME that it is wanted for is there without it.
 present() {
   if command -v dpkg-query >/dev/null 2>&1 &&
     dpkg-query -W -f '${db:Status-Status}\n' "$1" 2>/dev/null | grep -qx installed; then
@@ -24,7 +24,7 @@ present() {
   esac
 }
 
-# The packages, each with the thing whose presence will do instead of it, and what it is for.
+# Rows: a package, the kind and name of the thing that may be there instead, and what it is for.
 build_packages() {
   if [ -z "${CC:-}" ]; then
     echo 'gcc tool cc the C compiler'
@@ -81,7 +81,7 @@ END
   python_packages
 }
 
-# What the Python package needs where it is imported; to build it takes nothing.
+# What the Python package needs at run time; its build needs nothing more.
 python_packages() {
   cat <<'END'
 python3-numpy python numpy arrays for Python
@@ -90,7 +90,7 @@ python3-scipy python scipy sparse matrices for Python
 END
 }
 
-# install_missing LIST: installs those of LIST (a function that prints rows) that are not there.
+# install_missing LIST: installs the packages of LIST (a function that prints rows) that are missing.
 install_missing() {
   if [ -n "${CC:-}" ] && ! command -v "${CC%% *}" >/dev/null 2>&1; then
     die "CC is '$CC', and there is no such command; give a C compiler or unset CC."
@@ -115,7 +115,7 @@ install_missing() {
   fi
   printf 'Installing from Debian:\n'
   printf '%s\n' "$missing" | sed 's/^/  /'
-  # A list that does not update may still be good enough; the installation decides.
+  # If the package lists cannot be updated, the old ones may do: the installation decides.
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q update || true
   # shellcheck disable=SC2086
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 --no-install-recommends install $names ||
@@ -123,7 +123,7 @@ install_missing() {
       "without network, install them by hand and start again."
 }
 
-# belongs DIR: is DIR a build directory of this tree, made with $CC if that is set?
+# belongs DIR: whether DIR is a build directory of this tree, configured with $CC if that is set.
 belongs() {
   [ -f "$1/build.ninja" ] && python3 - "$1" "$root" "${CC:-}" <<'END' 2>/dev/null
 import json, os, sys
@@ -136,8 +136,7 @@ sys.exit(0 if right_tree and right_compiler else 1)
 END
 }
 
-# build DIR [meson options]: configures DIR unless it is of use as it stands, and compiles $targets (everything when
-# that is not set).
+# build DIR [meson options]: configures DIR unless it is usable as it is, and compiles $targets (by default everything).
 build() {
   directory=$1
   shift
@@ -145,7 +144,7 @@ build() {
     [ -n "$(ls -A "$directory" 2>/dev/null)" ]; then
     die "$directory is in the way: it is not a build directory of meson; move it and start again."
   fi
-  # Options given by hand stay; `ninja build.ninja` only brings the configuration up to date.
+  # `ninja build.ninja` only updates the configuration, and keeps options that were set by hand.
   if ! belongs "$directory" ||
     { [ $# -gt 0 ] && [ "$(cat "$directory/options" 2>/dev/null)" != "$*" ]; } ||
     ! ninja -C "$directory" build.ninja >/dev/null 2>&1; then

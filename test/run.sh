@@ -22,14 +22,15 @@ install_missing build_packages
 install_missing test_packages
 cd "$root"
 
-# LLVM's linker takes a third of the time, and the build links a program for each test.
+# The build links a program for each test, and LLVM's linker needs a third of the time of the default one.
 export CC_LD=lld
-# Copies of the tree in other folders have the same objects; where their debug information says they lie does not matter.
+# Lets ccache share objects between copies of the tree; the folder in their debug information does not matter.
 export CCACHE_NOHASHDIR=yes
 
 launcher=
 jobs=$(($(nproc) + 1)) # launchers of MPI and what waits for others leave processors idle
-# Checks that sums of pointers do not wrap take half of the kernels' compilation; what such a pointer reads is seen.
+# The check for pointer arithmetic that wraps is off: it doubles the kernels' compile time, and the address sanitizer
+# finds what such a pointer reads.
 instrumented="-Dbuildtype=debugoptimized -Doptimization=1 -Dc_args=['-g1','-fno-sanitize=pointer-overflow'] -Db_lundef=false"
 notes=$(mktemp -d)
 trap 'rm -rf "$notes"' EXIT
@@ -49,11 +50,11 @@ step() {
   fi
 }
 
-# Of the files that the build compiled anew, which in a fresh clone are all.
+# Passes if the last build, which compiles every file in a fresh clone, had no warnings.
 no_warnings() { ! grep -A 5 'warning:' "$notes/build.log"; }
 
-# Clang's warnings are errors here. What is optimised less is compiled sooner, and sanitizers see more of it. Meson finds
-# ccache by itself only for the compiler that it chooses.
+# Clang's warnings are errors here. Code that is optimised less compiles sooner and shows sanitizers more. Meson adds
+# ccache only to a compiler that it chooses itself.
 sanitized_build() {
   CC='ccache clang'
   export CC
@@ -61,20 +62,21 @@ sanitized_build() {
   build build-sanitize -Dwerror=true -Dfuzz=true $instrumented -Db_sanitize=address,undefined
 }
 
-# With what the tests of threads need and no more.
+# Builds only what the tests of threads need.
 threads_build() {
   targets=meson-test-prereq
   # shellcheck disable=SC2086
   build build-threads $instrumented -Db_sanitize=thread
 }
 
-# Where the system spreads addresses widely, thread sanitizer's older runtimes find no room for what they note.
+# Older runtimes of the thread sanitizer find no room for their shadow memory where the system randomises addresses
+# widely; setarch -R switches that off.
 find_launcher() {
   build-threads/test/test_error >/dev/null 2>&1 && return
   launcher="setarch $(uname -m) -R"
 }
 
-# What thread sanitizer has reported, whatever the tests made of their programs' exit status.
+# Fails if the thread sanitizer has reported a race, even where a test ignored its program's exit status.
 no_races() {
   for report in "$notes"/race.*; do
     if [ -e "$report" ]; then cat "$report"; fi
@@ -104,7 +106,7 @@ else
 fi
 
 if [ -n "$everything" ]; then
-  # Clang contracts other sums and products than GCC, its sanitizers see more, and its fuzzers need the same build.
+  # Clang fuses other sums and products than GCC does, its sanitizers find more, and its fuzzers need the same build.
   if step "Clang's build with sanitizers, without warnings" sanitized_build; then
     ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
     export ASAN_OPTIONS UBSAN_OPTIONS

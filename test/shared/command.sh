@@ -1,4 +1,4 @@
-# command.sh: what the tests of the program's commands share: a folder of their own, TAP, expected exit codes.
+# command.sh: shared by the tests of the program's commands: a temporary folder, TAP, expected exit codes.
 # To be sourced; FLESH names the program.
 # shellcheck shell=sh
 flesh=${FLESH:?FLESH must name the flesh program}
@@ -8,7 +8,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
 number=0
 
-# Debian's Python, for which the packages are; another one that comes first on the path may be slow to start.
+# Debian's Python, which has the packages; another one that comes first on the path may lack them or start slowly.
 if [ -x /usr/bin/python3 ]; then
   python3() { /usr/bin/python3 "$@"; }
 fi
@@ -24,7 +24,7 @@ try() {
   fi
 }
 
-# preloadable LIBRARY: a copy of it here, as what is preloaded has no spaces in its path.
+# preloadable LIBRARY: copies it here, because LD_PRELOAD takes no path with spaces.
 preloadable() {
   cp "$1" "$work/" && printf '%s\n' "$work/${1##*/}"
 }
@@ -45,7 +45,8 @@ has() { grep -q -e "$2" "$1" || { echo "$1 lacks: $2"; cat "$1"; return 1; }; }
 lines() { grep -c '' "$1"; }
 rows() { [ "$(grep -v '^#' "$1" | wc -l)" -eq "$2" ]; }
 
-# wait_until PID COMMAND...: until it succeeds, as long as the process lives; no time of it is right for all machines.
+# wait_until PID COMMAND...: repeats the command until it succeeds or the process PID has ended. There is no time limit, as
+# none is right for all machines.
 wait_until() {
   process=$1
   shift
@@ -55,8 +56,8 @@ wait_until() {
   done
 }
 
-# run_tests NAME... ${long:+NAME...}: sanitizers leave out the long ones, which run in many steps the lines that others run in
-# few.
+# run_tests NAME... ${long:+NAME...}: runs the functions; with sanitizers without the long ones, which run the same lines in
+# more steps.
 if [ -z "${SANITIZED-}" ]; then long=yes; else long=; fi
 run_tests() {
   echo "1..$#"

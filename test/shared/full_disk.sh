@@ -1,6 +1,6 @@
-# full_disk.sh: every command on disks of growing size, from one that holds nothing to one that holds all: what it cannot
-# write it says in a sentence and by its exit code, and leaves only whole files. To be sourced after command.sh; needs the
-# right to mount (root, or a user's own namespaces).
+# full_disk.sh: runs every command on disks of growing size, from an empty one to one that holds all results. A command that
+# cannot write must say so in a sentence and by its exit code, and leave only whole files. To be sourced after command.sh;
+# needs the right to mount (root, or user namespaces).
 # shellcheck shell=sh
 disk=$work/disk
 
@@ -27,7 +27,7 @@ broken_files() {
   done
 }
 
-# on_disk KILOBYTES COMMAND...: in a new disk with that much room, which is the folder `disk`. Its exit code goes to code.txt.
+# on_disk KILOBYTES COMMAND...: runs the command on a new disk of that size, mounted as `disk`; its exit code goes to code.txt.
 on_disk() {
   size=$1
   shift
@@ -43,7 +43,8 @@ on_disk() {
     find "$disk" -type f >files.txt' sh "$@"
 }
 
-# fills NAME SIZES COMMAND...: the command on each of the disks. It succeeds on the last, and fails on some in words.
+# fills NAME SIZES COMMAND...: runs the command on disks of these sizes. It must succeed on the last, and fail on some others
+# with a sentence.
 fills() {
   name=$1 sizes=$2 failures=0 faults=0
   shift 2

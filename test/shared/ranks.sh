@@ -2,16 +2,16 @@
 # shellcheck shell=sh
 launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
 
-# Times before anything is called a hang. Once a rank has ended with an error, Open MPI's launcher would sleep for a second
-# twice before it kills what is left of the others, of which nothing is to come: all ranks leave together.
+# Time limits after which a run counts as hung. When a rank ends with an error, Open MPI's launcher sleeps twice for a second
+# before it kills the others; these settings make all ranks leave together.
 on_ranks() {
   size=$1
   shift
   OMPI_MCA_odls_base_sigkill_timeout=0 timeout 1800 "$launcher" -n "$size" "$@"
 }
 
-# begin_on RANKS COMMAND...: in the background as $launched; what its ranks' processes are stands in pid_0, pid_1 ... As a
-# signal will find them, the launcher gives them the time that it gives a user's.
+# begin_on RANKS COMMAND...: starts the command in the background as $launched; the files pid_0, pid_1 ... have its ranks'
+# processes. Unlike in on_ranks, the launcher's time for ranks to end after a signal is its default.
 begin_on() {
   cat >rank.sh <<'END'
 echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
@@ -24,7 +24,7 @@ END
   launched=$!
 }
 
-# Until none of these processes lives; the launcher may be gone before those that it has killed.
+# Waits until none of these processes lives; the launcher may end before the ranks that it has killed.
 wait_for_ends() {
   for process in "$@"; do
     tries=0

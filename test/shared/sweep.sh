@@ -1,4 +1,4 @@
-# sweep.sh: what the tests of sweeps share: specs, and questions to databases.
+# sweep.sh: shared by the tests of sweeps: specs, and queries of databases.
 # To be sourced after command.sh.
 # shellcheck shell=sh disable=SC2154
 data=$source_folder/../data
@@ -18,7 +18,7 @@ axes:
   - {key: body.density, from: 500, to: 2000, count: 12, spacing: logarithmic}
 END
 }
-# Cases long enough to be killed amidst: some 80 ms each, whatever the machine's speed.
+# Cases of some 80 ms each on any machine, long enough to be killed in the middle.
 bar_cases() {
   bar_spec 1 >probe.yaml
   "$flesh" sweep probe.yaml --out probe --jobs 2 --quiet || return 1
@@ -32,7 +32,7 @@ spec() {
 }
 
 same_figures=id,status,exit_code,message,steps,newton,linear,residuals,residual,max_volume_drift,J_min,energy_total
-# figures DB: what does not depend on time or machine, bit for bit.
+# figures DB: prints the columns that do not depend on time or machine, bit for bit.
 figures() { "$flesh" sweep export "$1" --columns "$same_figures"; }
 # ask DB COLUMNS [CONDITION]: without the header.
 ask() { "$flesh" sweep export "$1" --columns "$2" --where "${3:-1}" | sed 1d; }

@@ -43,7 +43,7 @@ else
   echo 'not ok 2 - what is exported is declared in the public headers'
 fi
 
-# Programs load the library of their MAJOR, and while that is 0, of their MINOR.
+# The soname has the version's MAJOR, and the MINOR while MAJOR is 0.
 case $version in
 0.*) together=${version%.*} ;;
 *) together=${version%%.*} ;;

@@ -67,7 +67,7 @@ if [ $? -eq 0 ]; then echo 'ok 1 - the places are there'; else
   echo 'not ok 1 - the places are there'
 fi
 
-# What is optimised less is compiled sooner, and headers that have changed leave little of ccache's.
+# Built with less optimisation to compile sooner: changed headers make most of ccache's objects useless.
 # shellcheck disable=SC2086
 if meson setup build -Doptimization=1 ${SETUP:-} >"$work/log" 2>&1 && ninja -C build drivers/flesh $(printf 'test/%s ' $tests) >>"$work/log" 2>&1; then
   echo 'ok 2 - it compiles'
@@ -84,7 +84,7 @@ else
   echo 'not ok 3 - the tests that the page names pass'
 fi
 
-# value NAME: the lines of a column of out/slump.db as the new format has it, without its head.
+# value NAME: prints a column of out/slump.db in the new format, without its head.
 value() { $flesh sweep export out/slump.db --format tsv --columns "id, $1" | awk -F '\t' 'NR > 1 { print $2 }'; }
 flesh=build/drivers/flesh
 scene=data/scenes/swing_coarse.yaml
@@ -95,7 +95,7 @@ if [ "$($flesh volume "$bar")" = "$($flesh mesh info "$bar" | awk '$1 == "volume
   echo 'ok 4 - the command is one'
 else echo 'not ok 4 - the command is one'; fi
 
-# The study goes on with what it has, is shared out and joined, and is read in the format that was added.
+# The study resumes, runs as two shards that are joined, and is read in the format that was added.
 if $flesh slump $scene --young 1e5,1e6 --out out >"$work/log" 2>&1 && [ "$(value young)" = '100000
 1000000' ] &&
   first=$(value started) && $flesh slump $scene --young 1e5,1e6,1e7 --resume --out out >>"$work/log" 2>&1 &&

@@ -52,18 +52,18 @@ pc=$(find "$work/copy" -name flesh.pc)
 library=$(dirname "$(dirname "$pc")")
 include=$(dirname "$(dirname "$(find "$work/copy" -name flesh.h)")")
 
-# Nothing beside what the headers declare with FLESH_API, and all of it.
+# The shared library exports exactly what the headers declare with FLESH_API.
 cat "$include"/flesh/*.h | tr '\n' ' ' | grep -oE 'FLESH_API [^;(]*\(' | grep -oE 'flesh_[a-z0-9_]+ *\($' |
   tr -d ' (' | LC_ALL=C sort >"$work/declared"
 nm -D --defined-only "$library/libflesh.so" | awk '{ print $3 }' | LC_ALL=C sort >"$work/shown"
 diff "$work/declared" "$work/shown" >"$work/log" && [ -s "$work/shown" ]
 verdict $? 'the shared library shows the public functions and nothing else'
 version=$(sed -n 's/^#define FLESH_VERSION_STRING "\(.*\)"$/\1/p' "$include/flesh/version.h")
-# SUNDIALS, SuiteSparse, libfyaml: no GSL, which is GPL.
+# The library links SUNDIALS, SuiteSparse and libfyaml, and not GSL, which is GPL.
 readelf -d "$library/libflesh.so" >"$work/log" && ! grep -q 'NEEDED.*\(gsl\|jansson\)' "$work/log"
 verdict $? 'the library does without the libraries of the program'
 
-# Whatever is loaded comes from where it was found when it was configured: no other of the same soname.
+# Every library is loaded from the folder in which the configuration found it, not another of the same soname.
 shown=$library/libflesh.so
 for program in $(find "$work/copy" -path '*/bin/flesh'); do shown="$shown $program"; done
 # shellcheck disable=SC2086
@@ -169,14 +169,14 @@ stops 'single precision' '#undef SUNDIALS_DOUBLE_PRECISION
 #define SUNDIALS_SINGLE_PRECISION 1' 'another precision'
 number_of() { sed -n "s/^#define FLESH_SUNDIALS_$1 \([0-9]*\).*/\1/p" "$include/flesh/sundials_abi.h"; }
 if [ "$(number_of VERSION_MAJOR)" -ge 7 ]; then
-  # 2 is neither, and asks for mpi.h no more than the build's own did.
+  # The value 2 differs from the build's own, whether that is on or off, and needs no mpi.h more than it did.
   stops 'MPI where it had none, or none where it had' '#undef SUNDIALS_MPI_ENABLED
 #define SUNDIALS_MPI_ENABLED 2' 'has MPI'
 else
   skip 'does not compile with MPI where it had none, or none where it had' 'before 7 MPI changes nothing that flesh uses'
 fi
 
-# A loader that is told to, or finds the same soname elsewhere, takes another SUNDIALS.
+# With LD_LIBRARY_PATH, or the same soname elsewhere, the loader takes another SUNDIALS.
 cat >"$work/another.c" <<'END'
 #include <string.h>
 int SUNDIALSGetVersionNumber(int *major, int *minor, int *patch, char *label, int length)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # TEST full source seconds=900 needs=cc,includes uses=mpirun
-# test_readme.sh: what the Markdown files tell one to type works, in a fresh copy of the tree.
+# test_readme.sh: runs the commands of all Markdown files in a fresh copy of the tree.
 # Speaks TAP, one test per block. `sh test_readme.sh PAGE...` takes these pages alone, after the README.
 #
 # Pages are taken in the order of their names, but the README first and tutorials last. Each tutorial begins in a copy
@@ -21,7 +21,7 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 copy="$work/flesh"
 mkdir "$copy" "$work/home" "$work/blocks"
-# In another home, but what is compiled as the tree was is not compiled again.
+# HOME is another folder, but ccache's objects are those of the user.
 CCACHE_DIR=$(ccache --get-config cache_dir 2>/dev/null) && export CCACHE_DIR
 
 cd "$top" || exit 1
@@ -65,7 +65,7 @@ while IFS= read -r document; do
     END { print count }' "$copy/$document")
 done <"$work/documents"
 
-# known COMMANDS_FILE: says which commands an `elsewhere` block may not have.
+# known COMMANDS_FILE: prints the commands of an `elsewhere` block that are not allowed there.
 known() {
   # Without -r, so that lines that end in a backslash go on.
   # shellcheck disable=SC2162

@@ -9,14 +9,14 @@ cd "$top" || exit 1
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# What git tracks, or without git everything but what is built.
+# The files that git tracks; without git, all files but build folders.
 tracked=yes
 if [ ! -e .git ] || ! git ls-files >"$work/files" 2>/dev/null; then
   tracked=
   find . -name .git -prune -o -path './build*' -prune -o -path './out' -prune -o -type f -print |
     sed 's|^\./||' >"$work/files"
 fi
-# What git tracks may be gone.
+# A tracked file may have been deleted.
 while IFS= read -r file; do [ ! -f "$file" ] || printf '%s\n' "$file"; done <"$work/files" >"$work/there"
 mv "$work/there" "$work/files"
 
@@ -58,7 +58,8 @@ verdict 'no paths of one machine'
 search '(^|[^A-Za-z])(TO''DO|FIX''ME|XX''X)([^A-Za-z]|$)'
 verdict 'nothing marked as unfinished'
 
-# snprintf tells what it wanted to write; a text that grows does so by flesh_text_add. Measuring with no room is no sum.
+# snprintf returns the length that it wanted to write, so adding up its results overflows: flesh_text_add appends instead.
+# Measuring a length with snprintf(NULL, 0, ...) is allowed.
 grep -E '^(lib|drivers|include)/.*\.[ch]$' "$work/files" | grep -v '^lib/base/text\.c$' | tr '\n' '\0' |
   xargs -0 grep -snHE '([=+,(]|return) *(\((size_t|int)\) *)?v?snprintf\(' | grep -vE '= v?snprintf\(NULL, 0,' >"$work/found"
 verdict 'nobody adds up what snprintf returns'
