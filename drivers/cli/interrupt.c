@@ -6,6 +6,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/error.h"
 #include "base/file.h"
 #include "flesh/scene.h"
 
@@ -67,6 +68,11 @@ void flesh_interrupt_adopt(int signal_number)
 }
 
 int flesh_interrupt_signal(void) { return remembered; }
+
+int flesh_interrupt_check(void)
+{
+  return remembered ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : FLESH_OK;
+}
 
 const char *flesh_interrupt_name(void)
 {

@@ -13,6 +13,8 @@ void flesh_interrupt_watch(void);
 int flesh_interrupt_asked(void *deadline);
 /* The remembered signal, or 0. */
 int flesh_interrupt_signal(void);
+/* FLESH_ERR_INTERRUPTED with a sentence once a signal is remembered. */
+int flesh_interrupt_check(void);
 /* Remembers a signal that came to another process, unless one is remembered already. 0: nothing. */
 void flesh_interrupt_adopt(int signal_number);
 /* Its name, and the exit code that says so: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */

@@ -49,6 +49,13 @@ json_t *flesh_json_text(const char *text) { return flesh_json_bytes(text, strlen
 
 json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
 
+json_t *flesh_json_numbers(int count, const double *values)
+{
+  json_t *array = json_array();
+  for (int k = 0; k < count; k++) json_array_append_new(array, flesh_json_number(values[k]));
+  return array;
+}
+
 int flesh_json_read(const char *path, json_t **value)
 {
   char *text = NULL;

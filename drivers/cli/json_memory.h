@@ -17,8 +17,9 @@ int flesh_json_lacks(void);
 json_t *flesh_json_text(const char *text);
 json_t *flesh_json_bytes(const char *bytes, size_t size);
 
-/* A number; null when it is not finite. */
+/* A number, or a new array of `count`; null when it is not finite. */
 json_t *flesh_json_number(double value);
+json_t *flesh_json_numbers(int count, const double *values);
 
 /* Reads the file into a new *value. FLESH_ERR_FILE where there is none, or no JSON in it. */
 int flesh_json_read(const char *path, json_t **value);

@@ -15,15 +15,12 @@ enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400, FLESH_FIT_SENTENCE = 6
 /* Tables of a run whose numbers are compared with measured ones, in the order of the spec's keys. */
 typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_FIT_OF_POSITIONS } flesh_fit_table;
 
-/* In the order of the names of spacings. */
-enum { FLESH_FIT_LINEAR, FLESH_FIT_LOGARITHMIC };
-
 /* A key that is fitted, or a constant of a tet's material. The search goes on in q: log(value) where `spacing` is logarithmic,
  * else value / scale. */
 typedef struct flesh_fit_parameter {
   char *key, *name;
   double start, from, to, scale; /* from, to: bounds, may be infinite */
-  int spacing;
+  int spacing;                   /* FLESH_LINEAR, FLESH_LOGARITHMIC */
   const flesh_node *experiment_list; /* NULL: all */
   const flesh_node *place;
 } flesh_fit_parameter;
@@ -45,11 +42,13 @@ typedef struct flesh_fit_quantity {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
 } flesh_fit_quantity;
 
-/* A file of measurements. */
+/* A file of measurements: its keys, and what it holds. */
 typedef struct flesh_fit_measured {
+  const char *paths[3]; /* by flesh_fit_table; one is not NULL */
+  const flesh_node *chosen, *place; /* columns, NULL: all */
+  double deviation, weight; /* of each number; NaN: not given */
   int table; /* flesh_fit_table */
   const char *path;
-  const flesh_node *place;
   int quantity_count;
   flesh_fit_quantity *quantities;
   int count;
@@ -70,10 +69,12 @@ typedef struct flesh_fit_kept {
 
 typedef struct flesh_fit_experiment {
   const char *name, *scene;
-  const flesh_node *place, *scene_place;
+  const flesh_node *place, *scene_place, *given; /* given: of `set`, NULL: nothing */
   flesh_settings set; /* the fit's own before the spec's */
   int nodes;
   double start, end; /* s */
+  flesh_objects files; /* of measurements */
+  int by_differences;  /* the spec asks for these derivatives */
   int measured_count;
   flesh_fit_measured *measured;
   int column_count;
@@ -81,7 +82,7 @@ typedef struct flesh_fit_experiment {
   int first, count;     /* of its measured numbers among all */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   json_t *inputs; /* for the provenance */
-  unsigned char *acts; /* [keys] the parameter is one of this scene */
+  unsigned char acts[FLESH_FIT_PARAMETERS]; /* [keys] the parameter is one of this scene */
   char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
   int moves; /* it is a motion, whose tangents go along the steps; else it is of equilibria, which are kept */
   flesh_fit_kept kept;
@@ -120,16 +121,8 @@ void flesh_fit_describe_keys(FILE *stream);
 int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
                            const flesh_fit_parameter *parameter, const char *start);
 
-/* Keys of a file of measurements. `columns` is a list of names or NULL; the deviation is NaN where columns of the
- * file say it. */
-typedef struct flesh_fit_measured_keys {
-  const char *paths[3]; /* by flesh_fit_table; one is not NULL */
-  const flesh_node *columns, *place;
-  double deviation, weight;
-} flesh_fit_measured_keys;
-/* Reads the file, of an experiment whose scene is given. */
-int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
-                            flesh_fit_measured *measured);
+/* Reads the file that the keys of `measured` name, of an experiment whose scene is given. */
+int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, flesh_fit_measured *measured);
 
 /* The overrides of an experiment at parameters p; to be closed. */
 void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides);

@@ -15,7 +15,6 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
-static const char *const spacings[] = {"linear", "logarithmic", NULL};
 static const char *const penalties[] = {"quadratic", "variation", NULL};
 
 #define AT(member) .offset = offsetof(flesh_fit_map, member)
@@ -24,7 +23,7 @@ const flesh_key flesh_fit_map_table[] = {
     {.name = "start", .type = FLESH_KEY_NUMBER, AT(of.start), .doc = "value of all tets that the search begins with"},
     {.name = "from", .type = FLESH_KEY_NUMBER, AT(of.from), .default_value = "-.inf", .doc = "least value"},
     {.name = "to", .type = FLESH_KEY_NUMBER, AT(of.to), .default_value = ".inf", .doc = "largest value"},
-    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(of.spacing), .choices = spacings, .default_value = "logarithmic",
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(of.spacing), .choices = flesh_spacings, .default_value = "logarithmic",
      .doc = "logarithmic: the logarithm q is searched, and its differences are penalised; linear: q is the value over start"},
     FLESH_TET_SELECTION_KEYS(flesh_fit_map, tets_chosen),
     {.name = "penalty", .type = FLESH_KEY_CHOICE, AT(penalty), .choices = penalties, .default_value = "quadratic",

@@ -36,8 +36,8 @@ static int find_jacobian(judging *j)
   double *one = by_rows ? j->y : j->u;
   int status = FLESH_OK;
   for (int k = 0; k < (by_rows ? rows : columns) && !status; k++) {
-    if (flesh_interrupt_signal()) status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name());
     for (int i = 0; i < (by_rows ? rows : columns); i++) one[i] = i == k;
+    status = flesh_interrupt_check();
     if (status) break;
     if (by_rows) status = flesh_fit_linear_times_transposed(j->linear, one, gsl_matrix_ptr(j->J, (size_t)k, 0));
     else status = flesh_fit_linear_times(j->linear, one, j->y);

@@ -73,7 +73,7 @@ int flesh_fit_map_tell(const flesh_fit *fit, const flesh_fit_found *found, flesh
     flesh_fit_say(to, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its %d tets.",
                   found->determined, r.map->count);
     flesh_fit_say(to, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as smooth as the "
-                      "penalty says.", 100 * r.median, r.map->of.spacing == FLESH_FIT_LOGARITHMIC ? "" : " of start",
+                      "penalty says.", 100 * r.median, r.map->of.spacing == FLESH_LOGARITHMIC ? "" : " of start",
                   100 * r.largest);
     if (r.hardly_known)
       flesh_fit_say(to, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",

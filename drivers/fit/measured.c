@@ -15,7 +15,6 @@ static const char *const tables[] = {"probes", "history", "positions"};
 /* A file while it is read. */
 typedef struct reading {
   flesh_arena *arena;
-  const flesh_fit_measured_keys *keys;
   flesh_fit_measured *to;
   flesh_csv csv;
   int time;         /* column; -1: none */
@@ -56,16 +55,16 @@ static int add_quantity(reading *r, int column)
   char wanted[FLESH_CSV_NAME + 16];
   flesh_csv_label(&r->csv, column, q->name, q->unit);
   if (r->to->table == FLESH_FIT_OF_POSITIONS && (strlen(q->name) != 1 || !strchr("xyz", *q->name)))
-    return flesh_node_fail(r->keys->place, "%s has the column %s; positions have x, y, z, node or X, Y, Z, and x_deviation",
+    return flesh_node_fail(r->to->place, "%s has the column %s; positions have x, y, z, node or X, Y, Z, and x_deviation",
                            r->to->path, q->name);
   for (int other = 0; other < r->to->quantity_count; other++)
     if (!strcmp(r->to->quantities[other].name, q->name))
-      return flesh_node_fail(r->keys->place, "%s: column %s stands twice; it must stand once", r->to->path, q->name);
+      return flesh_node_fail(r->to->place, "%s: column %s stands twice; it must stand once", r->to->path, q->name);
   snprintf(wanted, sizeof wanted, "%s%s", q->name, suffix);
   r->value[r->to->quantity_count] = column;
   r->deviation[r->to->quantity_count] = find(&r->csv, wanted);
-  if (isnan(r->keys->deviation) && isnan(r->keys->weight) && r->deviation[r->to->quantity_count] < 0)
-    return flesh_node_fail(r->keys->place, "deviation is missing; it must be a number > 0, or %s must have the column %s",
+  if (isnan(r->to->deviation) && isnan(r->to->weight) && r->deviation[r->to->quantity_count] < 0)
+    return flesh_node_fail(r->to->place, "deviation is missing; it must be a number > 0, or %s must have the column %s",
                            r->to->path, wanted);
   r->to->quantity_count++;
   return FLESH_OK;
@@ -83,14 +82,14 @@ static int check_units(const reading *r)
       if (flesh_csv_find_label(&r->csv, of, right) < 0) *right = 0;
     }
     if (*unit && *right && strcmp(unit, right))
-      return flesh_node_fail(r->keys->place, "%s: column %s is in %s; it must be in %s", r->to->path, name, unit, right);
+      return flesh_node_fail(r->to->place, "%s: column %s is in %s; it must be in %s", r->to->path, name, unit, right);
   }
   return FLESH_OK;
 }
 
 static int choose_columns(reading *r)
 {
-  const flesh_node *list = r->keys->columns;
+  const flesh_node *list = r->to->chosen;
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], shown[FLESH_SHOW_SIZE], words[512];
   int status = FLESH_OK;
   if (list && (list->kind != FLESH_NODE_LIST || !list->count))
@@ -111,7 +110,7 @@ static int choose_columns(reading *r)
                                            flesh_suggestion_text(&suggestion, words));
   }
   if (!status && !r->to->quantity_count)
-    return flesh_node_fail(r->keys->place, "%s has no measured column; it must have one beside %s", r->to->path,
+    return flesh_node_fail(r->to->place, "%s has no measured column; it must have one beside %s", r->to->path,
                            r->to->table == FLESH_FIT_OF_POSITIONS ? "node or X, Y, Z" : "t");
   return status;
 }
@@ -122,19 +121,19 @@ static int number(const reading *r, int row, int column, double *value)
   char shown[FLESH_SHOW_SIZE];
   const char *cell = flesh_csv_cell(&r->csv, row, column);
   if (flesh_csv_number(&r->csv, row, column, value) && (isfinite(*value) || !*cell)) return FLESH_OK;
-  return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %s; it must be a number, or empty", r->to->path, row + 1,
+  return flesh_node_fail(r->to->place, "%s: row %d, column %s is %s; it must be a number, or empty", r->to->path, row + 1,
                          r->csv.names[column], flesh_word_show(cell, shown));
 }
 
 static int read_datum(reading *r, int row, int quantity, double t)
 {
-  flesh_fit_datum datum = {.quantity = quantity, .row = row, .t = t, .deviation = r->keys->deviation};
+  flesh_fit_datum datum = {.quantity = quantity, .row = row, .t = t, .deviation = r->to->deviation};
   int status = number(r, row, r->value[quantity], &datum.value);
   if (status || isnan(datum.value)) return status;
-  if (!isnan(r->keys->weight)) datum.deviation = 1 / sqrt(r->keys->weight);
+  if (!isnan(r->to->weight)) datum.deviation = 1 / sqrt(r->to->weight);
   else if (isnan(datum.deviation)) status = number(r, row, r->deviation[quantity], &datum.deviation);
   if (!status && !(datum.deviation > 0))
-    return flesh_node_fail(r->keys->place, "%s: row %d, column %s is %s; a deviation must be > 0", r->to->path, row + 1,
+    return flesh_node_fail(r->to->place, "%s: row %d, column %s is %s; a deviation must be > 0", r->to->path, row + 1,
                            r->csv.names[r->deviation[quantity]], isnan(datum.deviation) ? "empty"
                            : flesh_csv_cell(&r->csv, row, r->deviation[quantity]));
   if (!status) r->to->data[r->to->count++] = datum;
@@ -149,7 +148,7 @@ static int check_once(const reading *r, int first)
   for (int d = first; d < r->to->count; d++)
     for (int k = 0; k < first; k++)
       if (data[k].t == data[d].t && data[k].quantity == data[d].quantity)
-        return flesh_node_fail(r->keys->place,
+        return flesh_node_fail(r->to->place,
                                "%s: rows %d and %d both have %s at t = %g s; it must have one number at a time, as the mean of "
                                "repeated measurements",
                                r->to->path, data[k].row + 1, data[d].row + 1, r->to->quantities[data[d].quantity].name, data[d].t);
@@ -165,7 +164,7 @@ static int locate(reading *r, const flesh_mesh *mesh, int row, const double X[3]
   if (status) return status;
   flesh_locator_find(r->locator, X, -1, &at);
   if (at.tet < 0 || !(at.distance <= outside * edge))
-    return flesh_node_fail(r->keys->place, "%s: row %d: the point [%g, %g, %g] is outside of the body at rest, by more than "
+    return flesh_node_fail(r->to->place, "%s: row %d: the point [%g, %g, %g] is outside of the body at rest, by more than "
                                            "%g m, a quarter of an edge",
                            r->to->path, row + 1, X[0], X[1], X[2], outside * edge);
   point->count = flesh_tet_weights(mesh, at.tet, at.weights, point->nodes, point->weights);
@@ -182,7 +181,7 @@ static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_p
     const int status = number(r, row, node, &value);
     if (status) return status;
     if (!(value >= 0 && value < nodes && value == floor(value)))
-      return flesh_node_fail(r->keys->place, "%s: row %d: node is %g; it must be a whole number from 0 to %d", r->to->path,
+      return flesh_node_fail(r->to->place, "%s: row %d: node is %g; it must be a whole number from 0 to %d", r->to->path,
                              row + 1, value, nodes - 1);
     *point = (flesh_fit_point){.count = 1, .nodes = {(int)value}, .weights = {1}};
     return FLESH_OK;
@@ -190,11 +189,11 @@ static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_p
   for (int d = 0; d < 3; d++) {
     const int column = find(&r->csv, names[d]);
     if (column < 0)
-      return flesh_node_fail(r->keys->place, "%s has no column node, nor X, Y and Z; positions need either", r->to->path);
+      return flesh_node_fail(r->to->place, "%s has no column node, nor X, Y and Z; positions need either", r->to->path);
     const int status = number(r, row, column, &X[d]);
     if (status) return status;
     if (isnan(X[d]))
-      return flesh_node_fail(r->keys->place, "%s: row %d: %s is empty; it must be a number", r->to->path, row + 1, names[d]);
+      return flesh_node_fail(r->to->place, "%s: row %d: %s is empty; it must be a number", r->to->path, row + 1, names[d]);
   }
   return locate(r, flesh_scene_mesh(scene), row, X, point);
 }
@@ -204,13 +203,13 @@ static int read_rows(reading *r, const flesh_scene *scene)
   flesh_fit_measured *to = r->to;
   int status = FLESH_OK;
   if (r->time < 0 && to->table != FLESH_FIT_OF_POSITIONS && r->csv.rows != 1)
-    return flesh_node_fail(r->keys->place, "%s has %d rows and no column t; without t it must have one row, of the run's end",
+    return flesh_node_fail(r->to->place, "%s has %d rows and no column t; without t it must have one row, of the run's end",
                            to->path, r->csv.rows);
   for (int row = 0; row < r->csv.rows && !status; row++) {
     double t = NAN;
     if (r->time >= 0) status = number(r, row, r->time, &t);
     if (!status && r->time >= 0 && isnan(t))
-      status = flesh_node_fail(r->keys->place, "%s: row %d: t is empty; it must be a number", to->path, row + 1);
+      status = flesh_node_fail(r->to->place, "%s: row %d: t is empty; it must be a number", to->path, row + 1);
     if (!status && to->points) status = read_point(r, scene, row, &to->points[row]);
     const int first = to->count, later = t > r->latest;
     for (int q = 0; q < to->quantity_count && !status; q++) status = read_datum(r, row, q, t);
@@ -219,7 +218,7 @@ static int read_rows(reading *r, const flesh_scene *scene)
   }
   to->row_count = r->csv.rows;
   if (!status && !to->count)
-    return flesh_node_fail(r->keys->place, "%s has no measured number; it must have one or more", to->path);
+    return flesh_node_fail(r->to->place, "%s has no measured number; it must have one or more", to->path);
   return status;
 }
 
@@ -240,19 +239,17 @@ static int read_table(reading *r, const flesh_scene *scene)
   return status ? status : read_rows(r, scene);
 }
 
-int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, const flesh_fit_measured_keys *keys,
-                            flesh_fit_measured *to)
+int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, flesh_fit_measured *to)
 {
-  reading r = {.arena = arena, .keys = keys, .to = to, .latest = -INFINITY};
+  reading r = {.arena = arena, .to = to, .latest = -INFINITY};
   int given = 0;
   for (int k = 0; k < 3; k++)
-    if (keys->paths[k]) given++, to->table = k, to->path = keys->paths[k];
-  if (given != 1) return flesh_node_fail(keys->place, "a measurement has either probes, history or positions");
-  if (!isnan(keys->deviation) && !isnan(keys->weight))
-    return flesh_node_fail(flesh_node_find(keys->place, "weight"), "weight stands beside deviation; give either");
-  to->place = keys->place;
+    if (to->paths[k]) given++, to->table = k, to->path = to->paths[k];
+  if (given != 1) return flesh_node_fail(to->place, "a measurement has either probes, history or positions");
+  if (!isnan(to->deviation) && !isnan(to->weight))
+    return flesh_node_fail(flesh_node_find(to->place, "weight"), "weight stands beside deviation; give either");
   int status = flesh_csv_read(to->path, FLESH_CSV_WHOLE, &r.csv);
-  if (status) return flesh_node_fail_within(status, flesh_node_find(keys->place, tables[to->table]), "%s", "");
+  if (status) return flesh_node_fail_within(status, flesh_node_find(to->place, tables[to->table]), "%s", "");
   status = read_table(&r, scene);
   flesh_locator_destroy(&r.locator);
   flesh_csv_clear(&r.csv);

@@ -16,17 +16,17 @@
 
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p)
 {
-  return parameter->spacing == FLESH_FIT_LOGARITHMIC ? log(p) : p / parameter->scale;
+  return parameter->spacing == FLESH_LOGARITHMIC ? log(p) : p / parameter->scale;
 }
 
 double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q)
 {
-  return parameter->spacing == FLESH_FIT_LOGARITHMIC ? exp(q) : q * parameter->scale;
+  return parameter->spacing == FLESH_LOGARITHMIC ? exp(q) : q * parameter->scale;
 }
 
 double flesh_fit_slope(const flesh_fit_parameter *parameter, double p)
 {
-  return parameter->spacing == FLESH_FIT_LOGARITHMIC ? p : parameter->scale;
+  return parameter->spacing == FLESH_LOGARITHMIC ? p : parameter->scale;
 }
 
 double flesh_fit_clamp(const flesh_fit_parameter *p, double q)
@@ -117,7 +117,7 @@ int flesh_fit_check_numbers(flesh_fit_parameter *p)
     return flesh_node_fail(flesh_node_find(p->place, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
   if (!(p->start >= p->from && p->start <= p->to))
     return flesh_node_fail(start, "start is %g; it must lie from %g to %g, as from and to say", p->start, p->from, p->to);
-  if (p->spacing == FLESH_FIT_LOGARITHMIC) {
+  if (p->spacing == FLESH_LOGARITHMIC) {
     const flesh_node *scale = flesh_node_find(p->place, "scale");
     if (!(p->start > 0))
       return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);

@@ -6,6 +6,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
+#include "cli/json_memory.h"
 #include "cli/options.h"
 #include "fit/map.h"
 
@@ -112,8 +113,7 @@ static int ask(flesh_fit *fit, const char *what, const char *name, json_t *param
   if (!status) status = flesh_study_store_want(&fit->store, &fit->study, 0);
   if (!status) status = flesh_study_store_load(&fit->store, &fit->study);
   free(text);
-  return !status && !fit->record && flesh_interrupt_signal()
-             ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : status;
+  return status || fit->record ? status : flesh_interrupt_check();
 }
 
 /* Writes what came of the case that was asked for last: a result, which it takes, or why it failed. */
@@ -126,13 +126,6 @@ static int answer(flesh_fit *fit, double began, const char *why, json_t *figures
   json_object_set_new(json_object_get(fit->record, "result"), "numbers", numbers);
   const int status = flesh_study_store_claim(&fit->store, &number);
   return status ? status : flesh_study_store_finish(&fit->store, 0, fit->record, seconds, NULL);
-}
-
-static json_t *array_of(int count, const double *numbers)
-{
-  json_t *array = json_array();
-  for (int k = 0; k < count; k++) json_array_append_new(array, json_real(numbers[k]));
-  return array;
 }
 
 /* The numbers [count] of the record. */
@@ -162,7 +155,7 @@ static json_t *parameters_of(const flesh_fit *fit, int experiment, const double 
   json_t *object = json_object();
   for (int k = 0; k < fit->key_count; k++)
     if (fit->experiments[experiment].acts[k]) json_object_set_new(object, fit->parameters[k].name, json_real(p[k]));
-  if (fit->map) json_object_set_new(object, "of tets", array_of(fit->map->count, p + fit->key_count)); /* no parameter's name */
+  if (fit->map) json_object_set_new(object, "of tets", flesh_json_numbers(fit->map->count, p + fit->key_count)); /* no parameter's name */
   return object;
 }
 
@@ -177,7 +170,7 @@ int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double 
   if (!status && !fit->record) {
     status = flesh_fit_make_run(fit, experiment, p, values, why, &cpu_s);
     fit->made++;
-    return status ? status : answer(fit, began, why, costs(1, cpu_s), *why ? json_null() : array_of(e->count, values));
+    return status ? status : answer(fit, began, why, costs(1, cpu_s), *why ? json_null() : flesh_json_numbers(e->count, values));
   }
   snprintf(why, FLESH_FIT_WORDS, "%s", words_of(fit->record));
   return status || *why ? status : read_numbers(fit, e->count, values);
@@ -227,7 +220,7 @@ int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, doubl
       snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
     else if (status) return status;
     return answer(fit, began, e->differences, costs(e->moves, flesh_cpu_seconds() - cpu),
-                  *e->differences ? json_null() : array_of(count, tangents));
+                  *e->differences ? json_null() : flesh_json_numbers(count, tangents));
   }
   snprintf(e->differences, sizeof e->differences, "%.300s", words_of(fit->record));
   return *e->differences ? FLESH_OK : read_numbers(fit, count, tangents);
@@ -245,7 +238,7 @@ int flesh_fit_stage_read(flesh_fit *fit, int number, flesh_fit_stage *stage, dou
 int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_fit_stage *stage, const double *p)
 {
   const int status = ask(fit, "stage", "", json_pack("[if]", number, stage->weight));
-  return status ? status : answer(fit, began, "", flesh_fields_json(stage_fields, stage), array_of(fit->parameter_count, p));
+  return status ? status : answer(fit, began, "", flesh_fields_json(stage_fields, stage), flesh_json_numbers(fit->parameter_count, p));
 }
 
 /* Sums over all runs in the store. */

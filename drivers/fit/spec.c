@@ -12,25 +12,16 @@
 /* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */
 static const double newton_tolerance = 1e-8;
 
-static const char *const spacings[] = {"linear", "logarithmic", NULL};
 static const char *const derivatives[] = {"tangents", "differences", NULL};
 
-typedef struct experiment_keys {
-  char *name, *scene;
-  const flesh_node *set;
-  flesh_objects measured;
-  int differences;
-} experiment_keys;
-
+/* A fit with what its spec lists. */
 typedef struct fit_keys {
-  char *title;
+  flesh_fit fit;
   flesh_objects experiments, parameters;
   flesh_fit_map map;
-  int max_iterations;
-  double tolerance;
 } fit_keys;
 
-#define AT(member) .offset = offsetof(flesh_fit_measured_keys, member)
+#define AT(member) .offset = offsetof(flesh_fit_measured, member)
 static const flesh_key measured_table[] = {
     {.name = "probes", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_PROBES]), .default_value = "",
      .doc = "CSV with columns of probes.csv: t [s], tip.position_z [m]; without t, one row of the end"},
@@ -39,7 +30,7 @@ static const flesh_key measured_table[] = {
     {.name = "positions", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_POSITIONS]), .default_value = "",
      .doc = "instead of probes: CSV of positions at the end, x,y,z, of nodes (column node, from 0) or of points of the body "
             "at rest (columns X,Y,Z) or at most a quarter of an edge outside"},
-    {.name = "columns", .type = FLESH_KEY_TREE, AT(columns), .default_value = "",
+    {.name = "columns", .type = FLESH_KEY_TREE, AT(chosen), .default_value = "",
      .doc = "a list of the columns that count, without units; default: all"},
     {.name = "deviation", .type = FLESH_KEY_NUMBER, AT(deviation), .range = FLESH_RANGE_POSITIVE, .default_value = "",
      .doc = "standard deviation of each number, in its unit; or the file has columns NAME_deviation"},
@@ -49,15 +40,15 @@ static const flesh_key measured_table[] = {
 };
 #undef AT
 
-#define AT(member) .offset = offsetof(experiment_keys, member)
+#define AT(member) .offset = offsetof(flesh_fit_experiment, member)
 static const flesh_key experiment_table[] = {
     {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "of letters, digits and _; of its folder DIR/runs/NAME"},
     {.name = "scene", .type = FLESH_KEY_PATH, AT(scene), .doc = "of a file, relative to the spec"},
-    {.name = "set", .type = FLESH_KEY_TREE, AT(set), .default_value = "",
+    {.name = "set", .type = FLESH_KEY_TREE, AT(given), .default_value = "",
      .doc = "a mapping of values by the scene's keys: {time.end: 1}"},
-    {.name = "measured", .type = FLESH_KEY_OBJECTS, AT(measured), .children = measured_table,
-     .child_size = sizeof(flesh_fit_measured_keys), .doc = "files of measurements"},
-    {.name = "derivatives", .type = FLESH_KEY_CHOICE, AT(differences), .choices = derivatives, .default_value = "tangents",
+    {.name = "measured", .type = FLESH_KEY_OBJECTS, AT(files), .children = measured_table,
+     .child_size = sizeof(flesh_fit_measured), .doc = "files of measurements"},
+    {.name = "derivatives", .type = FLESH_KEY_CHOICE, AT(by_differences), .choices = derivatives, .default_value = "tangents",
      .doc = "by tangents where the scene has them, a linear solve for each nonlinear one and parameter; or by differences of two "
             "runs for each parameter, which are cheaper in motions damped by the current stiffness"},
     {.name = NULL},
@@ -72,7 +63,7 @@ static const flesh_key parameter_table[] = {
     {.name = "start", .type = FLESH_KEY_NUMBER, AT(start), .doc = "value that the search begins with"},
     {.name = "from", .type = FLESH_KEY_NUMBER, AT(from), .default_value = "-.inf", .doc = "least value"},
     {.name = "to", .type = FLESH_KEY_NUMBER, AT(to), .default_value = ".inf", .doc = "largest value"},
-    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(spacing), .choices = spacings, .default_value = "linear",
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, AT(spacing), .choices = flesh_spacings, .default_value = "linear",
      .doc = "logarithmic: the logarithm is searched and gets the error, for positive values of unknown size"},
     {.name = "scale", .type = FLESH_KEY_NUMBER, AT(scale), .range = FLESH_RANGE_POSITIVE, .default_value = "",
      .doc = "typical size of linear changes, a thousandth of which differences take; default: the size of start"},
@@ -84,17 +75,17 @@ static const flesh_key parameter_table[] = {
 
 #define AT(member) .offset = offsetof(fit_keys, member)
 static const flesh_key fit_table[] = {
-    {.name = "title", .type = FLESH_KEY_TEXT, AT(title), .default_value = "", .doc = "what the fit is for"},
+    {.name = "title", .type = FLESH_KEY_TEXT, AT(fit.title), .default_value = "", .doc = "what the fit is for"},
     {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiments), .children = experiment_table,
-     .child_size = sizeof(experiment_keys), .doc = "scenes of which something was measured"},
+     .child_size = sizeof(flesh_fit_experiment), .doc = "scenes of which something was measured"},
     {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameters), .children = parameter_table,
      .child_size = sizeof(flesh_fit_parameter), .default_value = "",
      .doc = "what is fitted, alone or beside a map"},
     {.name = "map", .type = FLESH_KEY_OBJECT, AT(map), .children = flesh_fit_map_table, .default_value = "",
      .doc = "a constant of the material of each tet, fitted alone or with the parameters"},
-    {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
+    {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(fit.max_iterations), .range = FLESH_RANGE_POSITIVE,
      .default_value = "50", .doc = "steps of the search at most; of a map with each weight"},
-    {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
+    {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(fit.tolerance), .range = FLESH_RANGE_FRACTION,
      .default_value = "0.01", .doc = "the search ends where a further step would be this share of the standard errors"},
     {.name = NULL},
 };
@@ -113,10 +104,10 @@ static const flesh_node *item_of(const flesh_node *mapping, const char *key, int
 }
 
 /* The keys that the fit sets itself, before the spec's: no frames, and solves that leave little. */
-static int set_own(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experiment *e)
+static int set_own(flesh_fit *fit, flesh_fit_experiment *e)
 {
   flesh_settings given = {0};
-  int status = flesh_settings_read(&fit->arena, fit->path, keys->set, &given);
+  int status = flesh_settings_read(&fit->arena, fit->path, e->given, &given);
   if (status) return status;
   e->set.texts = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
   e->set.nodes = flesh_arena_take(&fit->arena, sizeof(flesh_node *) * (size_t)(given.count + 3));
@@ -158,18 +149,16 @@ static int list_columns(flesh_arena *arena, flesh_fit_experiment *e)
   return FLESH_OK;
 }
 
-static int read_measured(flesh_fit *fit, const experiment_keys *keys, const flesh_scene *scene, flesh_fit_experiment *e)
+static int read_measured(flesh_fit *fit, const flesh_scene *scene, flesh_fit_experiment *e)
 {
-  flesh_fit_measured_keys *rows = keys->measured.values;
-  e->measured = flesh_arena_take(&fit->arena, sizeof *e->measured * (size_t)keys->measured.count);
-  if (!e->measured) return flesh_no_memory();
-  if (!keys->measured.count)
-    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name at least one file");
   int status = FLESH_OK;
+  e->measured = e->files.values;
   e->first = fit->count;
-  for (int k = 0; k < keys->measured.count && !status; k++) {
-    rows[k].place = item_of(e->place, "measured", k);
-    status = flesh_fit_measured_read(&fit->arena, scene, &rows[k], &e->measured[k]);
+  if (!e->files.count)
+    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name at least one file");
+  for (int k = 0; k < e->files.count && !status; k++) {
+    e->measured[k].place = item_of(e->place, "measured", k);
+    status = flesh_fit_measured_read(&fit->arena, scene, &e->measured[k]);
     if (!status) e->measured_count++, e->count += e->measured[k].count;
   }
   fit->count += e->count;
@@ -189,17 +178,15 @@ static int check_times(const flesh_fit_experiment *e)
   return FLESH_OK;
 }
 
-static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fit_experiment *e)
+static int read_experiment(flesh_fit *fit, flesh_fit_experiment *e)
 {
   flesh_scene *scene = NULL;
-  e->name = keys->name;
-  e->scene = keys->scene;
   e->scene_place = flesh_node_find(e->place, "scene");
   int status = flesh_setting_check_name(flesh_node_find(e->place, "name"), e->name);
   for (int k = 0; k < fit->experiment_count && !status; k++)
     if (!strcmp(fit->experiments[k].name, e->name))
       status = flesh_node_fail(flesh_node_find(e->place, "name"), "two experiments are named %s; names must differ", e->name);
-  if (!status) status = set_own(fit, keys, e);
+  if (!status) status = set_own(fit, e);
   if (!status) {
     status = flesh_scene_read(e->scene, e->set.count, e->set.texts, &scene);
     if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
@@ -210,11 +197,11 @@ static int read_experiment(flesh_fit *fit, const experiment_keys *keys, flesh_fi
   e->start = scene->start.t;
   e->inputs = flesh_provenance_scene(scene, e->scene);
   if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
-  if (!status) status = read_measured(fit, keys, scene, e);
+  if (!status) status = read_measured(fit, scene, e);
   e->moves = flesh_scene_times(scene)->method != FLESH_METHOD_STATIC;
   if (!status)
     snprintf(e->differences, sizeof e->differences, "%s",
-             keys->differences ? "the spec asks for them"
+             e->by_differences ? "the spec asks for them"
              : e->moves        ? flesh_fit_motion_refused(e, scene)
                                : flesh_scene_tangents_refused(scene));
   if (!status) status = check_times(e);
@@ -321,14 +308,9 @@ static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *plac
 
 static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
 {
-  const experiment_keys *experiments = keys->experiments.values;
   const flesh_node *map = flesh_node_find(root, "map");
   int status = FLESH_OK;
-  fit->title = keys->title;
-  fit->max_iterations = keys->max_iterations;
-  fit->tolerance = keys->tolerance;
-  fit->experiments = flesh_arena_take(&fit->arena, sizeof *fit->experiments * (size_t)keys->experiments.count);
-  if (!fit->experiments) return flesh_no_memory();
+  fit->experiments = keys->experiments.values;
   if (!keys->experiments.count)
     return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
   if ((!map && !keys->parameters.count) || keys->parameters.count > FLESH_FIT_PARAMETERS)
@@ -337,10 +319,7 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
                            FLESH_FIT_PARAMETERS);
   for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
     fit->experiments[e].place = item_of(root, "experiments", e);
-    fit->experiments[e].acts = flesh_arena_take(&fit->arena, FLESH_FIT_PARAMETERS);
-    if (!fit->experiments[e].acts) return flesh_no_memory();
-    memset(fit->experiments[e].acts, 0, FLESH_FIT_PARAMETERS);
-    status = read_experiment(fit, &experiments[e], &fit->experiments[e]);
+    status = read_experiment(fit, &fit->experiments[e]);
   }
   if (!status) status = read_parameters(fit, keys, root);
   return status || !map ? status : read_map(fit, keys, map);
@@ -349,8 +328,9 @@ static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
 int flesh_fit_read(const char *path, flesh_fit *fit)
 {
   flesh_node *root = NULL;
-  fit_keys keys = {0}; /* members that are no keys, too */
-  fit->path = path;
-  const int status = flesh_spec_read(&fit->arena, &fit->path, &fit->text, fit_table, &root, &keys);
+  fit_keys keys = {.fit = *fit};
+  keys.fit.path = path;
+  const int status = flesh_spec_read(&keys.fit.arena, &keys.fit.path, &keys.fit.text, fit_table, &root, &keys);
+  *fit = keys.fit;
   return status ? status : make(fit, &keys, root);
 }

@@ -200,11 +200,6 @@ void flesh_fit_motion_destroy(flesh_fit_motion **motion)
   *motion = NULL;
 }
 
-static int go_on(void)
-{
-  return flesh_interrupt_signal() ? flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s", flesh_interrupt_name()) : FLESH_OK;
-}
-
 /* A change of parameters, of whose tangent is taken what is measured. */
 typedef struct following {
   const flesh_fit_motion *motion;
@@ -233,7 +228,7 @@ static int follow(void *data, int change, double t, const double *dx, const doub
   f->dx = dx;
   f->dv = dv;
   flesh_fit_told_visit(&f->motion->told, f->states++, take, f);
-  return go_on();
+  return flesh_interrupt_check();
 }
 
 /* The systems beside p along a change, and the derivatives of the start [2*n]. */
@@ -307,7 +302,7 @@ static int give_all(void *data, double t, double *by_x, double *by_v)
   g->by_x = by_x;
   g->by_v = by_v;
   flesh_fit_told_visit(told, s, give, g);
-  return go_on();
+  return flesh_interrupt_check();
 }
 
 int flesh_fit_motion_back(flesh_fit_motion *m, const flesh_tet_parameter *parameter, const double *y, double *gradient)

@@ -18,11 +18,7 @@
 static json_t *matrix_json(int n, const double *matrix)
 {
   json_t *rows = json_array();
-  for (int a = 0; a < n; a++) {
-    json_t *row = json_array();
-    for (int b = 0; b < n; b++) json_array_append_new(row, flesh_json_number(matrix[a * n + b]));
-    json_array_append_new(rows, row);
-  }
+  for (int a = 0; a < n; a++) json_array_append_new(rows, flesh_json_numbers(n, matrix + (size_t)a * (size_t)n));
   return rows;
 }
 

@@ -111,13 +111,11 @@ static int fit_runs(const flesh_report *report, flesh_run_folder *runs, motion *
   return status;
 }
 
-static json_t *vector(const double v[3]) { return json_pack("[fff]", v[0], v[1], v[2]); }
-
 static json_t *describe_camera(const flesh_view *view)
 {
-  return json_pack("{sosososososfsfsf}", "right", vector(view->right), "up", vector(view->up),
-                   "back", vector(view->back), "zenith", vector(view->zenith), "target",
-                   vector(view->target), "height", view->height, "distance", view->distance,
+  return json_pack("{sosososososfsfsf}", "right", flesh_json_numbers(3, view->right), "up", flesh_json_numbers(3, view->up),
+                   "back", flesh_json_numbers(3, view->back), "zenith", flesh_json_numbers(3, view->zenith), "target",
+                   flesh_json_numbers(3, view->target), "height", view->height, "distance", view->distance,
                    "aspect", (double)view->width_px / view->height_px);
 }
 
@@ -131,7 +129,7 @@ static json_t *describe_field(flesh_picture_field field, const flesh_picture_fra
   for (int k = 0; k <= 4; k++) {
     double rgb[3];
     flesh_picture_colour(field, k / 4., rgb);
-    json_array_append_new(palette, vector(rgb));
+    json_array_append_new(palette, flesh_json_numbers(3, rgb));
   }
   return json_pack("{sssssfsfsfsoso}", "name", names[field], "quantity", quantity, "unit", unit,
                    "low", frame->low, "high", frame->high, "most",

@@ -360,7 +360,6 @@ static json_t *failure_json(const flesh_outcome *outcome)
 {
   const flesh_failure *f = &outcome->failure;
   const int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
-  const double *x = f->worst_position;
   json_t *failure =
       json_pack("{s:s, s:s, s:o, s:o, s:f, s:i, s:i, s:o, s:o, s:i, s:i, s:s}", "reason", flesh_status_name(f->status),
                 "meaning", flesh_status_text(f->status), "t", flesh_json_number(f->t), "h", flesh_json_number(f->h),
@@ -370,8 +369,7 @@ static json_t *failure_json(const flesh_outcome *outcome)
                 "worst_node", f->worst_node, "advice", outcome->advice);
   if (f->worst_tet < 0) return failure;
   set(failure, "worst_J", f->worst_J);
-  json_object_set_new(failure, "worst_position", json_pack("[o, o, o]", flesh_json_number(x[0]), flesh_json_number(x[1]),
-                                                           flesh_json_number(x[2])));
+  json_object_set_new(failure, "worst_position", flesh_json_numbers(3, f->worst_position));
   return failure;
 }
 

@@ -9,6 +9,8 @@
 #include "base/scan.h"
 #include "scene/scene.h"
 
+const char *const flesh_spacings[] = {"linear", "logarithmic", NULL};
+
 int flesh_keyed_text_read(flesh_arena *arena, const flesh_keyed_text *text, const flesh_key *keys, flesh_node **root,
                           void *target)
 {

@@ -53,6 +53,10 @@ char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), con
 /* Adds a file to a digest. */
 int flesh_settings_hash_file(SHA2_CTX *context, const char *path);
 
+/* How a spec's ranges and parameters are spaced, in the order of the names, which a NULL ends. */
+enum { FLESH_LINEAR, FLESH_LOGARITHMIC };
+extern const char *const flesh_spacings[];
+
 enum { FLESH_STUDY_FINGERPRINT = 65 };
 
 /* SHA-256 of every value in force, of the mesh and of the state that the scene starts from. `path` is the scene's, for

@@ -148,13 +148,10 @@ static int print_results(flesh_study_store *store, flesh_text *text)
   if (!status) /* a study that was interrupted before it had read a scene knows no names */
     status = flesh_study_store_execute(
         store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT f.key FROM cases, json_each(cases.result, '$.figures') f "
-               "WHERE f.type <> 'object' AND f.key NOT GLOB '*[^A-Za-z0-9_]*'");
-  if (!status)
-    status = flesh_study_store_execute(store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || e.key "
-                                              "FROM cases, json_each(cases.result, '$.figures.energies') e");
-  if (!status)
-    status = flesh_study_store_execute(
-        store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'probes.\"' || p.key || '\".' || f.key FROM cases, "
+               "WHERE f.type <> 'object' AND f.key NOT GLOB '*[^A-Za-z0-9_]*';"
+               "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'energies.' || e.key "
+               "FROM cases, json_each(cases.result, '$.figures.energies') e;"
+               "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT 'probes.\"' || p.key || '\".' || f.key FROM cases, "
                "json_each(cases.result, '$.figures.probes') p, json_each(p.value) f WHERE f.key <> 'unit'");
   if (!status)
     status = print_columns(store,

@@ -14,8 +14,6 @@
 enum { CASE_LIMIT = 10000000 };
 
 typedef flesh_sweep_axis axis;
-typedef flesh_sweep_derived_row derived;
-typedef flesh_sweep_spec spec;
 
 static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node, int count)
 {
@@ -51,7 +49,7 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
     return FLESH_OK;
   }
   if (isnan(a->from) || isnan(a->to)) return flesh_node_fail(node, "a range needs both from and to");
-  if (a->spacing == FLESH_SWEEP_LOGARITHMIC && !(a->from > 0 && a->to > 0))
+  if (a->spacing == FLESH_LOGARITHMIC && !(a->from > 0 && a->to > 0))
     return flesh_node_fail(flesh_node_find(node, a->from > 0 ? "to" : "from"),
                            "%s is %g; it must be > 0 when spacing is logarithmic", a->from > 0 ? "to" : "from",
                            a->from > 0 ? a->to : a->from);
@@ -70,9 +68,8 @@ static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
   char digits[FLESH_NUMBER_SIZE];
   if (part <= 0 || part >= 1)
     return flesh_arena_print(&sweep->arena, "%s", flesh_number_text(part > 0 ? a->to : a->from, digits));
-  return flesh_arena_print(&sweep->arena, "%.15g", a->spacing == FLESH_SWEEP_LOGARITHMIC
-                                                       ? a->from * pow(a->to / a->from, part)
-                                                       : a->from + part * (a->to - a->from));
+  return flesh_arena_print(&sweep->arena, "%.15g", a->spacing == FLESH_LOGARITHMIC ? a->from * pow(a->to / a->from, part)
+                                                                                   : a->from + part * (a->to - a->from));
 }
 
 /* The axis's own values, in order. */
@@ -217,38 +214,34 @@ static int name_columns(flesh_sweep *sweep)
   return FLESH_OK;
 }
 
-static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *root)
+static int read_derived(flesh_sweep *sweep, const flesh_node *root)
 {
-  const derived *rows = s->columns.values;
   const flesh_node *node = flesh_node_find(root, "columns");
+  int status = FLESH_OK;
   node = node ? node->first : NULL;
-  sweep->derived = flesh_arena_take(&sweep->arena, sizeof *sweep->derived * (size_t)s->columns.count);
-  if (!sweep->derived) return flesh_no_memory();
-  for (int k = 0; k < s->columns.count; k++, node = node->next) {
-    int status = flesh_setting_check_name(node, rows[k].name);
-    if (status) return status;
-    sweep->derived[sweep->derived_count++] = (flesh_study_derived){rows[k].name, rows[k].is, node};
+  sweep->derived = sweep->derived_rows.values;
+  for (; sweep->derived_count < sweep->derived_rows.count && !status; node = node->next) {
+    flesh_study_derived *row = &sweep->derived[sweep->derived_count++];
+    row->node = node;
+    status = flesh_setting_check_name(node, row->name);
   }
-  return FLESH_OK;
+  return status;
 }
 
-static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
+static int make(flesh_sweep *sweep, const flesh_node *root)
 {
-  sweep->scene = s->scene && *s->scene ? s->scene : NULL;
+  if (!sweep->scene || !*sweep->scene) return flesh_node_fail(root, "scene is missing; it must be the path of a file");
   sweep->scene_node = flesh_node_find(root, "scene");
-  if (!sweep->scene) return flesh_node_fail(root, "scene is missing; it must be the path of a file");
-  sweep->repeats = s->repeats;
-  sweep->seed = s->seed == INT_MIN ? -1 : s->seed;
-  sweep->keep = s->keep;
-  sweep->max_seconds = isfinite(s->max_seconds) ? s->max_seconds : 0;
+  if (sweep->seed == INT_MIN) sweep->seed = -1;
+  if (isinf(sweep->max_seconds)) sweep->max_seconds = 0;
   sweep->case_count = 1;
-  const axis *axes = s->axes.values;
+  const axis *axes = sweep->axes.values;
   const flesh_node *place = flesh_node_find(root, "axes");
   place = place ? place->first : NULL;
-  int status = flesh_settings_read(&sweep->arena, sweep->path, s->set, &sweep->set);
-  for (int a = 0; !status && a < s->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
+  int status = flesh_settings_read(&sweep->arena, sweep->path, sweep->given, &sweep->set);
+  for (int a = 0; !status && a < sweep->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
   if (!status) status = name_columns(sweep);
-  if (!status) status = read_derived(sweep, s, root);
+  if (!status) status = read_derived(sweep, root);
   if (!status && (double)sweep->case_count * sweep->repeats > CASE_LIMIT)
     status = flesh_node_fail(flesh_node_find(root, "repeats"), "there are more than %d cases", CASE_LIMIT);
   if (!status && sweep->seed > INT_MAX - sweep->repeats)
@@ -267,10 +260,9 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
 int flesh_sweep_read(const char *path, flesh_sweep *sweep)
 {
   flesh_node *root = NULL;
-  spec s;
   *sweep = (flesh_sweep){.path = path};
-  const int status = flesh_spec_read(&sweep->arena, &sweep->path, &sweep->text, flesh_sweep_spec_table, &root, &s);
-  return status ? status : make(sweep, &s, root);
+  const int status = flesh_spec_read(&sweep->arena, &sweep->path, &sweep->text, flesh_sweep_table, &root, sweep);
+  return status ? status : make(sweep, root);
 }
 
 void flesh_sweep_close(flesh_sweep *sweep)

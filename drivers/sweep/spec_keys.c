@@ -8,10 +8,6 @@
 #include "sweep/sweep.h"
 
 typedef flesh_sweep_axis axis;
-typedef flesh_sweep_derived_row derived;
-typedef flesh_sweep_spec spec;
-
-static const char *const spacings[] = {"linear", "logarithmic", NULL};
 
 static const flesh_key axis_table[];
 
@@ -43,7 +39,7 @@ static const flesh_key axis_table[] = {
      .doc = "last of a range, included"},
     {.name = "count", .type = FLESH_KEY_INTEGER, .offset = offsetof(axis, count), .range = FLESH_RANGE_POSITIVE,
      .default_value = "", .doc = "how many values a range has (not of a sample's axes)"},
-    {.name = "spacing", .type = FLESH_KEY_CHOICE, .offset = offsetof(axis, spacing), .choices = spacings,
+    {.name = "spacing", .type = FLESH_KEY_CHOICE, .offset = offsetof(axis, spacing), .choices = flesh_spacings,
      .default_value = "linear", .doc = "of a range"},
     {.name = "zip", .type = FLESH_KEY_OBJECTS, .offset = offsetof(axis, zip), .default_value = "",
      .children = axis_table, .child_size = sizeof(axis), .doc = "axes of equal length that advance together"},
@@ -53,39 +49,38 @@ static const flesh_key axis_table[] = {
 };
 
 static const flesh_key column_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, .offset = offsetof(derived, name), .doc = "of the column"},
-    {.name = "is", .type = FLESH_KEY_TEXT, .offset = offsetof(derived, is),
+    {.name = "name", .type = FLESH_KEY_TEXT, .offset = offsetof(flesh_study_derived, name), .doc = "of the column"},
+    {.name = "is", .type = FLESH_KEY_TEXT, .offset = offsetof(flesh_study_derived, expression),
      .doc = "SQLite's expression of the columns of results, those derived before included"},
     {.name = NULL},
 };
 
-const flesh_key flesh_sweep_spec_table[] = {
-    {.name = "title", .type = FLESH_KEY_TEXT, .offset = offsetof(spec, title), .default_value = "",
-     .doc = "what the sweep is for"},
-    {.name = "scene", .type = FLESH_KEY_PATH, .offset = offsetof(spec, scene), .default_value = "",
-     .doc = "what each case runs; relative to the spec"},
-    {.name = "set", .type = FLESH_KEY_TREE, .offset = offsetof(spec, set), .default_value = "",
+#define AT(member) .offset = offsetof(flesh_sweep, member)
+const flesh_key flesh_sweep_table[] = {
+    {.name = "title", .type = FLESH_KEY_TEXT, AT(title), .default_value = "", .doc = "what the sweep is for"},
+    {.name = "scene", .type = FLESH_KEY_PATH, AT(scene), .default_value = "", .doc = "what each case runs; relative to the spec"},
+    {.name = "set", .type = FLESH_KEY_TREE, AT(given), .default_value = "",
      .doc = "a mapping of values that all cases have: {time.end: 1, output.frame_interval: 0}"},
-    {.name = "axes", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, axes), .default_value = "[]",
-     .children = axis_table, .child_size = sizeof(axis), .doc = "what varies; every value of one with every value of the others"},
-    {.name = "repeats", .type = FLESH_KEY_INTEGER, .offset = offsetof(spec, repeats), .range = FLESH_RANGE_POSITIVE,
-     .default_value = "1", .doc = "how often each case is run; a column repeat numbers them"},
-    {.name = "seed", .type = FLESH_KEY_INTEGER, .offset = offsetof(spec, seed), .range = FLESH_RANGE_NOT_NEGATIVE,
-     .default_value = "", .doc = "output.seed of the first repeat; one more in each further one"},
-    {.name = "max_seconds", .type = FLESH_KEY_NUMBER, .offset = offsetof(spec, max_seconds),
-     .range = FLESH_RANGE_POSITIVE, .unit = "s", .default_value = ".inf",
-     .doc = "of each case; a case that has not stopped 2 s later is killed"},
-    {.name = "keep", .type = FLESH_KEY_BOOLEAN, .offset = offsetof(spec, keep), .default_value = "false",
+    {.name = "axes", .type = FLESH_KEY_OBJECTS, AT(axes), .default_value = "[]", .children = axis_table,
+     .child_size = sizeof(axis), .doc = "what varies; every value of one with every value of the others"},
+    {.name = "repeats", .type = FLESH_KEY_INTEGER, AT(repeats), .range = FLESH_RANGE_POSITIVE, .default_value = "1",
+     .doc = "how often each case is run; a column repeat numbers them"},
+    {.name = "seed", .type = FLESH_KEY_INTEGER, AT(seed), .range = FLESH_RANGE_NOT_NEGATIVE, .default_value = "",
+     .doc = "output.seed of the first repeat; one more in each further one"},
+    {.name = "max_seconds", .type = FLESH_KEY_NUMBER, AT(max_seconds), .range = FLESH_RANGE_POSITIVE, .unit = "s",
+     .default_value = ".inf", .doc = "of each case; a case that has not stopped 2 s later is killed"},
+    {.name = "keep", .type = FLESH_KEY_BOOLEAN, AT(keep), .default_value = "false",
      .doc = "true: each case leaves its history, state and log in DIR/cases/ID"},
-    {.name = "columns", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, columns), .default_value = "[]",
-     .children = column_table, .child_size = sizeof(derived), .doc = "derived columns of the results"},
+    {.name = "columns", .type = FLESH_KEY_OBJECTS, AT(derived_rows), .default_value = "[]", .children = column_table,
+     .child_size = sizeof(flesh_study_derived), .doc = "derived columns of the results"},
     {.name = NULL},
 };
+#undef AT
 
 void flesh_sweep_describe_keys(FILE *stream)
 {
   fputs("Keys of a spec:\n", stream);
-  flesh_settings_describe(stream, flesh_sweep_spec_table, axis_table);
+  flesh_settings_describe(stream, flesh_sweep_table, axis_table);
   fputs("Keys of an axis:\n", stream);
   flesh_settings_describe(stream, axis_table, axis_table);
 }

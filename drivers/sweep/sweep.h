@@ -32,8 +32,9 @@ typedef struct flesh_sweep {
   flesh_arena arena;
   const char *path;         /* of the spec */
   char *text;               /* the spec as it stands; freed by flesh_sweep_close */
-  const char *scene;        /* path */
-  const flesh_node *scene_node;
+  const char *title, *scene; /* the latter's path */
+  const flesh_node *scene_node, *given; /* given: the mapping `set` */
+  flesh_objects axes, derived_rows; /* of flesh_sweep_axis and flesh_study_derived, as the spec has them */
   flesh_settings set;       /* constants of all cases */
   int column_count, group_count;
   flesh_sweep_column columns[FLESH_STUDY_COLUMNS];
@@ -73,9 +74,7 @@ int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);
 int flesh_sweep_merge(int argc, char **argv);
 
-/* A spec's keys, within the modules that read it. In the order of the names of spacings. */
-enum { FLESH_SWEEP_LINEAR, FLESH_SWEEP_LOGARITHMIC };
-
+/* An axis as the spec has it, within the modules that read it. */
 typedef struct flesh_sweep_axis {
   char *key, *name;
   const flesh_node *values;
@@ -88,19 +87,7 @@ typedef struct flesh_sweep_axis {
   } sample;
 } flesh_sweep_axis;
 
-typedef struct flesh_sweep_derived_row {
-  char *name, *is;
-} flesh_sweep_derived_row;
-
-typedef struct flesh_sweep_spec {
-  char *title, *scene;
-  int repeats, seed, keep;
-  double max_seconds;
-  const flesh_node *set;
-  flesh_objects axes, columns;
-} flesh_sweep_spec;
-
-extern const flesh_key flesh_sweep_spec_table[]; /* into flesh_sweep_spec */
+extern const flesh_key flesh_sweep_table[]; /* into flesh_sweep */
 
 /* Every constant and every value of every axis must be one that its key takes. What a combination makes of them is for
  * its case to say. */
