@@ -84,27 +84,6 @@ static int read_parts(flesh_bench_plan *plan, const char *text)
   return status;
 }
 
-static int take_instructions(flesh_bench_plan *plan, const char *text)
-{
-  for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++)
-    if (!strcmp(text, flesh_instructions_name((flesh_instructions)k)))
-      plan->instructions = (flesh_instructions)k;
-  if (strcmp(text, flesh_instructions_name(plan->instructions)))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--instructions is '%s'; it must be one of auto, portable, avx2, avx512", text);
-  flesh_instructions usable;
-  return flesh_instructions_find(plan->instructions, &usable);
-}
-
-static int take_element(flesh_bench_plan *plan, const char *text)
-{
-  flesh_element elements[FLESH_ELEMENT_COUNT];
-  int count, status = flesh_list_elements("element", text, elements, &count);
-  if (!status && count > 1) status = flesh_fail(FLESH_ERR_ARGUMENT, "--element is '%s'; it must be one element", text);
-  if (!status) plan->element = elements[0];
-  return status;
-}
-
 /* The figure that every case has; what was measured stands in its rows. */
 static const flesh_study_field fields[] = {{"status_code", FLESH_FIELD_INT, offsetof(flesh_bench_case, status)}, {0}};
 
@@ -263,7 +242,8 @@ static int compare(void *data)
 int flesh_command_bench(int argc, char **argv)
 {
   const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
-  const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto", *element = "tet4";
+  const char *cases = "kernels,swing,twist,crush,drop,static";
+  int element = 0, instructions = 0;
   flesh_bench_plan plan = {.options = {.out = "out/bench", .jobs = 1}, .repeats = 3, .steps = 10, .tolerance = 1e-6};
   const flesh_option rows[] = {
       {"cells", "LIST", FLESH_OPTION_TEXT, &sizes, "cells as 48x13x13, or numbers of tets (default 6000,48x13x13)"},
@@ -271,32 +251,34 @@ int flesh_command_bench(int argc, char **argv)
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.45,0.49)"},
       {"threads", "LIST", FLESH_OPTION_TEXT, &threads, "numbers of threads (default 1)"},
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
-      {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_TEXT, &element,
+      {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_CHOICE, &element, /* of flesh_element, from FLESH_ELEMENT_TET4 on */
        "of the steps (default tet4); with ten nodes no kernels are measured"},
       {"steps", "N", FLESH_OPTION_COUNT, &plan.steps, "steps of a case (default 10)"},
       {"repeats", "N", FLESH_OPTION_COUNT, &plan.repeats, "repeats of everything, at most 101 (default 3)"},
       {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan.tolerance, "of Newton's iteration (default 1e-6)"},
-      {"instructions", "auto|portable|avx2|avx512", FLESH_OPTION_TEXT, &instructions,
+      {"instructions", "auto|portable|avx2|avx512", FLESH_OPTION_CHOICE, &instructions, /* of flesh_instructions */
        "vector instructions of the kernels (default auto)"},
       {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json in place of the table"},
       FLESH_STUDY_OPTION_ROWS(&plan.options, "bench", "also with further sizes, energies, threads and cases"),
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"),
                              0, 0, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
+  flesh_instructions usable;
   int count, status = FLESH_OK, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     flesh_study_close(&plan.options);
     return code;
   }
   plan.options.quiet = plan.json;
+  plan.element = (flesh_element)(FLESH_ELEMENT_TET4 + element);
+  plan.instructions = (flesh_instructions)instructions;
   if (plan.repeats > FLESH_BENCH_MOST_REPEATS)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--repeats is %d; it must be 1 to %d", plan.repeats, FLESH_BENCH_MOST_REPEATS);
-  if (!status) status = take_element(&plan, element); /* which allows some of Poisson's ratios */
   if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
   if (!status) status = flesh_list_energies(energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
   if (!status) status = read_numbers(&plan, poissons, threads);
   if (!status) status = read_parts(&plan, cases);
-  if (!status) status = take_instructions(&plan, instructions);
+  if (!status) status = flesh_instructions_find(plan.instructions, &usable);
   if (!status) status = make_cases(&plan);
   flesh_interrupt_watch();
   const flesh_study study = describe_study(&plan);

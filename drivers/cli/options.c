@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
 
@@ -16,26 +17,11 @@ enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
 
 int flesh_exit_code(int status)
 {
-  switch (status) {
-  case FLESH_OK:
-    return 0;
-  case FLESH_ERR_ARGUMENT:
-    return 2;
-  case FLESH_ERR_FILE:
-    return 3;
-  case FLESH_ERR_SOLVE:
-    return 4;
-  case FLESH_ERR_INTEGRATOR:
-    return 5;
-  case FLESH_ERR_BUDGET:
-    return 6;
-  case FLESH_ERR_NONFINITE:
-    return 7;
-  case FLESH_ERR_ENERGY:
-    return 8;
-  case FLESH_ERR_INTERRUPTED:
-    return flesh_interrupt_exit_code();
-  }
+  static const int codes[][2] = {{FLESH_OK, 0}, {FLESH_ERR_ARGUMENT, 2}, {FLESH_ERR_FILE, 3}, {FLESH_ERR_SOLVE, 4},
+                                 {FLESH_ERR_INTEGRATOR, 5}, {FLESH_ERR_BUDGET, 6}, {FLESH_ERR_NONFINITE, 7}, {FLESH_ERR_ENERGY, 8}};
+  if (status == FLESH_ERR_INTERRUPTED) return flesh_interrupt_exit_code();
+  for (size_t k = 0; k < sizeof codes / sizeof *codes; k++)
+    if (codes[k][0] == status) return codes[k][1];
   return status > 0 ? 4 : 1;
 }
 
@@ -102,6 +88,23 @@ static int take_number(const flesh_usage *usage, const flesh_option *option, con
   return FLESH_OPTIONS_GO_ON;
 }
 
+/* Finds the text among the words "a|b|c" of the argument. */
+static int take_choice(const flesh_usage *usage, const flesh_option *option, const char *text)
+{
+  char valid[160] = "";
+  const char *word = option->argument;
+  for (int k = 0;; k++) {
+    const size_t length = strcspn(word, "|");
+    if (strlen(text) == length && !strncmp(word, text, length)) {
+      *(int *)option->target = k;
+      return FLESH_OPTIONS_GO_ON;
+    }
+    flesh_text_add(valid, sizeof valid, "%s%.*s", !k ? "" : word[length] ? ", " : " or ", (int)length, word);
+    if (!word[length]) return flesh_option_refuse(usage->command, option->name, text, valid);
+    word += length + 1;
+  }
+}
+
 static int take(const flesh_usage *usage, const flesh_option *option, const char *text)
 {
   flesh_texts *texts = option->target;
@@ -115,6 +118,8 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
   case FLESH_OPTION_LIST:
     texts->values[texts->count++] = text;
     return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_CHOICE:
+    return take_choice(usage, option, text);
   default:
     return take_number(usage, option, text);
   }
@@ -192,8 +197,7 @@ int flesh_subcommand_run(const char *command, const char *about, const char *mor
   char known[128] = "";
   for (int k = 0; list[k].name; k++) {
     if (name && !strcmp(name, list[k].name)) return list[k].run(argc - 1, argv + 1);
-    const size_t length = strlen(known);
-    snprintf(known + length, sizeof known - length, "%s%s", !k ? "" : list[k + 1].name ? ", " : " and ", list[k].name);
+    flesh_text_add(known, sizeof known, "%s%s", !k ? "" : list[k + 1].name ? ", " : " and ", list[k].name);
   }
   if (!name) return flesh_command_refuse(command, "no command given; the commands are %s", known);
   return flesh_command_refuse(command, "unknown command '%.100s'; the commands are %s", name, known);

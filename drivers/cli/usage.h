@@ -8,6 +8,7 @@ typedef enum flesh_option_kind {
   FLESH_OPTION_POSITIVE, /* double > 0; also written a/b */
   FLESH_OPTION_NUMBER,   /* double; also written a/b */
   FLESH_OPTION_COUNT,    /* int >= 1 */
+  FLESH_OPTION_CHOICE,   /* int: the place of the word in `argument` */
   FLESH_OPTION_LIST      /* flesh_texts: may be given many times */
 } flesh_option_kind;
 

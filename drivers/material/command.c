@@ -15,9 +15,9 @@
 #include "study/embedded.h"
 
 typedef struct request {
-  const char *out, *energies, *constants_name;
+  const char *out, *energies;
   flesh_material_given given;
-  flesh_constants constants;
+  int constants; /* flesh_constants */
   int chosen[FLESH_ENERGY_COUNT];
 } request;
 
@@ -49,11 +49,6 @@ static int complete(request *r)
                       "--out is missing; it must name a folder for the table and the pictures");
   int status = read_energies(r->energies, r->chosen);
   if (status) return status;
-  r->constants = FLESH_CONSTANTS_MATCHED;
-  if (r->constants_name && (flesh_constants_from_name(r->constants_name, &r->constants) ||
-                            r->constants == FLESH_CONSTANTS_AS_E))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--constants is '%s'; it must be raw or matched",
-                      r->constants_name);
   int lame = !isnan(r->given.mu) + !isnan(r->given.lambda), young = !isnan(r->given.young) + !isnan(r->given.poisson);
   if (lame && young)
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -221,7 +216,7 @@ static int compare(const request *r)
 
 int flesh_command_material(int argc, char **argv)
 {
-  request r = {0};
+  request r = {.constants = FLESH_CONSTANTS_MATCHED};
   flesh_material_given_default(&r.given);
   const flesh_option rows[] = {
       {"out", "DIR", FLESH_OPTION_TEXT, &r.out, "folder of the table and the pictures (required)"},
@@ -234,7 +229,7 @@ int flesh_command_material(int argc, char **argv)
   {#name, "NUMBER", FLESH_OPTION_NUMBER, &r.given.name, doc " (default " #usual ")"},
       FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
 #undef FORM_CONSTANT
-      {"constants", "KIND", FLESH_OPTION_TEXT, &r.constants_name, "matched (default) or raw"},
+      {"constants", "raw|matched", FLESH_OPTION_CHOICE, &r.constants, "the constants' meaning (default matched)"},
       {0}};
   const flesh_usage usage = {
       "material", "", "Compares the energies along simple deformations.", flesh_own_text("material_help"), 0, 0, rows, NULL, 0};

@@ -68,13 +68,15 @@ static int plot(picture *p, int count, char *const *paths)
 
 int flesh_command_plot(int argc, char **argv)
 {
+  static const char *const logs[] = {"", "x", "y", "xy"};
   const char *out = "plot.svg";
-  picture p = {.log = "", .width = 960, .height = 600};
+  int log = -1;
+  picture p = {.width = 960, .height = 600};
   const flesh_option options[] = {
       {"y", "COLUMN[,COLUMN]...", FLESH_OPTION_TEXT, &p.y, "what is drawn"},
       {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "over what (default t, else the first column)"},
       {"by", "COLUMN", FLESH_OPTION_TEXT, &p.by, "a curve for each value of this column"},
-      {"log", "x|y|xy", FLESH_OPTION_TEXT, &p.log, "logarithmic axes; values that are not positive are left out"},
+      {"log", "x|y|xy", FLESH_OPTION_CHOICE, &log, "logarithmic axes; values that are not positive are left out"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "picture to write, .svg, .png or .pdf (default plot.svg)"},
       {"title", "TEXT", FLESH_OPTION_TEXT, &p.title, "above the picture"},
       {"points", NULL, FLESH_OPTION_SWITCH, &p.points, "mark every row (default: up to 40 of them)"},
@@ -86,8 +88,7 @@ int flesh_command_plot(int argc, char **argv)
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (!p.y || !p.y[strspn(p.y, ",")]) return flesh_option_refuse(usage.command, "y", p.y, "the name of a column");
-  if (*p.log && strcmp(p.log, "x") && strcmp(p.log, "y") && strcmp(p.log, "xy"))
-    return flesh_option_refuse(usage.command, "log", p.log, "x, y or xy");
+  p.log = logs[1 + log];
   const int *sides[2] = {&p.width, &p.height};
   for (int d = 0; d < 2; d++)
     if (*sides[d] < 100 || *sides[d] > 10000)

@@ -10,18 +10,6 @@
 #include "scene/schema.h"
 #include "study/embedded.h"
 
-static int read_format(const char *name, flesh_schema_format *format)
-{
-  static const char *const names[] = {[FLESH_SCHEMA_MARKDOWN] = "markdown", [FLESH_SCHEMA_JSON] = "json",
-                                      [FLESH_SCHEMA_MAN] = "man", [FLESH_SCHEMA_PATHS] = "paths"};
-  for (size_t f = 0; f < sizeof names / sizeof *names; f++)
-    if (!strcmp(name, names[f])) {
-      *format = (flesh_schema_format)f;
-      return FLESH_OK;
-    }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be markdown, json, man or paths", name);
-}
-
 /* Prints a section of results.txt: "result.json", "history.csv", "probes.csv" or "frames", or all of them for "results".
  * Returns 0, having printed nothing, for any other name. */
 static int print_results(const char *section)
@@ -39,19 +27,17 @@ static int print_results(const char *section)
 
 int flesh_command_schema(int argc, char **argv)
 {
-  const char *format_name = "markdown";
-  const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_TEXT, &format_name,
+  int format = FLESH_SCHEMA_MARKDOWN;
+  const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_CHOICE, &format, /* of flesh_schema_format */
                                 "tables to read (default), JSON Schema, flesh-scene(5), or the paths of the keys"},
                                {0}};
   const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene and the results of a run.",
                              flesh_own_text("schema_help"), 0, 1, rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;
   char *text = NULL;
-  int status = read_format(format_name, &format);
-  if (!status && positionals && format == FLESH_SCHEMA_MARKDOWN && print_results(argv[1])) return 0;
-  if (!status) status = flesh_scene_schema_section(format, positionals ? argv[1] : NULL, &text);
+  if (positionals && format == FLESH_SCHEMA_MARKDOWN && print_results(argv[1])) return 0;
+  const int status = flesh_scene_schema_section((flesh_schema_format)format, positionals ? argv[1] : NULL, &text);
   if (status) return flesh_command_fail("schema", status);
   fputs(text, stdout); /* whether it could be written is asked at the program's end */
   free(text);

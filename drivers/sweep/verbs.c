@@ -20,15 +20,11 @@
 
 #define NAME_OF(name, doc) "|" #name
 #define DOC_OF(name, doc) ", " doc
+#define FORMAT_OF(name, doc) &flesh_format_##name,
+static const flesh_format *const formats[] = {FLESH_FORMAT_LIST(FORMAT_OF)};
 
-/* NULL: there is none of that name. */
-static const flesh_format *find_format(const char *name)
-{
-#define IF_IT_IS(own, doc) \
-  if (!strcmp(name, #own)) return &flesh_format_##own;
-  FLESH_FORMAT_LIST(IF_IT_IS)
-  return NULL;
-}
+/* The words of --table, in its order. */
+static const char *const tables[] = {"results", "rows"};
 
 static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where,
                        const flesh_format *format, FILE *stream)
@@ -52,10 +48,11 @@ static int print_table(flesh_study_store *store, const char *columns, const char
 
 int flesh_sweep_export(int argc, char **argv)
 {
-  const char *format = "csv", *out = NULL, *columns = "*", *where = NULL, *table = "results";
+  const char *out = NULL, *columns = "*", *where = NULL;
+  int format = 0, table = 0;
   const flesh_option rows[] = {
-      {"format", &(FLESH_FORMAT_LIST(NAME_OF))[1], FLESH_OPTION_TEXT, &format, &(FLESH_FORMAT_LIST(DOC_OF))[2]},
-      {"table", "results|rows", FLESH_OPTION_TEXT, &table,
+      {"format", &(FLESH_FORMAT_LIST(NAME_OF))[1], FLESH_OPTION_CHOICE, &format, &(FLESH_FORMAT_LIST(DOC_OF))[2]},
+      {"table", "results|rows", FLESH_OPTION_CHOICE, &table,
        "a row per case (default), or per row of the tables that cases of accuracy and bench make"},
       {"columns", "LIST", FLESH_OPTION_TEXT, &columns, "columns or SQLite's expressions of them (default *: all)"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &where, "which rows, as in --where \"status = 'complete'\""},
@@ -66,34 +63,19 @@ int flesh_sweep_export(int argc, char **argv)
   flesh_file file = {0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  const flesh_format *chosen = find_format(format);
-  int status = FLESH_OK;
-  if (!chosen)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be %s", format, &(FLESH_FORMAT_LIST(NAME_OF))[1]);
-  if (!status && strcmp(table, "results") && strcmp(table, "rows"))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", table);
-  if (!status) status = flesh_study_store_read(argv[1], &store);
+  int status = flesh_study_store_read(argv[1], &store);
   if (!status && out) status = flesh_output_prepare_from(out, 1, argv + 1, NULL);
   if (!status && out) status = flesh_file_open(out, &file);
-  if (!status) status = print_table(&store, columns, table, where, chosen, out ? file.stream : stdout);
+  if (!status) status = print_table(&store, columns, tables[table], where, formats[format], out ? file.stream : stdout);
   if (!status && out) status = flesh_file_commit(&file);
   flesh_file_abandon(&file);
   flesh_study_store_close(&store);
   return status ? flesh_command_fail("sweep export", status) : 0;
 }
 
-/* Calls sql with one text bound; a failure names `path`. */
-static int execute_with(flesh_study_store *store, const char *sql, const char *text, const char *path)
+static int fail_to_merge(flesh_study_store *store, const char *path)
 {
-  sqlite3_stmt *statement;
-  int status = flesh_study_store_prepare(store, sql, &statement);
-  if (status) return status;
-  sqlite3_bind_text(statement, 1, text, -1, SQLITE_STATIC);
-  int code = sqlite3_step(statement);
-  if (code != SQLITE_DONE && code != SQLITE_ROW)
-    status = flesh_database_fail(store->database, path, "cannot be merged");
-  sqlite3_finalize(statement);
-  return status;
+  return flesh_database_fail(store->database, path, "cannot be merged");
 }
 
 /* Figures that no two runs share. */
@@ -124,7 +106,7 @@ static const char join_sql[] =
 static int join(flesh_study_store *store, const char *path)
 {
   int status = flesh_database_allow(path);
-  if (!status) status = execute_with(store, "ATTACH ? AS part", path, path);
+  if (!status && flesh_study_store_execute(store, "ATTACH %Q AS part", path)) status = fail_to_merge(store, path);
   if (status) return status;
   if (!flesh_study_store_number(store, "SELECT count(*) FROM part.sqlite_master WHERE name = 'cases'"))
     status = flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", path);
@@ -141,8 +123,7 @@ static int join(flesh_study_store *store, const char *path)
         "flesh sweep merge: %s: %d of its cases have other figures than before (another build or machine?); the first ones "
         "are kept\n",
         path, different);
-  if (!status && sqlite3_exec(store->database, join_sql, NULL, NULL, NULL))
-    status = flesh_database_fail(store->database, path, "cannot be merged");
+  if (!status && sqlite3_exec(store->database, join_sql, NULL, NULL, NULL)) status = fail_to_merge(store, path);
   return status ? status : flesh_study_store_execute(store, "DETACH part"); /* a failed merge is thrown away whole */
 }
 
@@ -150,7 +131,7 @@ static int merge(const char *out, const char *temporary, int count, char **paths
 {
   flesh_study_store first, store = {.lock = -1};
   int status = flesh_study_store_read(paths[0], &first);
-  if (!status) status = execute_with(&first, "VACUUM INTO ?", temporary, paths[0]);
+  if (!status && flesh_study_store_execute(&first, "VACUUM INTO %Q", temporary)) status = fail_to_merge(&first, paths[0]);
   flesh_study_store_close(&first);
   if (!status) status = flesh_study_store_read(temporary, &store);
   /* Nothing stands beside it: what is killed half-way is thrown away whole. */
@@ -292,8 +273,9 @@ static int spare_database(const picture *p, const char *database)
 
 int flesh_sweep_plot(int argc, char **argv)
 {
-  picture p = {.store = {.lock = -1}, .table = "results", .log = ""};
+  picture p = {.store = {.lock = -1}, .log = ""};
   const char *out = NULL;
+  int table = 0;
   const flesh_option rows[] = {
       {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "horizontal axis: a column, or SQLite's expression of columns"},
       {"y", "COLUMN", FLESH_OPTION_TEXT, &p.y, "vertical axis: the same"},
@@ -302,7 +284,7 @@ int flesh_sweep_plot(int argc, char **argv)
        "a line, or with --z a map, for each of its values; of two columns, --by \"printf('%s, %s', nu, eta)\""},
       {"log", "xyz", FLESH_OPTION_TEXT, &p.log, "which of x, y and z are logarithmic, as in --log xy"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &p.where, "which cases, as in --where \"energy <> 'B'\""},
-      {"table", "results|rows", FLESH_OPTION_TEXT, &p.table, "as for export"},
+      {"table", "results|rows", FLESH_OPTION_CHOICE, &table, "as for export"},
       {"title", "TEXT", FLESH_OPTION_TEXT, &p.title, "above the picture"},
       {"out", "FILE.png", FLESH_OPTION_TEXT, &out, "the picture (default beside DB, named for what it shows)"},
       {0}};
@@ -312,11 +294,10 @@ int flesh_sweep_plot(int argc, char **argv)
                              1, 1, rows, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count), status = FLESH_OK;
   if (code != FLESH_OPTIONS_GO_ON) return code;
+  p.table = tables[table];
   if (!p.x || !p.y) status = flesh_fail(FLESH_ERR_ARGUMENT, "--x and --y are needed: columns of the results");
   else if (strspn(p.log, "xyz") != strlen(p.log))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--log is '%s'; it must be some of x, y and z", p.log);
-  else if (strcmp(p.table, "results") && strcmp(p.table, "rows"))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", p.table);
   if (!status) status = flesh_study_store_read(argv[1], &p.store);
   if (!status) status = place(&p, argv[1], out);
   if (!status) status = spare_database(&p, argv[1]);

@@ -151,7 +151,7 @@ elements_are_measured() {
     END { exit !(n["tet4", "kernel"] == 10 && n["tet10-mean", "kernel"] == 0 && n["tet10-mean", "step"] == 1 &&
                  nodes["tet4"] == 117 && nodes["tet10-mean"] == 625 && sag["tet10-mean"] > sag["tet4"]) }' four/bench.csv \
     ten/bench.csv || { cat four/bench.csv ten/bench.csv; return 1; }
-  expect 2 "$flesh" bench --element tet5 && has stderr.txt "--element has 'tet5'; it must be a list of some of tet4, tet10, tet10-mean"
+  expect 2 "$flesh" bench --element tet5 && has stderr.txt "--element is 'tet5'; it must be tet4, tet10 or tet10-mean"
 }
 
 nonsense_is_refused() {
