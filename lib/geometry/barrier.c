@@ -8,7 +8,7 @@ double flesh_barrier_secant(double s, double t)
   double value, first[2] = {0, 0}, second[2] = {0, 0};
   if (s < 1) flesh_barrier_law(s, &value, &first[0], &second[0]);
   if (t < 1) flesh_barrier_law(t, &value, &first[1], &second[1]);
-  if (fabs(t - s) <= 1e-6 * fmin(s, fabs(1 - s))) return second[0]; /* there the tangent is more exact */
+  if (fabs(t - s) <= 1e-6 * fmin(s, fabs(1 - s))) return second[0]; /* the difference cancels here: use the tangent */
   return (first[1] - first[0]) / (t - s);
 }
 

@@ -1,7 +1,7 @@
-/* box_tree.c: a binary tree of boxes with sides along the axes.
+/* box_tree.c: a binary tree of axis-aligned boxes.
  *
- * Grouping sorts the primitives of a branch by the sums of their corners' coordinates along the branch's longest side,
- * what is equal in its order before, and halves them: the tree depends on the places alone. */
+ * Grouping sorts the primitives of a branch by the sums of their corners' coordinates along the branch's longest side
+ * and bisects them. The sort is stable, so the tree depends only on the positions. */
 #include "geometry/box_tree.h"
 
 #include <float.h>
@@ -11,12 +11,12 @@
 
 #include "base/error.h"
 
-enum { PART = 64 }; /* leaves of a part, at least */
+enum { PART = 64 }; /* leaves in a part, at least */
 
-/* Sums over a part's boxes before they are swept and inflated. */
+/* Sums over a part's boxes before they are enlarged for motion and inflation. */
 typedef struct part_sum {
-  double leaves, primitives; /* sums of sides */
-  flesh_box_branch whole;    /* around all */
+  double leaves, primitives; /* sums of the sides of the leaves' boxes and of the primitives' boxes */
+  flesh_box_branch whole;    /* box around the part */
 } part_sum;
 
 typedef struct ranked {
@@ -28,7 +28,7 @@ void flesh_box_around(int corners, const int *nodes, const double *x0, const dou
                       double low[3], double high[3])
 {
   const double *first = x0 + 3 * (size_t)nodes[0];
-  double sound = 0; /* NaN once a place is not finite */
+  double sound = 0; /* becomes NaN if a position is not finite */
   for (int c = 0; c < 3; c++) low[c] = high[c] = first[c];
   for (int end = 0; end < (x1 ? 2 : 1); end++)
     for (int k = 0; k < corners; k++) {
@@ -46,7 +46,7 @@ void flesh_box_around(int corners, const int *nodes, const double *x0, const dou
   }
 }
 
-/* Makes the box hold another; NaN in either stays. */
+/* Enlarges b to contain another box; a NaN in either stays. */
 static void join(flesh_box_branch *b, const double low[3], const double high[3])
 {
   for (int c = 0; c < 3; c++) {
@@ -129,7 +129,7 @@ void flesh_box_tree_refit(flesh_box_tree *self, const double *x0, const double *
     all->primitives += parts_of[k].primitives;
     join(&all->whole, parts_of[k].whole.low, parts_of[k].whole.high);
   }
-  /* Points have boxes without sides. */
+  /* A point's box has no sides, so points are compared with the box of all. */
   const double scale = self->corners > 1 ? all->primitives : sides(all->whole.low, all->whole.high);
   self->coherence = scale > 0 ? all->leaves / scale : all->leaves == 0 ? 1 : INFINITY;
 }
@@ -140,7 +140,7 @@ double flesh_box_tree_wear(const flesh_box_tree *self)
   return wear >= 0 ? wear : INFINITY;
 }
 
-/* Sorts by keys, what is equal stays in its order (Knuth, The Art of Computer Programming 3, section 5.2.4). */
+/* Sorts stably by key (merge sort; Knuth, The Art of Computer Programming 3, section 5.2.4). */
 static void sort_ranked(ranked *things, int count, ranked *room)
 {
   if (count <= 8) {
@@ -161,7 +161,8 @@ static void sort_ranked(ranked *things, int count, ranked *room)
     things[to] = second < count && room[first].key > things[second].key ? things[second++] : room[first++];
 }
 
-/* Sorts the primitives of a branch along its longest side and halves them. Returns how many branches there are. */
+/* Sorts the primitives of a branch along its longest side and bisects them recursively. Returns the number of branches
+ * made so far. */
 static int halve(flesh_box_tree *self, int index, int begin, int end, int branches, const double *x)
 {
   flesh_box_branch *b = &self->branches[index];
@@ -198,7 +199,7 @@ void flesh_box_tree_regroup(flesh_box_tree *self, const double *x)
   self->freshness = self->coherence;
 }
 
-/* Branches of a tree over so many primitives. */
+/* Returns the number of branches of a tree of `count` primitives. */
 static int branches_over(int count)
 {
   return count <= FLESH_BOX_TREE_LEAF ? 1 : 1 + branches_over(count / 2) + branches_over(count - count / 2);

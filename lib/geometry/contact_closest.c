@@ -1,4 +1,4 @@
-/* contact_closest.c: the points of two features of surfaces that are nearest to each other, and how they move. */
+/* contact_closest.c: nearest points of two features of surfaces, and how they move. */
 #include "geometry/contact_closest.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 
 #include "math/mat3.h"
 
-/* Squared sines below which edges are taken for parallel, and triangles for edges. */
+/* Squared sine of the angle below which edges count as parallel and triangles as edges. */
 static const double least_sine = 1e-20;
 
 int flesh_contact_kind_nodes(flesh_contact_kind kind)
@@ -28,7 +28,7 @@ double flesh_contact_nearest_of_edge(const double *p, const int nodes[2], const 
   subtract(p, A, d);
   const double along = flesh_vec3_dot(d, e), all = flesh_vec3_dot(e, e), t = along / all;
   int end = -1;
-  if (!(along > 0) || !(t > 0)) end = 0; /* edges without length too */
+  if (!(along > 0) || !(t > 0)) end = 0; /* also for an edge without length */
   else if (!(t < 1)) end = 1;
   if (end == 1) subtract(p, B, d);
   for (int k = 0; k < 3 && end < 0; k++) d[k] -= t * e[k];
@@ -37,8 +37,8 @@ double flesh_contact_nearest_of_edge(const double *p, const int nodes[2], const 
   return flesh_vec3_dot(d, d);
 }
 
-/* The foot of the perpendicular from p in the triangle's plane: its weights and the distance squared; 0 where the
- * triangle has no area. */
+/* Finds the foot of the perpendicular from p in the triangle's plane: its weights and the squared distance. Returns 0
+ * if the triangle has no area. */
 static int find_foot(const double *p, const int nodes[3], const double *x, double weights[3], double *squared)
 {
   const double *X[3];
@@ -60,8 +60,9 @@ static int find_foot(const double *p, const int nodes[3], const double *x, doubl
   return 1;
 }
 
-/* The part of a triangle that bears its point nearest to p, by signs: an edge k, 3 + a corner, or -1 where rounding
- * hides it. `foot`: weights of the foot in the plane; `on`: those of the nearest points of the edges. */
+/* Returns the part of a triangle that bears its point nearest to p, decided by signs: edge k, 3 + corner k, or -1 if
+ * rounding makes the signs inconsistent. `foot` has the weights of the foot in the plane, `on` those of the nearest
+ * points on the edges. */
 static int bearing_part(const double foot[3], const double (*on)[2])
 {
   for (int k = 0; k < 3; k++)
@@ -71,7 +72,8 @@ static int bearing_part(const double foot[3], const double (*on)[2])
   return -1;
 }
 
-/* Signs tell parts apart that distances do not: those differ by the square of what is left to an edge. */
+/* Compares signs rather than distances: near an edge, distances to the plane and to the edge differ only by the square
+ * of the distance between the two feet, which rounding hides. */
 double flesh_contact_nearest_of_triangle(const double *p, const int nodes[3], const double *x, double weights[3])
 {
   double squared[4], on[3][2];
@@ -89,7 +91,8 @@ double flesh_contact_nearest_of_triangle(const double *p, const int nodes[3], co
   return squared[edge];
 }
 
-/* The nearest points within both of two edges: their weights, where they are there. */
+/* Finds the nearest points of two edges if they are interior to both: s and t are their weights. Returns whether they
+ * are. */
 static int cross_within(const int nodes[4], const double *x, double *s, double *t)
 {
   double u[3], v[3], r[3], q[3], z[3];
@@ -106,7 +109,7 @@ static int cross_within(const int nodes[4], const double *x, double *s, double *
   return *s > 0 && *s < 1 && *t > 0 && *t < 1;
 }
 
-/* The signed weights of two edges' nodes at their nearest points. */
+/* Finds the signed weights of two edges' nodes at their nearest points. */
 static void shares_of_edges(const int nodes[4], const double *x, double share[4])
 {
   double s, t, best = INFINITY;
@@ -115,11 +118,11 @@ static void shares_of_edges(const int nodes[4], const double *x, double share[4]
     return;
   }
   share[0] = 1, share[1] = 0, share[2] = -1, share[3] = 0;
-  for (int a = 0; a < 4; a++) { /* one's end and the other */
+  for (int a = 0; a < 4; a++) { /* an end of one edge and the other edge */
     const int *other = nodes + (a < 2 ? 2 : 0), sign = a < 2 ? 1 : -1;
     double w[2];
     const double squared = flesh_contact_nearest_of_edge(x + 3 * (size_t)nodes[a], other, x, w);
-    if (squared >= best) continue; /* what is no number is taken */
+    if (squared >= best) continue; /* a NaN is accepted */
     best = squared;
     memset(share, 0, 4 * sizeof *share);
     share[a] = sign;
@@ -127,7 +130,7 @@ static void shares_of_edges(const int nodes[4], const double *x, double share[4]
   }
 }
 
-/* The foot on the edge's line. */
+/* Finds the foot of the perpendicular from p on the edge's line. Returns 0 if the edge has no length. */
 static int foot_on_line(const double *p, const int nodes[2], const double *x, double weights[2])
 {
   double e[3], d[3];
@@ -139,7 +142,7 @@ static int foot_on_line(const double *p, const int nodes[2], const double *x, do
   return all > 0;
 }
 
-/* The nodes' shares, and which of them bear the nearest points. */
+/* Finds the shares of all nodes, and which of them bear the nearest points. */
 static void find_shares(flesh_contact_kind kind, int within, const int *nodes, const double *x, double share[4],
                         int bears[4])
 {
@@ -163,7 +166,7 @@ static void find_shares(flesh_contact_kind kind, int within, const int *nodes, c
   for (int k = 0; k < flesh_contact_kind_nodes(kind); k++) bears[k] = all || share[k] != 0;
 }
 
-/* Orthonormal tangents of those that the places' changes `turn` make. */
+/* Computes the tangents from `turn` and orthonormalises them, transforming `turn` accordingly. */
 static void find_tangents(const double (*places)[3], flesh_contact_closest *c)
 {
   for (int i = 0; i < c->dimension; i++) {
@@ -183,11 +186,12 @@ static void find_tangents(const double (*places)[3], flesh_contact_closest *c)
   }
 }
 
-/* D itself, and where four nodes bear it the direction at right angles to both tangents, which is known better. */
+/* Computes normal and distance from D. With four bearing nodes the normal is the cross product of the tangents, which
+ * is more accurate. */
 static void find_normal(const double (*places)[3], flesh_contact_closest *c)
 {
   double D[3] = {0, 0, 0};
-  for (int n = 1; n < c->count; n++) /* shares sum to 0: places are relative to the first */
+  for (int n = 1; n < c->count; n++) /* shares sum to 0, so positions relative to the first node will do */
     for (int k = 0; k < 3; k++) D[k] += c->share[n] * places[n][k];
   if (c->count == 4) {
     flesh_vec3_cross(c->tangent[0], c->tangent[1], c->normal);
@@ -209,7 +213,7 @@ void flesh_contact_find_closest(flesh_contact_kind kind, int within, const int *
 {
   double share[4], places[4][3];
   int bears[4];
-  const int second = kind == FLESH_CONTACT_EDGE_EDGE ? 2 : 1; /* where the second feature's nodes begin */
+  const int second = kind == FLESH_CONTACT_EDGE_EDGE ? 2 : 1; /* index of the second feature's first node */
   const int all = flesh_contact_kind_nodes(kind);
   *closest = (flesh_contact_closest){0};
   flesh_contact_closest *c = closest;
@@ -221,7 +225,7 @@ void flesh_contact_find_closest(flesh_contact_kind kind, int within, const int *
       subtract(x + 3 * (size_t)nodes[a], x + 3 * (size_t)nodes[c->corner[0]], places[c->count]);
       c->count++;
     }
-  /* From the first node of a feature to its others. */
+  /* Each tangent leads from the first bearing node of a feature to another one of that feature. */
   for (int a = 1, first = 0, i = 0; a < c->count; a++) {
     if ((c->corner[a] < second) != (c->corner[first] < second)) {
       first = a;

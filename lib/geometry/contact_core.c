@@ -11,7 +11,7 @@
 #include "math/mat3.h"
 #include "math/nearest.h"
 
-/* A step ends where the distance is this fraction of what it was at first. */
+/* A step ends when the distance is this fraction of the initial one. */
 static const double nearest_fraction = 1e-2;
 enum { ADVANCEMENTS = 200 };
 
@@ -24,7 +24,7 @@ static void sort_corners(int *corner)
     }
 }
 
-/* Every node of the faces once. */
+/* Lists every node of the faces once. */
 static int collect_nodes(int nodes, flesh_contact_core *core)
 {
   char *seen = calloc((size_t)nodes + 1, 1);
@@ -62,8 +62,8 @@ int flesh_contact_core_create(const flesh_mesh *mesh, const flesh_obstacle *obst
                                &core->vertex_weight);
 }
 
-/* Corners `from` of the whole's face in the new numbering, ascending, with the shares of edges, each from its corner to the
- * next, and of vertices. */
+/* Copies face `face` of `whole` to index k with its nodes `from` in the new numbering, sorted to ascend. The weights of
+ * its edges (each from its corner to the next) and vertices are permuted with them. */
 static void place_face(const flesh_contact_core *whole, int face, const int from[3], flesh_contact_core *core, int k)
 {
   int order[3] = {0, 1, 2};
@@ -107,13 +107,13 @@ void flesh_contact_core_clear(flesh_contact_core *core)
   *core = (flesh_contact_core){0};
 }
 
-/* A ball's centre and a face, edge or node of the body, with the weights of its foot there. */
+/* A ball's centre with a face, edge or node of the body: the foot of the centre on it and its weights. */
 typedef struct pair {
-  int count, corner[3]; /* those with weight, of the face's three */
+  int count, corner[3]; /* corners of the face with a non-zero weight */
   double weights[3], direction[3], to_centre;
 } pair;
 
-/* The pair of p and the corners first ... of the face with these places, in the face's order. */
+/* Returns the pair of p with the first `count` of the given corners of a face whose corners are at X. */
 static pair pair_of(const double *const X[3], int count, const int *corners, const double p[3])
 {
   const double *const places[3] = {X[corners[0]], X[corners[1]], X[corners[2]]};
@@ -133,7 +133,7 @@ static pair pair_of(const double *const X[3], int count, const int *corners, con
   return found;
 }
 
-/* Whether the box around the corners is at least `reach` away from p. */
+/* Whether the box around the three corners is at least `reach` away from p. */
 static int is_far(const double *const X[3], const double p[3], double reach)
 {
   for (int c = 0; c < 3; c++) {
@@ -143,7 +143,7 @@ static int is_far(const double *const X[3], const double p[3], double reach)
   return 0;
 }
 
-/* A face with its three edges and vertices: their corners, and how many. */
+/* A face, its three edges and its three vertices: number of corners, then the corners. */
 static const int parts[7][4] = {{3, 0, 1, 2}, {2, 0, 1, 2}, {2, 1, 2, 0}, {2, 2, 0, 1},
                                 {1, 0, 1, 2}, {1, 1, 2, 0}, {1, 2, 0, 1}};
 
@@ -158,8 +158,8 @@ static void corners_of(const flesh_contact_core *core, int face, const double *x
   for (int k = 0; k < 3; k++) X[k] = x + 3 * (size_t)core->faces.nodes[3 * face + k];
 }
 
-/* Calls visit(data, pair, corners of its face, share of the barrier, face) for every pair within the thickness; the
- * first status that is not FLESH_OK ends it. */
+/* Calls visit(data, pair, corner positions of its face, weight of the barrier, face) for every pair within the
+ * thickness. Stops at and returns the first status that is not FLESH_OK. */
 static int for_pairs(const flesh_contact_core *core, const flesh_frame *frame, const double *x,
                      int (*visit)(void *data, const pair *found, const double *const X[3],
                                   double share, int face),
@@ -189,7 +189,7 @@ static int for_pairs(const flesh_contact_core *core, const flesh_frame *frame, c
   return FLESH_OK;
 }
 
-/* The sums of flesh_contact_core_add. */
+/* Outputs of flesh_contact_core_add. */
 typedef struct sums {
   const flesh_contact_core *core;
   double *energy, *r;
@@ -220,7 +220,7 @@ int flesh_contact_core_add(const flesh_contact_core *core, const flesh_frame *fr
   return for_pairs(core, frame, x, add_force, &s);
 }
 
-/* The matrix of flesh_contact_core_jacobian. */
+/* Arguments of flesh_contact_core_jacobian. */
 typedef struct matrix {
   const flesh_contact_core *core;
   double scale;
@@ -229,9 +229,9 @@ typedef struct matrix {
   const int *slots; /* [6 * faces] */
 } matrix;
 
-/* The second derivative of a pair's barrier, times share: with e from the foot to the centre, tangents T_i from the
- * first corner to the others, and r_ia = (dw_a/ds_i) e - w_a T_i, that of |e|^2/2 is
- * w_a w_b I - r_ia (T.T)^-1_ij r_jb. Projected: without the parts that are negative. */
+/* Adds the second derivative of a pair's barrier times `share`. With e from the foot to the centre, tangents T_i from
+ * the first corner to the others, and r_ia = (dw_a/ds_i) e - w_a T_i, the second derivative of |e|^2/2 is w_a w_b I -
+ * r_ia (T.T)^-1_ij r_jb. With a filter, the negative semi-definite parts are left out. */
 static int add_second(void *data, const pair *found, const double *const X[3], double share,
                       int face)
 {
@@ -259,7 +259,7 @@ static int add_second(void *data, const pair *found, const double *const X[3], d
   for (int a = 0; a < found->count; a++)
     for (int b = 0; b < found->count; b++) {
       const int row = found->corner[a], column = found->corner[b];
-      if (row > column) continue; /* the upper triangle: nodes of a face ascend */
+      if (row > column) continue; /* only the upper triangle: nodes of a face ascend */
       double *block = m->K->values + 9 * (size_t)slots[slot_of[row][column]];
       const double ww = found->weights[a] * found->weights[b];
       for (int i = 0; i < 3; i++)
@@ -284,8 +284,8 @@ void flesh_contact_core_jacobian(const flesh_contact_core *core, const flesh_fra
   for_pairs(core, frame, x, add_second, &m);
 }
 
-/* Goes by steps that are safe whatever the motion (additive advancement; Li et al. 2021, "Codimensional Incremental
- * Potential Contact", section 5): as far as the distance is wide, over how much anything can approach. */
+/* Advances by steps that are safe for any motion: the distance divided by the largest approach of any corner (additive
+ * advancement; Li et al. 2021, "Codimensional Incremental Potential Contact", section 5). */
 static double feasible_fraction(const double *const X0[3], const double *const X1[3], const double p0[3],
                           const double p1[3], double radius)
 {
@@ -318,7 +318,7 @@ static double feasible_fraction(const double *const X0[3], const double *const X
   return s;
 }
 
-/* How far a corner of the faces goes at most. */
+/* Returns the largest displacement of a node of the faces. */
 static double largest_move(const flesh_contact_core *core, const double *x0, const double *x1)
 {
   double largest = 0;

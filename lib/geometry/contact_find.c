@@ -1,5 +1,5 @@
-/* contact_find.c: finds the pairs of features that are nearer to each other than the thickness, with the weights by
- * which a signed sum over triangles, edges and nodes counts the nearest once. */
+/* contact_find.c: finds the pairs of features nearer than the thickness, with the weights by which a signed sum over
+ * triangles, edges and nodes counts the nearest point once. */
 #include <math.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "geometry/contact_parts.h"
 #include "geometry/contact_set.h"
 
-/* A number that is added up for everything of one key, kept in the order in which keys come. */
+/* A key with the sum of the values added to it. Entries stay in the order in which their keys were first added. */
 typedef struct entry {
   int key, value;
 } entry;
@@ -16,18 +16,19 @@ typedef struct entry {
 typedef struct entries {
   int count;
   entry *list;
-  int *table; /* [mask+1] places in the list; -1: none */
+  int *table; /* [mask+1] hash table of indices into the list; -1: empty */
 } entries;
 
-/* A point's sides and corners of triangles near it, and what bears their nearest points. */
+/* Lists of one point: sides and corners of the triangles near it, and the features that bear their nearest points. */
 enum { SIDES, CORNERS, FEATURES, LISTS };
 
 typedef struct gathered {
   entries of[LISTS];
-  unsigned mask; /* of the tables' places */
+  unsigned mask; /* size of the hash tables minus 1 */
 } gathered;
 
-/* Room for each of a point's candidates: different keys, at most 3 + 3 + 7, and the tables, 16 of each. */
+/* Room for each candidate of a point: list entries (at most 3 sides, 3 corners and 7 features) and slots of a hash
+ * table. */
 enum { KEYS = 13, PLACES = 16 };
 
 /* Kind of feature, encoded in its key. */
@@ -37,10 +38,10 @@ typedef struct job {
   flesh_contact_set *set;
   const flesh_contact_candidates *candidates;
   const double *x;
-  int point_parts, edge_parts, most; /* candidates of a point */
+  int point_parts, edge_parts, most; /* `most`: largest number of candidates of one point */
   struct {
     int count, wanted, undefined;
-    double squared; /* least distance */
+    double squared; /* squared distance of the nearest features */
   } found[2 * FLESH_CONTACT_PARTS];
 } job;
 
@@ -59,7 +60,7 @@ static void add(gathered *g, int list, int key, int value)
   e->list[e->count++] = (entry){key, value};
 }
 
-/* Empty lists for so many candidates, of `most` at most. */
+/* Sets up the three lists for this number of candidates, at most `most`, in the scratch memory. */
 static void open_lists(int candidates, int most, void *scratch, gathered *g)
 {
   entry *list = scratch;
@@ -81,7 +82,7 @@ static void empty_lists(gathered *g)
   }
 }
 
-/* Whether the boxes around two groups of nodes are at least `reach` apart; NaN is not far. */
+/* Whether the boxes around two groups of nodes are at least `reach` apart; false for NaN. */
 static int is_far(const double *x, int count, const int *nodes, int others, const int *other, double reach)
 {
   for (int c = 0; c < 3; c++) {
@@ -108,7 +109,7 @@ static size_t place_of_part(const job *j, int part)
   return points * (size_t)j->set->room[0] + edges * (size_t)j->set->room[1];
 }
 
-/* Pairs beyond the room are only counted. */
+/* Stores a pair; pairs beyond the room are only counted. */
 static void emit(job *j, int part, const flesh_contact_pair *pair)
 {
   const int at = j->found[part].wanted++;
@@ -117,7 +118,8 @@ static void emit(job *j, int part, const flesh_contact_pair *pair)
   j->found[part].count = at + 1;
 }
 
-/* Whether what is at this distance squared is felt; notes where it touches. */
+/* Whether features at this squared distance are within the thickness. Records the least distance, and contact at
+ * distance 0 as undefined. */
 static int is_felt(job *j, int part, double squared)
 {
   const double w = j->set->law.thickness;
@@ -127,7 +129,7 @@ static int is_felt(job *j, int part, double squared)
   return 1;
 }
 
-/* The feature of a triangle that bears its nearest point, by the weights there. */
+/* Returns the key of the triangle's feature that bears its nearest point, given that point's weights. */
 static int bearer_of(const flesh_contact_surface *s, int face, const double weights[3])
 {
   int borne = 0, last = 0, empty = 0;
@@ -140,7 +142,7 @@ static int bearer_of(const flesh_contact_surface *s, int face, const double weig
   return key_of(NODE, s->node_place[s->faces[3 * face + last]]);
 }
 
-/* The triangles near p, with their sides and corners; returns the least distance squared. */
+/* Lists the triangles within the thickness of p, with their sides and corners. Returns the least squared distance. */
 static double list_faces(job *j, int part, int node, int begin, int end, const double p[3],
                          gathered *g)
 {
@@ -163,10 +165,10 @@ static double list_faces(job *j, int part, int node, int begin, int end, const d
   return least;
 }
 
-/* Nodes are looked at from a place beside them, so far off: features that tie, such as the sides of an edge that the
- * node is exactly above, are told apart there, the same for all of them. What is nearest there is at the same distance
- * from the node itself but for the square of what this is of it: of what is much nearer than the thickness, the place
- * is nearer too. */
+/* A node's neighbours are computed from a position displaced by `beside` times the thickness. This breaks ties (for
+ * example the sides of an edge exactly below the node) in the same way for all features; distances change only by about
+ * the square of that ratio. If a feature is nearer than `far_nearer` times the thickness, the displacement shrinks with
+ * its distance. */
 static const double beside = 1e-9, far_nearer = 1e-3;
 
 static void find_place(const double *x, double off, double p[3])
@@ -185,7 +187,7 @@ static void look(job *j, int part, int node, int begin, int end, double p[3], ga
   list_faces(j, part, node, begin, end, p, g);
 }
 
-/* Takes edges off and puts nodes back, as often as the triangles that have been listed share them. */
+/* Subtracts edges and adds nodes as often as the listed triangles share them. */
 static void add_edges_and_nodes(const job *j, const double p[3], gathered *g)
 {
   const flesh_contact_surface *s = j->set->surface;
@@ -240,7 +242,7 @@ static void pairs_of_point(job *j, int part, int begin, int end, void *scratch)
   }
 }
 
-/* The first candidate of a part of the points: all of a point are in one part. */
+/* Returns the first candidate of a part; all candidates of a point are in one part. */
 static int first_of_points(const job *j, int part)
 {
   const int count = j->candidates->point_count, *list = j->candidates->point_faces;
@@ -249,7 +251,7 @@ static int first_of_points(const job *j, int part)
   return k;
 }
 
-/* Bytes that a part takes. */
+/* Returns the bytes of scratch of one part. */
 static size_t scratch_of(int most)
 {
   return (size_t)most * (KEYS * sizeof(entry) + LISTS * PLACES * sizeof(int));
@@ -296,7 +298,7 @@ static void find_part(void *data, int task)
   else edges_of_part(j, task - j->point_parts);
 }
 
-/* Room for `capacity` pairs and the scratch of the points. */
+/* Ensures room for `capacity` pairs and for `scratch` bytes. */
 static int make_room(flesh_contact_set *set, size_t capacity, size_t scratch)
 {
   if (capacity > set->capacity) {
@@ -315,7 +317,7 @@ static int make_room(flesh_contact_set *set, size_t capacity, size_t scratch)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %zu pairs", capacity);
 }
 
-/* Brings the pairs of all parts together, and makes room for their values. */
+/* Moves the pairs of all parts together and makes room for their values. */
 static int gather(job *j)
 {
   flesh_contact_set *set = j->set;
@@ -349,7 +351,7 @@ static void closest_of_part(void *data, int task)
   }
 }
 
-/* Whether all parts had room for their pairs; else there is to be more. */
+/* Whether all parts had room for their pairs; if not, enlarges the room. */
 static int had_room(const job *j)
 {
   int *room = j->set->room, enough = 1;
@@ -362,7 +364,7 @@ static int had_room(const job *j)
   return enough;
 }
 
-/* The most candidates of a point. */
+/* Returns the largest number of candidates of one point. */
 static int most_of_points(const flesh_contact_candidates *candidates)
 {
   const int *list = candidates->point_faces;

@@ -26,7 +26,7 @@ static int make_room(flesh_contact_friction *friction, int pairs)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the friction of %d pairs", pairs);
 }
 
-/* The second direction across, where there is one tangent or none; the first too, where there is none. */
+/* Completes the tangents to two directions orthogonal to the normal. */
 static void find_directions(const flesh_contact_closest *at, double t[2][3])
 {
   memcpy(t, at->tangent, sizeof at->tangent);

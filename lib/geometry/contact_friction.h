@@ -1,14 +1,13 @@
 /* contact_friction.h: Coulomb friction between pairs of features, with normal forces and geometry of a lagged state.
  *
- * A pair with the normal force N has r = mu N f(|u|) u/|u| with the velocity u [2] at which its features slip,
- * f(y) = 2 y/e - (y/e)^2 below the slip speed e and 1 above, as contact.h has it: it is a potential in v as long as the
- * lagged state stays.
+ * A pair with the normal force N and the slip velocity u [2] of its features has the residual r = mu N f(|u|) u/|u|,
+ * with f(y) = 2 y/e - (y/e)^2 below the slip speed e and 1 above, as in contact.h. It derives from a potential in v as
+ * long as the lagged state stays fixed.
  *
- * u_i = sum of c_a t_i . v_a + d alpha_ia n . v_a over the nodes, with shares c, tangents t, turns alpha, normal n and
- * distance d of the nearest points (contact_closest.h). The second term takes off the velocity that a rotation of the
- * features gives to the gap, so that rotations of everything slip nowhere and forces have no moment at the lagged
- * places. About an edge or a node that bears the nearest point the surface's rotation is not known, and the term is left
- * out. */
+ * u_i is the sum of c_a t_i . v_a + d alpha_ia n . v_a over the nodes, with shares c, tangents t, turns alpha, normal n
+ * and distance d of the nearest points (contact_closest.h). The second term removes the velocity that a rotation of the
+ * features gives the gap, so that rigid rotations do not slip and the forces have no moment at the lagged positions. If
+ * an edge or a node bears the nearest point, the rotation about it is unknown and this term is left out. */
 #ifndef FLESH_GEOMETRY_CONTACT_FRICTION_H
 #define FLESH_GEOMETRY_CONTACT_FRICTION_H
 
@@ -17,46 +16,46 @@
 
 typedef struct flesh_friction_pair {
   int count, nodes[4];  /* 2 to 4 nodes */
-  double force;         /* mu N, N */
-  double slip[2][12];   /* [2][3*count] u_i is the sum of slip[i] * v of the nodes */
+  double force;         /* N, mu times the normal force */
+  double slip[2][12];   /* [2][3*count] u_i is the sum of slip[i] * v over the nodes' components */
 } flesh_friction_pair;
 
 typedef struct flesh_contact_friction {
-  double coefficient, slip_speed; /* mu; m/s, > 0 */
+  double coefficient, slip_speed; /* friction coefficient mu, and slip speed in m/s, > 0 */
   int count, capacity;
   flesh_friction_pair *pairs; /* [count] */
 } flesh_contact_friction;
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction);
 
-/* Finds the friction pairs among the set's own pairs, after `set` has been updated at the lagged places x [3*n]. Signed
- * sums have no negative friction: of the pairs of a point those with positive weights have friction, by forces that add up to
- * the sum of all. FLESH_ERR_MEMORY. */
+/* Finds the friction pairs among the set's own pairs after `set` has been updated at the lagged positions x [3*n].
+ * Pairs with negative weight in a signed sum have no friction: the pairs of a point with positive weight share the
+ * friction of the sum of all normal forces. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
-/* A pair's slip, where its nearest points are `at`; and how a field [3*n] slips. */
+/* The first computes a pair's slip operator for its nearest points `at`; the second applies it to a field [3*n]. */
 void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found);
 void flesh_contact_slip_of(const flesh_friction_pair *pair, const double *field, double u[2]);
 
-/* Places and velocities [3*n], and by how many times a change of the unknown moves x and v. */
+/* Positions and velocities [3*n], and the factors by which a change of the unknown changes x and v. */
 typedef struct flesh_contact_motion {
   const double *x, *x_lag, *v;
   double shift_x, shift_v;
 } flesh_contact_motion;
 
-/* Adds to what is not NULL the residual r [3*n], and its potential for changes of the unknown, with the sum of its
- * terms' sizes (effect.h; where shift_v is 0 the force does not change, and x moves from x_lag). */
+/* Adds to each output that is not NULL: the residual r [3*n], its potential phi with respect to the unknown, and the
+ * sum `size` of its terms' magnitudes (effect.h). If shift_v is 0 the force is constant and x moves from x_lag. */
 void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const flesh_contact_motion *at, double *phi,
                                      double *size, double *r);
 
-/* Gives d r / d x_lag, with velocities v [3*n], of a set that has been updated at x_lag [3*n] as
- * flesh_contact_friction_update has it. FLESH_UNDEFINED where other nodes bear the nearest points of two edges on one side
- * of x_lag than on the other; FLESH_ERR_MEMORY, and what `add` returns. */
+/* Adds d r / d x_lag by calls of `add`, for velocities v [3*n] and a set updated at x_lag [3*n] as for
+ * flesh_contact_friction_update. FLESH_UNDEFINED if different nodes bear the nearest points of two edges on the two
+ * sides of x_lag; FLESH_ERR_MEMORY; errors of `add`. */
 int flesh_contact_friction_turn(const flesh_contact_friction *friction, const flesh_contact_set *set, const double *x_lag,
                                 const double *v, flesh_block_add add, void *to);
 
-/* scale times d r / d v [144*count] of every pair, in the order of its nodes, 0 behind them; positive semi-definite.
- * `to_rest`: the secants to rest in their place (slip.h). */
+/* Computes scale times d r / d v [144*count] of every pair, in the order of its nodes and padded with 0; positive
+ * semi-definite. `to_rest`: uses the secants to rest instead of the tangents (slip.h). */
 void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
                                      int to_rest, double *hessians);
 

@@ -1,7 +1,9 @@
-/* contact_friction_turn.c: how friction changes with the lagged places. Of a pair with the force N, the slip S and u = S v,
- * w = N f(|u|) S^T u/|u| changes with N and S, which are differentiated by differences of the fourth order on the pair's own
- * nodes, so short that they see neither the thickness's end nor other nearest points. A point's pairs of positive weights
- * have r = mu s sum of w, where s is the sum of all N over that of theirs. */
+/* contact_friction_turn.c: derivative of friction by the lagged positions.
+ *
+ * A pair with the force N, the slip operator S and u = S v has w = N f(|u|) S^T u/|u|. N and S are differentiated by
+ * fourth-order differences on the pair's own nodes, with a step so short that neither the end of the thickness nor a
+ * change of the bearing nodes is met. The pairs of a point with positive N have r = mu s sum of w, where s is the sum
+ * of all N divided by the sum of the positive ones. */
 #include <math.h>
 #include <string.h>
 
@@ -10,16 +12,16 @@
 #include "geometry/contact_friction.h"
 #include "geometry/slip.h"
 
-/* A pair on nodes of its own, whose numbers are of all 12 components. */
+/* A pair on its own nodes, with vectors of all 12 components. */
 typedef struct turned {
   const flesh_contact_pair *pair;
-  int count;        /* nodes */
+  int count;        /* number of nodes */
   double x[12], v[12];
-  double N, by[12]; /* and its derivative */
-  double w[12], turn[12][12]; /* likewise, [row][column] */
+  double N, by[12]; /* normal force and its derivative by x */
+  double w[12], turn[12][12]; /* w and its derivative by x, [row][column] */
 } turned;
 
-/* The pair's N and S at its x. */
+/* Computes N and S of the pair at its x. */
 static double find_slip(const turned *t, flesh_contact_closest *at, double S[2][12])
 {
   flesh_friction_pair pair;
@@ -33,7 +35,8 @@ static double find_slip(const turned *t, flesh_contact_closest *at, double S[2][
   return N;
 }
 
-/* Differentiates N and S by a component of the nodes. */
+/* Differentiates N and S by one component of the nodes' positions. FLESH_UNDEFINED if the bearing nodes differ for
+ * every step tried. */
 static int differentiate(turned *t, int column, const flesh_contact_closest *base, double turn[2][12])
 {
   static const double at[] = {-2, -1, 1, 2}, weight[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
@@ -56,7 +59,7 @@ static int differentiate(turned *t, int column, const flesh_contact_closest *bas
   return same ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* Differentiates w, with slip speed e. */
+/* Computes w and its derivative for the slip speed e. */
 static int find(turned *t, double e)
 {
   flesh_contact_closest base;
@@ -90,7 +93,8 @@ static turned on_own_nodes(const flesh_contact_pair *pair, const double *x, cons
   return t;
 }
 
-/* Adds mu s times turn of one, if they are the same, and w of one times `by` times the derivative of the other's N. */
+/* Adds `by` times w of one times the derivative of the other's N and, if both are the same pair, `scale` times the
+ * derivative of w. */
 static int add_blocks(const turned *one, const turned *other, double scale, double by, flesh_block_add add, void *to)
 {
   int status = FLESH_OK;

@@ -14,7 +14,7 @@ double flesh_contact_parallel(double first_squared, double second_squared)
   return 1e-3 * first_squared * second_squared;
 }
 
-/* An orthonormal basis of the vectors of 2, 3 or 4 numbers that sum to 0: its first 1, 2 or 3 rows (Helmert). */
+/* Orthonormal basis of the vectors of 2, 3 or 4 numbers that sum to 0: its first 1, 2 or 3 rows (Helmert). */
 #define SQRT2  1.4142135623730951
 #define SQRT6  2.4494897427831781
 #define SQRT12 3.4641016151377544
@@ -22,7 +22,7 @@ static const double helmert[3][4] = {{1 / SQRT2, -1 / SQRT2, 0, 0},
                                      {1 / SQRT6, 1 / SQRT6, -2 / SQRT6, 0},
                                      {1 / SQRT12, 1 / SQRT12, 1 / SQRT12, -3 / SQRT12}};
 
-/* Eigenvalues of A [n*n] below 0 become 0 or positive. */
+/* Returns the filtered eigenvalue: negative ones become 0 or positive. */
 static double filtered(double eigenvalue, flesh_eigenvalue_filter filter)
 {
   if (eigenvalue >= 0 || filter == FLESH_FILTER_NONE) return eigenvalue;
@@ -43,8 +43,8 @@ static void filter_matrix(int n, flesh_eigenvalue_filter filter, double *A)
     }
 }
 
-/* The mollifier of two edges: its value, derivatives by y, and y's gradient by the places of the first's end and the
- * second's end relative to their beginnings. */
+/* The mollifier of two edges: its value, its first and second derivatives by y = |u x v|^2, and the gradient of y by
+ * the edge vectors u and v. */
 typedef struct mollifier {
   double value, first, second, u[3], v[3], by_u[3], by_v[3];
 } mollifier;
@@ -70,7 +70,7 @@ static int find_mollifier(const flesh_contact_pair *pair, const double *x, molli
   return 1;
 }
 
-/* y's gradient by the four places. */
+/* Computes the gradient of y by the four nodes' positions. */
 static void mollifier_gradient(const mollifier *m, double g[12])
 {
   for (int c = 0; c < 3; c++) {
@@ -111,8 +111,8 @@ double flesh_contact_pair_force(const flesh_contact_pair *pair, const double *x,
   return -pair->weight * first * (find_mollifier(pair, x, &m) ? m.value : 1);
 }
 
-/* The barrier's derivatives that the Hessian has: its tangent, or its secant and the force that is expected, which turns
- * with the features. */
+/* Returns the barrier's derivatives used in the Hessian: those at the present gap or, with an expected gap, the secant
+ * to it and the force there. */
 static void find_derivatives(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *first,
                              double *second)
 {
@@ -127,7 +127,8 @@ static void find_derivatives(const flesh_contact_closest *at, const flesh_contac
   if (pair->expected < 1) flesh_barrier_law(pair->expected, &law, first, &tangent);
 }
 
-/* The barrier's Hessian in the basis that contact_pair.h names [q*q], q = 2*dimension + 1, and the eigenvalue of c m. */
+/* Computes the barrier's Hessian in the basis named in contact_pair.h, M [q*q] with q = 2*dimension + 1, and its
+ * eigenvalue for c m. */
 static void small_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *M, double *across)
 {
   const double thickness = pair->thickness, weight = pair->weight;
@@ -155,7 +156,7 @@ static void small_hessian(const flesh_contact_closest *at, const flesh_contact_p
   *across = weight * first / at->distance * norm;
 }
 
-/* The directions m at right angles to the normal and the tangents; returns how many. */
+/* Computes the directions m orthogonal to the normal and the tangents. Returns their number. */
 static int directions_across(const flesh_contact_closest *at, double m[2][3])
 {
   if (at->dimension == 2) return 0;
@@ -168,13 +169,13 @@ static int directions_across(const flesh_contact_closest *at, double m[2][3])
   return 2;
 }
 
-/* The Hessian's few distinct numbers: of the nodes' moves along the normal, of these with moves across it, v, and of moves
- * across it, T; c are the nodes' parts of the latter. */
+/* The distinct blocks of the Hessian: `along` for moves along the normal, v between moves along and across it, T for
+ * moves across it; c are the nodes' weights in moves across it. */
 typedef struct small_blocks {
   double along[4][4], v[4][3], T[9], c[4];
 } small_blocks;
 
-/* The blocks from M [q*q], whose rows of nodes are in helmert's basis. */
+/* Computes the blocks from M [q*q], whose node rows are in the Helmert basis. */
 static small_blocks blocks_of(const flesh_contact_closest *at, const double *M, double across)
 {
   small_blocks s = {.T = {0}};
@@ -216,7 +217,7 @@ static void barrier_hessian(const flesh_contact_closest *at, const flesh_contact
         }
 }
 
-/* Adds `scale` times the Hessian of y by the four places. */
+/* Adds `scale` times the Hessian of y by the four nodes' positions. */
 static void add_turning(const mollifier *m, double scale, double *hessian)
 {
   const double *u = m->u, *v = m->v, uu = flesh_vec3_dot(u, u), vv = flesh_vec3_dot(v, v), uv = flesh_vec3_dot(u, v);
@@ -237,7 +238,7 @@ static void add_turning(const mollifier *m, double scale, double *hessian)
     }
 }
 
-/* In the basis of moves of four nodes that sum to 0. */
+/* Filters the eigenvalues of a whole Hessian, in the basis of moves of four nodes that sum to 0. */
 static void filter_whole(flesh_eigenvalue_filter filter, double *hessian)
 {
   double M[81];

@@ -1,10 +1,10 @@
-/* contact_parts.h: how work on pairs of features is cut into parts. */
+/* contact_parts.h: how work on pairs of features is divided into parts. */
 #ifndef FLESH_GEOMETRY_CONTACT_PARTS_H
 #define FLESH_GEOMETRY_CONTACT_PARTS_H
 
 #include <stdint.h>
 
-/* Parts are as large as is worth handing out, whatever the number of threads. */
+/* Largest number of parts. The division depends on the amount of work, not on the number of threads. */
 enum { FLESH_CONTACT_PARTS = 64 };
 
 static inline int flesh_contact_parts(int count, int of_part)
@@ -13,7 +13,7 @@ static inline int flesh_contact_parts(int count, int of_part)
   return parts < 1 ? 1 : parts < FLESH_CONTACT_PARTS ? parts : FLESH_CONTACT_PARTS;
 }
 
-/* The first of part `part` of so many parts. */
+/* Returns the first item of part `part` if `count` items are divided into `parts` parts. */
 static inline int flesh_contact_part(int count, int parts, int part)
 {
   return (int)((int64_t)count * part / parts);

@@ -1,4 +1,4 @@
-/* contact_patches.c: keeps the patches of surfaces that go through each other. */
+/* contact_patches.c: keeps the patches of surfaces that intersect. */
 #include "geometry/contact_patches.h"
 
 #include <limits.h>
@@ -21,7 +21,7 @@ int flesh_contact_patches_create(const flesh_contact_surface *s, flesh_contact_p
 
 void flesh_contact_patches_clear(flesh_contact_patches *self)
 {
-  free(self->face_patch); /* and those of edges and nodes with it */
+  free(self->face_patch); /* edge_patch and node_patch share this allocation */
   flesh_free(self->pairs);
   *self = (flesh_contact_patches){0};
 }
@@ -33,7 +33,7 @@ int flesh_contact_patches_reserve(flesh_contact_patches *self, int pairs)
              : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs of patches", pairs);
 }
 
-/* All of whose faces one patch has, that one's it is. */
+/* Gives a node or edge the patch that all of its faces share, else -1; called once per face. */
 static void take(int *patch, int of_face, int first)
 {
   *patch = first ? of_face : *patch == of_face ? of_face : -1;
@@ -52,7 +52,7 @@ void flesh_contact_patches_label(flesh_contact_patches *self)
   }
 }
 
-/* Whether what was loaded can be of this surface. */
+/* Whether loaded patches can belong to this surface. */
 static int fits(const flesh_contact_patches *self)
 {
   for (int f = 0; f < self->surface->face_count; f++)

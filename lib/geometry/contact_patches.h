@@ -1,11 +1,11 @@
-/* contact_patches.h: where bodies' surfaces go through each other at the start of a run, and so do not touch until they
- * are apart.
+/* contact_patches.h: regions where surfaces intersect at the start of a run and therefore do not touch until they have
+ * come apart.
  *
- * A patch is a connected part of a surface: faces that go through others, faces that lie inside a body, and what is near
- * the patch that it goes through. Two patches of which one goes through the other ignore each other: the nodes, edges
- * and faces that belong to the one alone (all of whose faces do) do not touch those of the other. So a face of no patch
- * touches everything, and within a step no way leads from one patch through what is not in the other. From step to step
- * patches follow what goes through each other. */
+ * A patch is a connected part of a surface: faces that intersect others, faces inside a body, and the surroundings near
+ * the patch that it intersects. Two patches that intersect ignore each other: nodes, edges and faces that belong only
+ * to the one (all of their faces do) do not touch those of the other. A face of no patch touches everything, and no
+ * path within a step leads from one patch through faces outside the other. Patches are updated from step to step as the
+ * intersections change. */
 #ifndef FLESH_GEOMETRY_CONTACT_PATCHES_H
 #define FLESH_GEOMETRY_CONTACT_PATCHES_H
 
@@ -14,23 +14,25 @@
 #include "geometry/near_finder.h"
 #include "geometry/near_patches.h"
 
-/* No patches. FLESH_ERR_MEMORY. */
+/* Creates an empty set of patches. FLESH_ERR_MEMORY. */
 int flesh_contact_patches_create(const flesh_contact_surface *surface, flesh_contact_patches *patches);
 void flesh_contact_patches_clear(flesh_contact_patches *patches);
 
-/* The patches become those at x [3*mesh_nodes]: of faces that meet, of what is inside a body, and of what was ignored and
- * is nearer than the thickness [m]; grown where they are nearer than `reach` [m], which is more, to those that they go
- * through. What then counts again is no nearer than the thickness. `finder`, of that surface, must not look at them
- * meanwhile. FLESH_UNDEFINED where a place is not finite, FLESH_ERR_MEMORY: they are as before. */
+/* Recomputes the patches at x [3*mesh_nodes] from faces that intersect, faces inside a body, and ignored pairs still
+ * nearer than the thickness [m]. Patches grow to include what is nearer than `reach` [m], larger than the thickness, to
+ * a patch that they intersect. Pairs that touch again afterwards are therefore at least the thickness apart. `finder`,
+ * of the same surface, must not use the patches meanwhile. FLESH_UNDEFINED if a position is not finite,
+ * FLESH_ERR_MEMORY: the patches are unchanged. */
 int flesh_contact_patches_update(flesh_contact_patches *patches, flesh_near_finder *finder, const double *x,
                                  double thickness, double reach, flesh_threads *threads);
 
-/* Patches and pairs; the archive is wrong where they cannot be of this surface. FLESH_ERR_MEMORY. */
+/* Saves or loads patches and their pairs; marks the archive as wrong if they cannot belong to this surface.
+ * FLESH_ERR_MEMORY. */
 int flesh_contact_patches_archive(flesh_contact_patches *patches, flesh_archive *archive);
 
-/* Finds edges' and nodes' patches from those of the faces, for a search and for loading. */
+/* Derives the patches of edges and nodes from those of the faces. */
 void flesh_contact_patches_label(flesh_contact_patches *patches);
-/* Room for so many pairs. FLESH_ERR_MEMORY. */
+/* Makes room for `pairs` pairs. FLESH_ERR_MEMORY. */
 int flesh_contact_patches_reserve(flesh_contact_patches *patches, int pairs);
 
 #endif

@@ -1,5 +1,5 @@
-/* contact_patches_find.c: finds the patches of surfaces that go through each other: faces that meet, what of the surface
- * lies inside a body between them, what has not come apart yet, and what is near all around. */
+/* contact_patches_find.c: finds the patches of surfaces that intersect: faces that meet, parts of a surface inside a
+ * body, ignored pairs that have not come apart yet, and the surroundings of all these. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +16,7 @@
 #include "math/area.h"
 #include "math/mat3.h"
 
-/* Two faces of which one goes through the other, or lies inside the other's body. */
+/* Two faces that intersect, or of which one lies inside the other's body. */
 typedef struct link {
   int faces[2];
   double place[3];
@@ -26,18 +26,19 @@ typedef struct work {
   const flesh_near_finder *finder;
   const flesh_contact_surface *s;
   const double *x;
-  int *start, *around; /* faces around node n: around[start[n]] to around[start[n + 1]] */
-  int *set, *region, *whole; /* [nodes] unions: of a patch (-1: of none), of faces that meet none, of a whole surface */
-  double *boxes;             /* [6*bodies] */
-  unsigned char *flagged;    /* [faces] 1: of a patch */
+  int *start, *around; /* faces of surface node n: around[start[n]] to before around[start[n + 1]] */
+  int *set, *region, *whole; /* [nodes] disjoint sets of nodes: patches (-1: in no patch), regions that intersect
+                              * nothing, and whole surfaces */
+  double *boxes;             /* [6*bodies] bounding boxes */
+  unsigned char *flagged;    /* [faces] 1: the face is in a patch */
   int link_count, link_room;
   link *links;
-  int key_count, *keys; /* [2*...] pairs of sets whose patches ignore each other, ascending */
+  int key_count, *keys; /* [2*...] pairs of node sets whose patches ignore each other, ascending */
 } work;
 
 static int node_of(const work *w, int face, int corner) { return w->s->node_place[w->s->faces[3 * face + corner]]; }
 
-/* Joins the corners of a face. */
+/* Unites the corners of a face in `set`. */
 static void join_face(const work *w, int *set, int face)
 {
   for (int k = 0; k < 3; k++) {
@@ -47,7 +48,7 @@ static void join_face(const work *w, int *set, int face)
   }
 }
 
-/* Whether it was in no patch. */
+/* Puts a face into a patch. Returns whether it was in none. */
 static int flag(work *w, int face)
 {
   if (w->flagged[face]) return 0;
@@ -109,7 +110,7 @@ static int open_work(const flesh_near_finder *finder, const double *x, work *w)
   return flesh_contact_surface_around(s, 3, &w->start, &w->around);
 }
 
-/* Links the faces of edges with those that they meet. */
+/* Puts the faces of intersections into patches and links them. */
 static int link_crossings(work *w, const flesh_surface_intersections *found)
 {
   int status = FLESH_OK;
@@ -139,9 +140,9 @@ static int is_within(const double *box, const double *other)
   return 1;
 }
 
-/* A region is a connected part of a surface that meets nothing: all of it is inside a body, or none. */
+/* A connected part of a surface that intersects nothing, so that all of it or nothing is inside a body. */
 typedef struct region {
-  int face; /* the largest, which stands for it; -1: there is no such region */
+  int face; /* its largest face, which represents it; -1: there is no region with this number */
   double area, box[6];
 } region;
 
@@ -164,7 +165,7 @@ static void measure(const work *w, region *regions)
   }
 }
 
-/* Whether the whole surface that the face is of meets the body's. */
+/* Whether the whole surface that contains the face intersects the body. */
 static int meets(const work *w, int crossings, int face, int body)
 {
   const int whole = flesh_set_of(w->whole, node_of(w, face, 0)), *face_body = w->finder->face_body;
@@ -176,8 +177,8 @@ static int meets(const work *w, int crossings, int face, int body)
   return 0;
 }
 
-/* The region is inside the body: its faces are of a patch and, where nothing of it meets the body, all the body's faces
- * too. */
+/* Records that a region is inside the body: puts its faces into a patch and, if its surface does not intersect the
+ * body, all faces of the body as well. */
 static int flag_region(work *w, int crossings, int root, const region *of, int body)
 {
   const flesh_contact_surface *s = w->s;
@@ -194,7 +195,8 @@ static int flag_region(work *w, int crossings, int root, const region *of, int b
   return status;
 }
 
-/* Whether it can be inside: it has no place outside of the body's box; the body's own surface has to overlap. */
+/* Whether a region can be inside a body: it is within the body's box or, for its own body, that body overlaps
+ * itself. */
 static int may_be_inside(const work *w, const unsigned char *overlaps, const region *of, int body)
 {
   const int own = w->finder->face_body[of->face];
@@ -202,7 +204,8 @@ static int may_be_inside(const work *w, const unsigned char *overlaps, const reg
   return own == body ? overlaps[body] : is_within(of->box, w->boxes + 6 * (size_t)body);
 }
 
-/* Bodies of several surfaces, or that go through themselves. */
+/* Finds the bodies' boxes, and which bodies may overlap themselves: those of several surfaces or with
+ * self-intersections. */
 static void find_overlaps(const work *w, unsigned char *overlaps)
 {
   const flesh_contact_surface *s = w->s;
@@ -221,7 +224,7 @@ static void find_overlaps(const work *w, unsigned char *overlaps)
   }
 }
 
-/* Flags what is inside of bodies. */
+/* Finds the regions that are inside bodies and links them. */
 static int link_insides(work *w)
 {
   const flesh_contact_surface *s = w->s;
@@ -246,7 +249,7 @@ static int link_insides(work *w)
   return status;
 }
 
-/* The sets of nodes whose patches are linked now. */
+/* Lists the pairs of node sets that are linked, sorted and without duplicates. */
 static void list_keys(work *w)
 {
   w->key_count = 0;
@@ -263,7 +266,7 @@ static void list_keys(work *w)
   }
 }
 
-/* Whether the patches of two nodes of the surface are linked. */
+/* Whether the patches of two surface nodes are linked. */
 static int are_linked(const work *w, int node, int other)
 {
   if (w->set[node] < 0 || w->set[other] < 0) return 0;
@@ -271,7 +274,7 @@ static int are_linked(const work *w, int node, int other)
   return bsearch(key, w->keys, (size_t)w->key_count, sizeof key, flesh_compare_two_ints) != NULL;
 }
 
-/* Whether the hulls of the first nodes and of the others are nearer than so. */
+/* Whether the hulls of the first nodes and of the others are nearer than `distance`. */
 static int is_near(const work *w, int first, const int nodes[4], double distance)
 {
   const double *places[4];
@@ -280,7 +283,7 @@ static int is_near(const work *w, int first, const int nodes[4], double distance
   return flesh_hull_distance(first, 4 - first, places, unit) < distance;
 }
 
-/* Whether they touch linked patches, and are nearer than `reach`. */
+/* Whether the two hulls have nodes of linked patches and are nearer than `reach`. */
 static int joins_patches(const work *w, int first, const int nodes[4], double reach)
 {
   int linked = 0;
@@ -290,7 +293,7 @@ static int joins_patches(const work *w, int first, const int nodes[4], double re
   return linked && is_near(w, first, nodes, reach);
 }
 
-/* The nodes of a near pair, the point's or the first edge's before the others. */
+/* Lists the nodes of a near pair: those of the point or first edge, then the others. */
 static void nodes_of(const flesh_contact_surface *s, int is_point, const int pair[2], int nodes[4])
 {
   if (is_point) nodes[0] = s->nodes[pair[0]];
@@ -299,7 +302,7 @@ static void nodes_of(const flesh_contact_surface *s, int is_point, const int pai
   else memcpy(nodes + 2, s->edges + 2 * (size_t)pair[1], 2 * sizeof *nodes);
 }
 
-/* Links what was ignored until now and is nearer than the thickness. */
+/* Links pairs ignored so far that are still nearer than the thickness. */
 static int link_ignored(work *w, const flesh_contact_patches *before, const flesh_near_pairs *near, double thickness)
 {
   const flesh_contact_surface *s = w->s;
@@ -322,7 +325,7 @@ static int link_ignored(work *w, const flesh_contact_patches *before, const fles
   return status;
 }
 
-/* Patches take in what is nearer than `reach` to one that they are linked with, until there is nothing more. */
+/* Grows patches by the features nearer than `reach` to a patch linked with them, until nothing changes. */
 static void grow(work *w, const flesh_near_pairs *near, double reach)
 {
   int nodes[4];
@@ -342,7 +345,7 @@ static void grow(work *w, const flesh_near_pairs *near, double reach)
   }
 }
 
-/* The pair of these sets, with the place of its first link. */
+/* Describes the pair of patches of these node sets, with the position of its first link. */
 static flesh_patch_pair describe(const work *w, const flesh_contact_patches *self, const int key[2])
 {
   flesh_patch_pair pair = {.faces = {0}};
@@ -362,7 +365,7 @@ static flesh_patch_pair describe(const work *w, const flesh_contact_patches *sel
   return pair;
 }
 
-/* Numbers the patches as their least nodes ascend, and lists their pairs. */
+/* Numbers the patches by their least nodes, ascending, and lists their pairs. */
 static int finish(work *w, flesh_contact_patches *self)
 {
   const flesh_contact_surface *s = w->s;

@@ -1,4 +1,4 @@
-/* contact_seat.c: springs that only push, between a node and the plane of a face. */
+/* contact_seat.c: one-sided springs between a node and the plane of a face. */
 #include "geometry/contact_seat.h"
 
 #include <math.h>
@@ -6,9 +6,9 @@
 
 #include "math/mat3.h"
 
-/* A node against the plane of a face. */
+/* A node relative to the plane of a face. */
 typedef struct plane {
-  double opening, n[3], l[3], g[3][3]; /* normal; barycentric coordinates of the node and their gradients */
+  double opening, n[3], l[3], g[3][3]; /* signed distance, normal, barycentric coordinates of the node and their gradients */
 } plane;
 
 static plane plane_at(const int nodes[4], const double *x)
@@ -37,13 +37,13 @@ static plane plane_at(const int nodes[4], const double *x)
 
 double flesh_contact_seat_opening(const int nodes[4], const double *x) { return plane_at(nodes, x).opening; }
 
-/* How far the node is within the seat, m; 0: it is not. */
+/* Returns how far [m] the node is below the seat's `least`; 0 if it is above. */
 static double depth_of(const flesh_contact_seat *seat, const plane *at)
 {
   return at->opening < seat->least ? seat->least - at->opening : 0;
 }
 
-/* The gradient of the opening. */
+/* Computes the gradient of the opening. */
 static void slope_of(const plane *at, double slope[12])
 {
   for (int a = 0; a < 4; a++)

@@ -1,4 +1,4 @@
-/* contact_secant.c: gaps at which a solve is expected to end. */
+/* contact_secant.c: predicts the gaps at which a solve will end. */
 #include "geometry/contact_secant.h"
 
 #include <math.h>
@@ -32,8 +32,9 @@ static double pressure_at(double s)
   return -first;
 }
 
-/* The gap over the thickness at which the pressure is this, by Newton's iteration on the pressure's square root, which is
- * convex and where it begins is too large: it ends where rounding moves it no further. */
+/* Returns the gap over the thickness with the given pressure, by Newton's iteration on the square root of the pressure.
+ * That root is convex and too large at the start, so the iteration increases the gap monotonically and ends when
+ * rounding stops it. */
 static double gap_at(double pressure)
 {
   const double root = sqrt(pressure);
@@ -41,7 +42,8 @@ static double gap_at(double pressure)
   if (!(root < INFINITY)) return 0;
   for (double s = 1 / (1 + root);;) {
     const double along = sqrt(1 + 2 * s), here = (1 - s) / s * along;
-    const double next = s + (here - root) * s * s * along / (1 + s + s * s); /* its derivative there */
+    const double next = s + (here - root) * s * s * along / (1 + s + s * s); /* the root's derivative is -(1 + s +
+                                                                              * s^2)/(s^2 sqrt(1 + 2 s)) */
     if (!(next > s)) return s;
     s = next;
   }
@@ -49,7 +51,7 @@ static double gap_at(double pressure)
 
 static double gap_of(const flesh_contact_set *set, int k) { return set->closest[k].distance / set->pairs[k].thickness; }
 
-/* How many pairs, from the k-th on, are of its node; 0: it is of two edges. */
+/* Returns the number of pairs of the same node from the k-th on; 0 if pair k is of two edges. */
 static int count_pairs(const flesh_contact_set *set, int k)
 {
   int count = 0;
@@ -69,7 +71,7 @@ void flesh_contact_secant_expect(flesh_contact_secant_node *node, int update, do
   node->slope = flesh_barrier_secant(gap, node->expected);
 }
 
-/* For the pairs of one node, from the k-th on, by the one with the least gap. */
+/* Predicts for the pairs of one node, from the k-th on, by the pair with the least gap. */
 static void predict(flesh_contact_secant *secant, int count, const flesh_contact_set *set, int k, const double *x_lag)
 {
   flesh_contact_secant_node *node = &secant->nodes[set->pairs[k].owner];

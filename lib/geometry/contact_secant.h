@@ -1,32 +1,31 @@
-/* contact_secant.h: at which gap a solve is expected to end, node by node, and the barrier's secant to there.
+/* contact_secant.h: predicts for each node the gap at which a solve will end, and uses the barrier's secant to there.
  *
- * Near the edge of the barrier its force grows with the square of what a node is within it. From an iterate that is
- * there n times as deep as the solution, Newton's iteration takes log2 n steps, each of which halves the depth, however
- * well all else is known: it extrapolates by the stiffness here to forces as small as there. The secant from here to
- * where the force is the expected one has no such error: with the force as an unknown of its own, f = B'(s), it is the
- * step that inverts that law exactly (primal-dual methods, Nocedal & Wright 2006, section 19.3, linearise s f(s) =
- * const for the same reason).
+ * Near the edge of the barrier its force grows with the square of the depth. From an iterate n times as deep as the
+ * solution, Newton's iteration takes log2 n steps, each of which halves the depth, however accurate everything else is:
+ * it extrapolates linearly from a large force to a small one. The secant from the present gap to the gap of the
+ * expected force has no such error. It is the step that inverts the law exactly if the force is an unknown of its own,
+ * f = B'(s) (for the same reason primal-dual methods, Nocedal & Wright 2006, section 19.3, linearise s f(s) = const).
  *
- * The expected force is what the last iteration's linear model predicts for where the node is now, and before the first
- * one that at the state the step begins with. A solve says when it is to be predicted, once for each of its matrices.
- * Where the node is as expected the secant is the tangent, so that the iteration converges as Newton's does, to the
- * same place. */
+ * The expected force is the prediction of the last iteration's linear model for the present gap; before the first
+ * iteration it is the force at the state where the step begins. The solver says when to predict: once for each of its
+ * matrices. If a node is where it was expected the secant is the tangent, so the iteration converges to the same
+ * solution as Newton's and as fast. */
 #ifndef FLESH_GEOMETRY_CONTACT_SECANT_H
 #define FLESH_GEOMETRY_CONTACT_SECANT_H
 
 #include "geometry/contact_set.h"
 
-/* A node: its least gap where forces were predicted last, over the thickness; how the pressure there, -B', was
- * taken to fall with the gap; the gap at which it was expected. */
+/* One node: its least gap, over the thickness, at the last prediction; the pressure -B' there; the slope with which the
+ * pressure was taken to fall with the gap; the gap expected at the solution. */
 typedef struct flesh_contact_secant_node {
   double gap, pressure, slope, expected;
-  int known; /* to which update; 0: none */
+  int known; /* number of the update for which these are valid; 0: none */
 } flesh_contact_secant_node;
 
-/* Whether a node's force was predicted at the update before this one. */
+/* Whether the node's force was predicted at the previous update. */
 int flesh_contact_secant_expects(const flesh_contact_secant_node *node, int update);
-/* Predicts a node's force at a gap over the thickness: by the last update or, if there was none, by the gap of the lagged
- * state. */
+/* Predicts a node's force at `gap`, over the thickness: from the previous update or, if there was none, from the gap
+ * `gap_lag` of the lagged state. */
 void flesh_contact_secant_expect(flesh_contact_secant_node *node, int update, double gap, double gap_lag);
 
 typedef struct flesh_contact_secant {
@@ -37,14 +36,14 @@ typedef struct flesh_contact_secant {
 int flesh_contact_secant_create(const flesh_contact_surface *surface, flesh_contact_secant *secant);
 void flesh_contact_secant_clear(flesh_contact_secant *secant);
 
-/* Forgets what solves have predicted: the next one starts from another state. */
+/* Forgets all predictions, because the next solve starts from another state. */
 void flesh_contact_secant_forget(flesh_contact_secant *secant);
 
-/* Predicts the forces of the set's pairs where it is: by what was predicted last, or by x_lag [3*n], where the solve
- * begins. */
+/* Predicts the forces of the set's pairs at its present positions: from the previous predictions, or from x_lag [3*n],
+ * where the solve begins. */
 void flesh_contact_secant_predict(flesh_contact_secant *secant, const flesh_contact_set *set, const double *x_lag);
 
-/* Sets `expected` of the set's pairs, at the place that was predicted for last; 0 (tangents) where `secant` is NULL. */
+/* Sets `expected` of the set's pairs, at the positions of the last prediction; to 0 (tangents) if `secant` is NULL. */
 void flesh_contact_secant_apply(const flesh_contact_secant *secant, flesh_contact_set *set);
 
 #endif

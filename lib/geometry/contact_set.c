@@ -1,4 +1,5 @@
-/* contact_set.c: the barrier between surfaces: energy, residual and Hessians of their pairs, a part by each task. */
+/* contact_set.c: the barrier between surfaces: energy, residual and Hessians of its pairs, computed in parts by
+ * threads. */
 #include "geometry/contact_set.h"
 
 #include <limits.h>

@@ -1,4 +1,4 @@
-/* contact_surface.c: the triangles, edges and nodes of bodies' surfaces that can touch each other. */
+/* contact_surface.c: triangles, edges and nodes of the surfaces of bodies that can touch each other. */
 #include "geometry/contact_surface.h"
 
 #include <limits.h>
@@ -20,7 +20,7 @@ static int no_memory(int count)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact surface of %d triangles", count);
 }
 
-/* The side of a triangle: nodes ascending, 3*triangle + corner. */
+/* A side of a triangle: its nodes, ascending, and 3*triangle + corner. */
 typedef struct side {
   int low, high, place;
 } side;
@@ -100,7 +100,7 @@ static void measure(const double *X, flesh_contact_surface *s)
     s->mean_edge += flesh_distance(X + 3 * (size_t)s->edges[2 * e], X + 3 * (size_t)s->edges[2 * e + 1]) / s->edge_count;
 }
 
-/* Joins the nodes of each cell [size*count]; nodes of no cell have -1. */
+/* Unites the nodes of each cell [size*count] in `set`; nodes of no cell keep -1. */
 static void join_cells(int size, int count, const int *cells, int *set)
 {
   const size_t all = (size_t)size * (size_t)count;
@@ -110,19 +110,19 @@ static void join_cells(int size, int count, const int *cells, int *set)
     if (cells[k] >= 0) flesh_sets_join(set, cells[k - k % (size_t)size], cells[k]);
 }
 
-/* Makes sets the numbers of bodies, as their least nodes ascend. */
+/* Replaces sets by body numbers, ascending by their least nodes. */
 static void number_sets(int nodes, int *set)
 {
   int bodies = 0;
   for (int i = 0; i < nodes; i++)
     if (set[i] >= 0) set[i] = flesh_set_of(set, i);
-  /* The least node of a set comes first and is given -2 - number, which the others look up there. */
+  /* The least node of a set comes first. It gets -2 - number, which the other nodes then look up. */
   for (int i = 0; i < nodes; i++)
     if (set[i] >= 0) set[i] = set[i] == i ? -2 - bodies++ : set[set[i]];
   for (int i = 0; i < nodes; i++) set[i] = -2 - set[i];
 }
 
-/* body [mesh_nodes] -> node_body. */
+/* Copies body [mesh_nodes] to node_body and counts the bodies. FLESH_ERR_ARGUMENT for a negative number. */
 static int keep_bodies(const int *body, flesh_contact_surface *s)
 {
   s->node_body = flesh_malloc(((size_t)s->node_count + 1) * sizeof *s->node_body);
@@ -137,7 +137,7 @@ static int keep_bodies(const int *body, flesh_contact_surface *s)
   return FLESH_OK;
 }
 
-/* Finds the pieces that triangles connect. */
+/* Labels the pieces that triangles connect. */
 static int find_pieces(flesh_contact_surface *s)
 {
   int *set = flesh_malloc(((size_t)s->mesh_nodes + 1) * sizeof *set);
@@ -150,7 +150,7 @@ static int find_pieces(flesh_contact_surface *s)
   return s->node_piece && set ? FLESH_OK : no_memory(s->face_count);
 }
 
-/* All but the bodies. */
+/* Makes everything but the bodies. */
 static int make(int nodes, const double *X, int count, const int *triangles, flesh_contact_surface *s)
 {
   *s = (flesh_contact_surface){.mesh_nodes = nodes, .face_count = count};
@@ -189,7 +189,7 @@ int flesh_contact_surface_of_triangles(int nodes, const double *X, int count, co
   return status;
 }
 
-/* The least of tet_body over the tets of each node of the mesh. */
+/* Finds for each mesh node the least tet_body of its tets. */
 static void bodies_of_tets(const flesh_mesh *mesh, const int *tet_body, int *body)
 {
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
@@ -200,13 +200,13 @@ static void bodies_of_tets(const flesh_mesh *mesh, const int *tet_body, int *bod
   }
 }
 
-/* piece [nodes]: the number of what tets connect. */
+/* Labels the connected parts: piece [nodes] is the number of the part that tets connect. */
 static void pieces_of_tets(const flesh_mesh *mesh, int *piece)
 {
   const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   for (int i = 0; i < nodes; i++) piece[i] = -1;
   join_cells(4, tets, flesh_mesh_tets(mesh), piece);
-  for (int t = 0; t < tets; t++) { /* the nodes on edges, after the corners are in */
+  for (int t = 0; t < tets; t++) { /* mid-edge nodes, after the corners have been united */
     int n[10];
     const int size = flesh_mesh_tet_nodes(mesh, t, n);
     for (int a = 4; a < size; a++) {
@@ -235,7 +235,7 @@ int flesh_contact_surface_of_mesh(const flesh_mesh *mesh, const int *tet_body, f
   return status;
 }
 
-/* A copy, new; NULL: there is no memory. */
+/* Returns an allocated copy, or NULL if there is no memory. */
 static void *copy_of(size_t count, size_t size, const void *from)
 {
   void *copy = flesh_malloc((count + 1) * size);

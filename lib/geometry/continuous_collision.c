@@ -9,24 +9,25 @@
 #include "geometry/contact_closest.h"
 #include "math/mat3.h"
 
-/* Functions that all pairs go through are compiled for each number of corners. */
+/* Functions called for all pairs are compiled separately for each number of corners. */
 #define INLINE static inline __attribute__((always_inline))
 
-/* Tolerance of an advancement's end, over the distance at the start. */
+/* Tolerance of an advancement's end, relative to the distance at the start. */
 static const double near_enough = 0.02;
 
-/* After so many steps by planes that keep their direction, planes that turn are tried, too. */
+/* Number of steps with planes of fixed direction before turning planes are tried as well; largest number of bisections
+ * of a turning plane's time. */
 enum { STRAIGHT_STEPS = 3, HALVINGS = 40 };
 
-/* Two hulls seen from their first point: corner k is at y[k] + t e[k]. */
+/* Two hulls relative to their first point: corner k is at y[k] + t e[k]. */
 typedef struct motion {
   int first, all;
   double y[4][3], e[4][3];
-  double rounding, rounding_speed; /* a gap may be off by their sum, the second times t */
+  double rounding, rounding_speed; /* bound of a gap's rounding error: rounding + t * rounding_speed */
 } motion;
 
-/* A unit vector and how far the hulls are apart along it, at least; at other places, too, where these are not NULL. No
- * better one is looked for once the gap is more than enough. */
+/* A unit vector and a lower bound of the hulls' gap along it (also at the positions `others`, unless NULL). The search
+ * for a better direction ends once the gap exceeds `enough`. */
 typedef struct plane {
   double unit[3], gap, enough;
   const double (*others)[3];
@@ -53,7 +54,7 @@ INLINE int is_wide(const motion *m, const double y[4][3], const double along[3],
   return gap > 0 && gap * gap > needed * needed * flesh_vec3_dot(along, along);
 }
 
-/* Takes the direction where it separates better. */
+/* Replaces the best plane if this direction separates better. */
 static void try_direction(const motion *m, const double y[4][3], const double direction[3], plane *best)
 {
   const double square = flesh_vec3_dot(direction, direction);
@@ -70,7 +71,7 @@ static void try_direction(const motion *m, const double y[4][3], const double di
   best->gap = gap;
 }
 
-/* From the point of the segment AB that is nearest to p to p. */
+/* Computes the vector to p from the point of the segment AB nearest to p. */
 static void from_segment(const double A[3], const double B[3], const double p[3], double direction[3])
 {
   double e[3], d[3];
@@ -91,7 +92,7 @@ static void try_segment(const motion *m, const double y[4][3], int a, int b, int
   try_direction(m, y, direction, best);
 }
 
-/* Both senses of a normal of edges e and f. Returns the square of e x f over those of e and f. */
+/* Tries the normal of the edges e and f in the sense of `from`. Returns |e x f|^2 / (|e|^2 |f|^2). */
 static double try_normal(const motion *m, const double y[4][3], const double e[3], const double f[3],
                          const double from[3], plane *best)
 {
@@ -103,8 +104,8 @@ static double try_normal(const motion *m, const double y[4][3], const double e[3
   return flesh_vec3_dot(n, n) / (flesh_vec3_dot(e, e) * flesh_vec3_dot(f, f));
 }
 
-/* Whether the foot of the perpendicular from d (seen from a corner) lies well within the triangle with the sides e, f at
- * that corner, so that no edge is nearer. */
+/* Whether the foot of the perpendicular from d lies within the triangle with sides e and f (all relative to a corner),
+ * so that no edge is nearer. */
 static int foot_is_inside(const double e[3], const double f[3], const double d[3])
 {
   const double ee = flesh_vec3_dot(e, e), ef = flesh_vec3_dot(e, f), ff = flesh_vec3_dot(f, f);
@@ -122,7 +123,8 @@ static int lines_meet_inside(const double e[3], const double f[3], const double 
   return s >= 0 && t >= 0 && s <= determinant && t <= determinant;
 }
 
-/* Edges whose normal is this near to rounding (the square of the sine of their angle) are tried by their ends, too. */
+/* Squared sine below which the normal of two edges is unreliable, so that directions from their ends are tried as
+ * well. */
 static const double nearly_parallel = 1e-8;
 
 static void separate_triangle(const motion *m, const double y[4][3], plane *best)
@@ -143,7 +145,8 @@ static void separate_edges(const motion *m, const double y[4][3], plane *best)
     else try_segment(m, y, 0, 1, k, -1, best);
 }
 
-/* The plane across the shortest connection, or the best of those across connections that may be the shortest. */
+/* Returns the plane normal to the shortest connection, chosen as the best of the connections that may be the
+ * shortest. */
 static plane separate(const motion *m, const double y[4][3], const double (*others)[3], double enough)
 {
   plane best = {.gap = -INFINITY, .enough = enough, .others = others};
@@ -171,8 +174,8 @@ double flesh_hull_distance(int first, int second, const double *const x[4], doub
 
 static double within_edge(double part, double length) { return part > 0 ? part < length ? part / length : 1 : 0; }
 
-/* From the point of the second edge that is nearest to the first one to the point there (Ericson 2005, Real-Time Collision
- * Detection, section 5.1.9). */
+/* Computes the shortest connection from the second edge to the first (Ericson 2005, Real-Time Collision Detection,
+ * section 5.1.9). */
 static void connect_edges(const double y[4][3], double connection[3])
 {
   double e[3], f[3], r[3];
@@ -185,7 +188,7 @@ static void connect_edges(const double y[4][3], double connection[3])
   for (int c = 0; c < 3; c++) connection[c] = r[c] + s * e[c] - t * f[c];
 }
 
-/* From the point of the triangle that is nearest to the point to that. */
+/* Computes the shortest connection from the triangle to the point. */
 static void connect_triangle(const double y[4][3], double connection[3])
 {
   double weights[3];
@@ -206,7 +209,8 @@ INLINE int keep_apart(int first, int second, const int nodes[4], const double *x
       size += fabs(m.y[k][c]) + fabs(m.e[k][c]);
     }
   const double needed = distance + 16 * DBL_EPSILON * size;
-  const double(*y)[3] = (const double(*)[3])m.y, (*end)[3] = (const double(*)[3])m.e; /* no velocities here */
+  const double(*y)[3] = (const double(*)[3])m.y, (*end)[3] = (const double(*)[3])m.e; /* m.e holds end positions here,
+                                                                                       * not velocities */
   if (!(needed <= DBL_MAX)) return 0;
   if (!x1 && m.all == 4) {
     double connection[3];
@@ -224,7 +228,7 @@ int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const doub
   return first == 2 ? keep_apart(2, 2, nodes, x0, NULL, distance) : keep_apart(1, 3, nodes, x0, NULL, distance);
 }
 
-/* 0: not finite. */
+/* Sets up the motion. Returns 0 if a position is not finite. */
 INLINE int begin(motion *m, const double *const x0[4], const double *const x1[4])
 {
   double size = 0, speed = 0, place = 0;
@@ -239,13 +243,13 @@ INLINE int begin(motion *m, const double *const x0[4], const double *const x1[4]
       place = fabs(to) > place ? fabs(to) : place;
     }
   if (!(size + speed <= 1e70)) return 0;
-  /* Bounds for the rounding of differences, products and sums of three, and of places when they are stored. */
+  /* Bounds for the rounding of differences, of sums of three products, and of stored positions. */
   m->rounding = 8 * DBL_EPSILON * size + 10 * DBL_EPSILON * place;
   m->rounding_speed = 8 * DBL_EPSILON * speed;
   return 1;
 }
 
-/* How long the gap along p stays at least `floor`, while the corners move on from y. */
+/* Returns the time for which the gap along p stays at least `floor` as the corners move on from y. */
 static double time_to(const motion *m, double y[4][3], const plane *p, double rounding, double floor)
 {
   double h[4], v[4], least = INFINITY;
@@ -258,7 +262,7 @@ static double time_to(const motion *m, double y[4][3], const plane *p, double ro
   return least;
 }
 
-/* The vectors whose triple product vanishes when all four corners lie in one plane: e, f, d of separate_*. */
+/* Computes the vectors e, f, d of separate_*, whose triple product vanishes when all four corners are coplanar. */
 static void triple(const motion *m, double y[4][3], double efd[3][3])
 {
   const int edges = m->first == 2, from = edges ? 0 : 1, other = edges ? 2 : 1;
@@ -271,10 +275,10 @@ static void triple(const motion *m, double y[4][3], double efd[3][3])
 
 static double norm(const double a[3]) { return sqrt(flesh_vec3_dot(a, a)); }
 
-/* e x f, a square in time, and e x f . d, a cube, from the corners at y on. */
+/* Polynomials in time, from the corners at y on: e x f (quadratic) and e x f . d (cubic). */
 typedef struct turning {
   double n[3][3], h[4]; /* coefficients */
-  double still[3], moving[3]; /* lengths of e, f, d, and of their changes */
+  double still[3], moving[3]; /* lengths of e, f, d, and of their velocities */
 } turning;
 
 static turning turn(const motion *m, double y[4][3])
@@ -296,8 +300,8 @@ static turning turn(const motion *m, double y[4][3])
   return t;
 }
 
-/* Whether for a time s the plane that turns with the triangle, or with both edges, keeps them apart by `gap`: what
- * holds for the Bernstein coefficients of a polynomial holds for the polynomial. */
+/* Whether the plane that turns with the triangle, or with both edges, keeps the hulls apart by `gap` during a time s: a
+ * bound on the Bernstein coefficients of a polynomial bounds the polynomial. */
 static int turning_plane_separates(const turning *t, double s, double gap)
 {
   const double a[4] = {t->h[0], t->h[1] * s, t->h[2] * s * s, t->h[3] * s * s * s};
@@ -313,7 +317,8 @@ static int turning_plane_separates(const turning *t, double s, double gap)
   return b[0] > needed && b[1] > needed && b[2] > needed && b[3] > needed;
 }
 
-/* Like time_to, by a plane that turns: at least half of the longest time; 0 where it does not separate. */
+/* Like time_to, with a plane that turns: returns at least half of the longest time, or 0 if the plane does not
+ * separate. */
 static double time_to_turned(const motion *m, double y[4][3], double t, double floor, double least)
 {
   if (m->all < 4 || !(floor > 0)) return 0;
@@ -325,7 +330,7 @@ static double time_to_turned(const motion *m, double y[4][3], double t, double f
   return 0;
 }
 
-/* The square of the largest of the differences of displacements of two corners that are not of the same hull. */
+/* Returns the largest squared difference between the displacements of corners of different hulls. */
 INLINE double largest_approach(int first, int all, const double y[4][3], const double end[4][3])
 {
   double largest = 0;
@@ -341,8 +346,8 @@ INLINE double largest_approach(int first, int all, const double y[4][3], const d
   return largest;
 }
 
-/* Whether the hulls stay more than `distance` apart along a vector, in its sense: on straight ways the gap along it is
- * nowhere less than at both ends. */
+/* Whether the hulls stay more than `distance` apart along a vector, in its sense: on straight paths the gap along it is
+ * nowhere less than the smaller of its values at both ends. */
 INLINE int stay_apart(const motion *m, const double end[4][3], const double along[3], double distance)
 {
   return is_wide(m, (const double(*)[3])m->y, along, distance) && is_wide(m, end, along, distance);
@@ -362,10 +367,11 @@ INLINE int move_little(int first, int second, const double *const x0[4], const d
     }
   }
   const double(*y)[3] = (const double(*)[3])m.y, (*at_end)[3] = (const double(*)[3])end;
-  /* They are no further apart than two of their points; and from more than this they cannot come too near. */
+  /* `between` connects points of both hulls, so their distance is at most its length; hulls further apart than
+   * sqrt(most) cannot come too near. */
   const double most = largest_approach(first, m.all, y, at_end) / ((1 - keep) * (1 - keep));
   const double needed = (1 + 1e-12) * keep * sqrt(fmin(flesh_vec3_dot(between, between), most)) + rounding;
-  if (m.all == 4) { /* along a normal of both, which mostly tells, then from middle to middle */
+  if (m.all == 4) { /* try the common normal, which suffices in most cases, then the direction between the middles */
     for (int c = 0; c < 3; c++) {
       e[c] = first == 2 ? y[1][c] : y[2][c] - y[1][c];
       f[c] = y[3][c] - y[first == 2 ? 2 : 1][c];
@@ -381,7 +387,7 @@ INLINE int move_little(int first, int second, const double *const x0[4], const d
 int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep,
                             double place)
 {
-  /* More than 16 times what rounding does to gaps, as `begin` bounds it. */
+  /* More than 16 times the effect of rounding on gaps, as bounded in `begin`. */
   const double rounding = 16 * 500 * DBL_EPSILON * place / (1 - keep);
   if (first + second < 4) return move_little(first, second, x0, x1, keep, rounding);
   return first == 2 ? move_little(2, 2, x0, x1, keep, rounding) : move_little(1, 3, x0, x1, keep, rounding);
@@ -401,14 +407,15 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
     const double gap = p.gap - rounding;
     if (step == 0) {
       start = gap;
-      floor = gap > 0 ? keep * gap : gap; /* what touches may only part */
+      floor = gap > 0 ? keep * gap : gap; /* hulls that touch may only separate */
     }
     double further = time_to(&m, y, &p, rounding, floor);
     if (step >= STRAIGHT_STEPS && t + further < 1) further = fmax(further, time_to_turned(&m, y, t, floor, further));
     if (t + further >= 1) return 1;
     const int was_near = near;
     near = gap - floor <= near_enough * start;
-    if (!(further > 0) || (near && was_near)) return t; /* what is near once may be passing */
+    if (!(further > 0) || (near && was_near)) return t; /* two near steps in a row: after only one the hulls may be
+                                                         * sliding past */
     t += further;
     for (int k = 0; k < m.all; k++)
       for (int c = 0; c < 3; c++) y[k][c] = m.y[k][c] + t * m.e[k][c];

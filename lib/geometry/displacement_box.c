@@ -1,4 +1,4 @@
-/* displacement_box.c: boxes by vectors of two numbers, three of which are two nodes. */
+/* displacement_box.c: bounding boxes, computed with vectors of two numbers, three of which hold two nodes. */
 #include "geometry/displacement_box.h"
 
 #define FLESH_LANES 2
@@ -6,10 +6,11 @@
 
 typedef double two_at __attribute__((vector_size(16), aligned(8), may_alias));
 
-/* Numbers of both lanes' nodes: of components 0 1, 2 0 and 1 2. */
+/* Returns number k of the three vectors, whose components are 0 1, 2 0 and 1 2 of two nodes. */
 static inline double at(const flesh_real of[3], int k) { return of[k / 2][k % 2]; }
 
-/* For `end` numbers of no nodes, or of two at least; where nodes are odd in number, the last two overlap those before them. */
+/* Extends the box by `end` numbers: none, or those of at least two nodes. If the number of nodes is odd, the last two
+ * overlap those before them. */
 static inline void add(flesh_displacement_box *box, size_t end, int moved, const double *from, const double *x)
 {
   const flesh_real far = {INFINITY, INFINITY};
@@ -35,7 +36,7 @@ static inline void add(flesh_displacement_box *box, size_t end, int moved, const
 
 void flesh_displacement_box_add(flesh_displacement_box *box, int count, const double *from, const double *x)
 {
-  double twice[6]; /* a single node */
+  double twice[6]; /* a single node is added twice */
   for (int k = 0; k < 6 && count == 1; k++) twice[k] = from ? x[k % 3] - from[k % 3] : x[k % 3];
   if (count == 1) add(box, 6, 0, twice, twice);
   else if (from) add(box, 3 * (size_t)count, 1, from, x);

@@ -1,19 +1,19 @@
-/* displacement_box.h: the box around places, or around displacements, of nodes. */
+/* displacement_box.h: a box that bounds positions or displacements of nodes. */
 #ifndef FLESH_GEOMETRY_DISPLACEMENT_BOX_H
 #define FLESH_GEOMETRY_DISPLACEMENT_BOX_H
 
 #include <math.h>
 #include <stddef.h>
 
-/* Begins as FLESH_NO_DISPLACEMENT. */
+/* Initialise with FLESH_NO_DISPLACEMENT. */
 typedef struct flesh_displacement_box {
   double low[3], high[3]; /* m */
-  double sound;           /* 0; NaN where a number is not finite */
+  double sound;           /* 0; NaN if a value is not finite */
 } flesh_displacement_box;
 
 #define FLESH_NO_DISPLACEMENT {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}, 0}
 
-/* Adds x - from, both [3*count] (from NULL: x). */
+/* Extends the box to x - from, both [3*count]; to x if `from` is NULL. */
 void flesh_displacement_box_add(flesh_displacement_box *box, int count, const double *from, const double *x);
 
 static inline void flesh_displacement_box_unite(flesh_displacement_box *box, const flesh_displacement_box *other)
@@ -25,7 +25,7 @@ static inline void flesh_displacement_box_unite(flesh_displacement_box *box, con
   box->sound += other->sound;
 }
 
-/* The diagonal, or a little more; 0 of a box that nothing was added to. */
+/* Returns the diagonal, rounded up; 0 for an empty box. */
 static inline double flesh_displacement_box_diagonal(const flesh_displacement_box *box)
 {
   double square = 0;
@@ -36,7 +36,7 @@ static inline double flesh_displacement_box_diagonal(const flesh_displacement_bo
   return (1 + 1e-12) * sqrt(square);
 }
 
-/* The distance of two boxes along the axis where it is largest. */
+/* Returns the largest gap of two boxes along any axis; negative if they overlap. */
 double flesh_displacement_box_gap(const flesh_displacement_box *a, const flesh_displacement_box *b);
 
 #endif

@@ -1,4 +1,4 @@
-/* motion.c: keyframed motions: prescribed ones, and those of springs' targets and obstacles. */
+/* motion.c: keyframed motions of prescribed groups, springs' targets and obstacles. */
 #include "geometry/motion.h"
 
 #include <math.h>
@@ -55,7 +55,7 @@ void flesh_motion_clear(flesh_motion *motion)
   motion->count = 0;
 }
 
-/* The keyframes before and after t; the same one outside the motion. */
+/* Finds the keyframes before and after t; both are the same one outside the motion. */
 static void around(const flesh_motion *motion, double t, const flesh_keyframe **a,
                    const flesh_keyframe **b)
 {
@@ -65,7 +65,7 @@ static void around(const flesh_motion *motion, double t, const flesh_keyframe **
   *b = &motion->keyframes[next < motion->count ? next : motion->count - 1];
 }
 
-/* The fraction of the motion between them that is done at t, as interpolated. */
+/* Returns the fraction of the interval between the keyframes that is completed at t, as interpolated. */
 static double share_of(const flesh_motion *motion, double t, const flesh_keyframe *a, const flesh_keyframe *b)
 {
   const double s = b->t > a->t ? (t - a->t) / (b->t - a->t) : 0;
@@ -80,7 +80,7 @@ void flesh_motion_at(const flesh_motion *motion, double t, double translation[3]
   for (int c = 0; c < 3; c++) translation[c] = (1 - s) * a->translation[c] + s * b->translation[c];
 }
 
-/* y = origin + R d for the rotation vector w, by Rodrigues' formula. */
+/* Computes y = origin + R d for the rotation vector w by Rodrigues' formula. */
 static void rotate(const double w[3], const double d[3], const double origin[3], double y[3])
 {
   const double angle = sqrt(flesh_vec3_dot(w, w));
@@ -98,12 +98,12 @@ static void rotate(const double w[3], const double d[3], const double origin[3],
 
 /* The rotation between keyframes is R(s) = exp(from + s change) exp(before), with a fixed axis and a uniform rate. */
 typedef struct turn {
-  int one_axis; /* both keyframes' vectors have it: `before` is 0 */
+  int one_axis; /* whether both keyframes' rotation vectors share an axis; then `before` is 0 */
   double before[3], from[3], change[3];
 } turn;
 
-/* The rotation vector of exp(to) exp(-from), of the many by full turns the one nearest to to - from. Quaternions:
- * Shoemake, "Animating rotation with quaternion curves", 1985. */
+/* Computes the rotation vector of exp(to) exp(-from); of those that differ by full turns, the one nearest to `to -
+ * from`. Uses quaternions (Shoemake, "Animating rotation with quaternion curves", 1985). */
 static void difference(const double from[3], const double to[3], double change[3])
 {
   const double *const w[2] = {to, from};
@@ -119,7 +119,7 @@ static void difference(const double from[3], const double to[3], double change[3
   double sine = sqrt(flesh_vec3_dot(product, product)), axis[3], full = 0;
   const double angle = 2 * atan2(sine, cosine), turns = 2 * acos(-1);
   for (int c = 0; c < 3; c++) full += (to[c] - from[c]) * (to[c] - from[c]);
-  for (int c = 0; c < 3; c++) { /* that of no rotation, or of full turns, is any */
+  for (int c = 0; c < 3; c++) { /* without rotation, or for full turns, any axis will do */
     axis[c] = sine > 1e-12 ? product[c] / sine : (to[c] - from[c]) / sqrt(full);
     along += axis[c] * (to[c] - from[c]);
   }
@@ -133,7 +133,7 @@ static turn turn_between(const flesh_keyframe *a, const flesh_keyframe *b)
   double cross[3];
   flesh_vec3_cross(a->rotation, b->rotation, cross);
   const double sizes = flesh_vec3_dot(a->rotation, a->rotation) * flesh_vec3_dot(b->rotation, b->rotation);
-  if (flesh_vec3_dot(cross, cross) <= 1e-28 * sizes) { /* about one axis, by any number of turns */
+  if (flesh_vec3_dot(cross, cross) <= 1e-28 * sizes) { /* one axis, any number of turns */
     result.one_axis = 1;
     memcpy(result.from, a->rotation, sizeof result.from);
     for (int c = 0; c < 3; c++) result.change[c] = b->rotation[c] - a->rotation[c];
@@ -167,7 +167,7 @@ void flesh_motion_apply(const flesh_motion *motion, double t, const double X[3],
   for (int c = 0; c < 3; c++) y[c] += translation[c];
 }
 
-/* A value in time with its first two derivatives. */
+/* A function of time with its first two derivatives. */
 typedef struct jet {
   double value, rate, second;
 } jet;
@@ -191,12 +191,12 @@ static void jet_cross(const jet u[3], const jet w[3], jet result[3])
   }
 }
 
-/* sum over k of (-q)^k / (2k + first)!: sin(angle)/angle for first = 1, (1 - cos(angle))/angle^2 for first = 2, with
- * q = angle^2. */
+/* Returns the sum over k of (-q)^k / (2k + first)!, with q = angle^2: sin(angle)/angle for first = 1, (1 -
+ * cos(angle))/angle^2 for first = 2. */
 static jet rotation_series(jet q, int first)
 {
   double value, rate, second, angle = sqrt(q.value), s = sin(angle), c = cos(angle);
-  if (q.value < 1) { /* where the closed forms cancel */
+  if (q.value < 1) { /* the closed forms suffer from cancellation */
     double term = first == 1 ? 1 : 0.5;
     value = rate = second = 0;
     for (int k = 0; k < 11; k++) {

@@ -1,4 +1,4 @@
-/* near_bonds.c: keeps what is held together. */
+/* near_bonds.c: keeps the features that are held together. */
 #include "geometry/near_bonds.h"
 
 #include <stdlib.h>

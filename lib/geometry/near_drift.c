@@ -1,4 +1,4 @@
-/* near_drift.c: displacements of what is near each other, cube by cube. */
+/* near_drift.c: bounds relative displacements of near features, cube by cube. */
 #include "geometry/near_drift.h"
 
 #include <math.h>
@@ -7,24 +7,25 @@
 #include "base/memory.h"
 #include "math/mat3.h"
 
-/* Cubes along an axis, at most, so that their numbers are integers. */
+/* Largest number of cubes along an axis, so that their indices fit integers. */
 static const double most_cubes = 1e6;
 
-/* Relative rounding of the bounds. */
+/* Relative margin for rounding. */
 static const double slack = 1e-9;
 
 typedef struct flesh_near_drift_leaf {
-  int count, nodes[3 * FLESH_BOX_TREE_LEAF]; /* of its faces, each once */
-  double low[3], high[3];                    /* around them, with half of the distance */
-  double middle[3], displacement[3];         /* means over them */
-  double squares[9], products[9];            /* of what their places and displacements (rows) are off these means */
+  int count, nodes[3 * FLESH_BOX_TREE_LEAF]; /* nodes of its faces, without duplicates */
+  double low[3], high[3];                    /* box around them, enlarged by half of the distance */
+  double middle[3], displacement[3];         /* means over the nodes */
+  double squares[9], products[9];            /* second moments about these means: of positions with positions, and of
+                                              * displacements (rows) with positions */
 } leaf;
 
-/* The leaves that a cube meets: sums over them, then the motion fitted to them and the box of what it leaves over. */
+/* A cube with the leaves it meets: sums over them, then the fitted motion and the box of the remainders. */
 typedef struct flesh_near_drift_cell {
   int place[3];
-  double count, middle[3], displacement[3]; /* sums, then means; places are relative to the cube's corner */
-  double squares[9], products[9];           /* of places with places, of displacements (rows) with places */
+  double count, middle[3], displacement[3]; /* sums, then means; positions are relative to the cube's corner */
+  double squares[9], products[9];           /* moments of positions with positions, and of displacements (rows) with positions */
   double low[3], high[3];
 } cell;
 
@@ -53,7 +54,7 @@ static void list_nodes(const job *j, const flesh_box_branch *branch, leaf *l)
   }
 }
 
-/* Adds what the leaf's nodes are off its means. */
+/* Adds the nodes' moments about the leaf's means. */
 static void add_nodes(const job *j, leaf *l)
 {
   const double part = 1. / l->count;
@@ -69,7 +70,7 @@ static void add_nodes(const job *j, leaf *l)
   }
 }
 
-/* Returns 0 where a place is not finite. */
+/* Measures a leaf. Returns 0 if a position is not finite. */
 static int measure_leaf(const job *j, const flesh_box_branch *branch, double inflation, leaf *l)
 {
   double sound = 0;
@@ -92,8 +93,8 @@ static int measure_leaf(const job *j, const flesh_box_branch *branch, double inf
   return sound == 0;
 }
 
-/* Boxes of all leaves, and cubes twice as large as the largest, so that a leaf meets few. Returns 0 where there is none, or
- * too many. */
+/* Measures all leaves and chooses cubes twice as large as the largest, so that a leaf meets few. Returns 0 if a
+ * position is not finite or there are too many cubes. */
 static int measure_leaves(job *j, double within)
 {
   const flesh_box_tree *tree = j->finder->tree;
@@ -114,7 +115,7 @@ static int measure_leaves(job *j, double within)
   return 1;
 }
 
-/* The cube at a place, new where there was none; NULL: there is no memory. */
+/* Returns the cube at a position, creating it if necessary; NULL: no memory. */
 static cell *cell_at(flesh_near_drift *drift, const int place[3])
 {
   const unsigned mask = (unsigned)drift->table_size - 1;
@@ -150,7 +151,7 @@ static void add_to_sums(const job *j, const leaf *l, cell *to)
   }
 }
 
-/* The box gets what the motion leaves over at the leaf's nodes. */
+/* Extends the cube's box by the remainders at the leaf's nodes. */
 static void add_to_box(const job *j, const leaf *l, cell *to)
 {
   for (int k = 0; k < l->count; k++) {
@@ -165,7 +166,7 @@ static void add_to_box(const job *j, const leaf *l, cell *to)
   }
 }
 
-/* Adds every leaf to the cubes that its box meets. Returns 0 where there is no memory for them. */
+/* Adds every leaf to the cubes its box meets. Returns 0 if memory is missing. */
 static int add_leaves(const job *j, int fitted)
 {
   const flesh_box_tree *tree = j->finder->tree;
@@ -188,8 +189,8 @@ static int add_leaves(const job *j, int fitted)
   return 1;
 }
 
-/* products = the motion's gradient, from the sums. A little is added to the squares: faces in one plane tell nothing of
- * what is across it. */
+/* Fits the motion: sets at->products to its gradient. The second moments are regularised slightly, because coplanar
+ * faces do not determine the gradient across their plane. */
 static void fit(cell *at)
 {
   double S[9], P[9], inverse[9], trace = 0;

@@ -7,10 +7,10 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* A tree whose leaves are this much looser than when it was grouped is grouped anew. */
+/* The tree is regrouped when its leaves are this many times as loose as at the last grouping. */
 static const double worn = 1.5;
 
-/* Faces and edges of a task that fits boxes; leaves of one that walks, at least. */
+/* Number of faces and edges in a task that fits boxes; least number of leaves in a task that walks. */
 enum { FIT_PART = 2048, WALK_PART = 16 };
 
 typedef struct fitting {
@@ -62,7 +62,7 @@ typedef struct walk {
   void *data;
 } walk;
 
-/* Faces of a leaf with those of one that does not come before it. */
+/* Visits the pairs of faces of a leaf and of another that does not come before it. */
 static void visit_leaves(const walk *w, flesh_near_part *part, const flesh_box_branch *a, const flesh_box_branch *b)
 {
   const flesh_near_finder *self = w->finder;
@@ -142,7 +142,7 @@ int flesh_near_finder_count(const flesh_near_finder *self, int kind)
   return count < 1 << 29 ? (int)count : -1;
 }
 
-/* Sorts the pairs: by counting those of each first number, then by insertion among the few of one. */
+/* Sorts the pairs: by counting sort on the first number, then by insertion sort on the second. */
 void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int *pairs)
 {
   int *row = self->row;
@@ -150,7 +150,7 @@ void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int
   for (int k = 0; k < FLESH_NEAR_PARTS; k++)
     for (int j = 0; j < self->parts[k].count[kind]; j++) row[self->parts[k].found[kind][2 * (size_t)j] + 1]++;
   for (int i = 0; i < firsts; i++) row[i + 1] += row[i];
-  /* row[i]: where the next of i goes; from behind, where those of i begin */
+  /* row[i] is the insertion point for first number i; afterwards it is the end of those of i */
   for (int k = 0; k < FLESH_NEAR_PARTS; k++)
     for (int j = 0; j < self->parts[k].count[kind]; j++) {
       const int *pair = self->parts[k].found[kind] + 2 * (size_t)j;
@@ -177,7 +177,7 @@ static int bond_state(const flesh_near_finder *self, int kind, int row)
   return self->bonded[kind] ? self->bonded[kind][row] : FLESH_HELD;
 }
 
-/* Whether the node at that place is seated on the piece of a mesh node. */
+/* Whether the node with index `place` is seated on the piece of a mesh node. */
 static int is_seated_on(const flesh_near_finder *self, int place, int node)
 {
   const flesh_contact_surface *s = self->surface;

@@ -1,4 +1,4 @@
-/* near_left_out.c: tells neighbours in a surface from what faces them across a gap, by ways along edges. */
+/* near_left_out.c: distinguishes neighbours in a surface from faces across a gap by path lengths along edges. */
 #include "geometry/near_left_out.h"
 
 #include <math.h>
@@ -11,16 +11,17 @@
 #include "math/mat3.h"
 #include "math/nearest.h"
 
-/* They see each other within so much of their normals, of one of the node's faces: the cosine. */
+/* Least cosine between the connecting line and the normals of the face and of one of the node's faces for the two to
+ * face each other. */
 static const double facing = 0.5;
 
 typedef struct ways {
   const flesh_contact_surface *s;
   const double *X;
-  int *start, *edges; /* edges of node n: edges[start[n]] to edges[start[n + 1]] */
-  int *first, *faces; /* faces of node n: faces[first[n]] to faces[first[n + 1]] */
-  double *length;     /* [nodes] of the way from a node; INFINITY: not reached */
-  int *queue, count;  /* nodes that are reached */
+  int *start, *edges; /* edges of surface node n: edges[start[n]] to before edges[start[n + 1]] */
+  int *first, *faces; /* faces of surface node n: faces[first[n]] to before faces[first[n + 1]] */
+  double *length;     /* [nodes] length of the path from the start node; INFINITY: not reached */
+  int *queue, count;  /* nodes reached */
 } ways;
 
 static double span(const ways *w, int node, int other)
@@ -38,7 +39,7 @@ static void close_ways(ways *w)
   free(w->queue);
 }
 
-/* Whether the face looks in the direction of the unit vector, or against it where sign is -1. */
+/* Whether the face's normal points along the unit vector, or against it if sign is -1. */
 static int looks(const ways *w, int face, const double unit[3], int sign)
 {
   double n[3];
@@ -59,7 +60,7 @@ static int open_ways(const flesh_contact_surface *s, const double *X, ways *w)
   return status ? status : flesh_contact_surface_around(s, 3, &w->first, &w->faces);
 }
 
-/* Lengths of ways from the place, up to the limit; what was reached before is forgotten. */
+/* Finds the lengths of paths from a node, up to the limit, after resetting those of the last call. */
 static void walk(ways *w, int place, double limit)
 {
   const flesh_contact_surface *s = w->s;
@@ -67,7 +68,7 @@ static void walk(ways *w, int place, double limit)
   w->length[place] = 0;
   w->queue[0] = place;
   w->count = 1;
-  for (int changed = 1; changed;) { /* few nodes are reached, in few rounds */
+  for (int changed = 1; changed;) { /* few nodes are reached, in few passes */
     changed = 0;
     for (int k = 0; k < w->count; k++)
       for (int j = w->start[w->queue[k]]; j < w->start[w->queue[k] + 1]; j++) {
@@ -90,7 +91,7 @@ static double longest_edge(const ways *w, int place)
   return longest;
 }
 
-/* Whether node and face look at each other; *gap: how far apart. */
+/* Whether the node and the face face each other; *gap is their distance. */
 static int look_at_each_other(const ways *w, int place, int face, double *gap)
 {
   const int *corner = w->s->faces + 3 * (size_t)face;
@@ -103,7 +104,7 @@ static int look_at_each_other(const ways *w, int place, int face, double *gap)
   return some && looks(w, face, unit, 1);
 }
 
-/* The faces that one node faces and is far from. */
+/* Examines the excluded faces that one node faces and is far from. */
 static void try_node(ways *w, const flesh_near_rows *rows, int place, double rest_distance, flesh_left_out *found)
 {
   const flesh_contact_surface *s = w->s;

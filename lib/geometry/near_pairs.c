@@ -1,4 +1,4 @@
-/* near_pairs.c: searches for near pairs, and how far they may move. */
+/* near_pairs.c: searches for near pairs. */
 #include "geometry/near_pairs.h"
 
 #include <float.h>
@@ -19,7 +19,8 @@ static int no_memory(const flesh_contact_surface *s)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for near pairs of %d faces", s->face_count);
 }
 
-/* Bodies of edges and faces, and the face that keeps each node and edge: the first of its body, else the first. */
+/* Finds the bodies of edges and faces, and assigns each node and edge to a face: the first of its own body, else the
+ * first. */
 static int keep_primitives(flesh_near_finder *self)
 {
   const flesh_contact_surface *s = self->surface;
@@ -54,16 +55,16 @@ typedef struct search {
   const flesh_near_finder *finder;
   const double *x0, *x1;
   double distance;
-  int within_pieces; /* only pairs of one connected piece of a body */
+  int within_pieces; /* whether only pairs of one connected piece of a body are searched for */
 } search;
 
-/* Whether the nodes are of one piece. */
+/* Whether the nodes belong to one piece. */
 static int are_connected(const flesh_contact_surface *s, int node, int other)
 {
   return s->node_piece[s->node_place[node]] == s->node_piece[s->node_place[other]];
 }
 
-/* Whether the box around a node's way, and half of the distance, does not meet a face's box. */
+/* Whether the box around a node's path, enlarged by half of the distance, does not meet a face's box. */
 static int point_is_outside(const search *s, int node, const flesh_near_box *box)
 {
   const double *from = s->x0 + 3 * (size_t)node, *to = s->x1 ? s->x1 + 3 * (size_t)node : from;
@@ -132,7 +133,7 @@ int flesh_near_pairs_reserve(flesh_near_pairs *pairs, int points, int edges)
              : FLESH_ERR_MEMORY;
 }
 
-/* Whether a face keeps a node that is one of the own, or an edge with such a first one. */
+/* Whether a node of this rank, or an edge whose first node is one, is assigned to the face. */
 static int keeps_owned(const flesh_near_finder *self, int face)
 {
   const flesh_contact_surface *s = self->surface;
@@ -145,7 +146,7 @@ static int keeps_owned(const flesh_near_finder *self, int face)
   return keeps;
 }
 
-/* finder->owned as the tree is grouped now; NULL where all are own. */
+/* Computes finder->owned for the tree's present grouping; NULL if all nodes belong to this rank. */
 static const int *count_owned(flesh_near_finder *self)
 {
   if (self->own == INT_MAX) return NULL;
@@ -187,7 +188,7 @@ int flesh_near_pairs_find(flesh_near_finder *self, const double *x0, const doubl
   return search_pairs(self, &(search){self, x0, x1, distance, 0}, threads, pairs);
 }
 
-/* Keeps those of a kind that are nearer than `distance` at X, as rows. */
+/* Keeps the pairs of a kind that are nearer than `distance` at X, as rows. */
 static int keep_rows(const flesh_near_finder *self, int kind, const flesh_near_pairs *found, const double *X,
                      double distance, flesh_near_rows *rows)
 {
@@ -217,7 +218,7 @@ static int keep_rows(const flesh_near_finder *self, int kind, const flesh_near_p
   return FLESH_OK;
 }
 
-/* Finds the pairs to leave out. */
+/* Finds the pairs to exclude. */
 static int exclude(flesh_near_finder *self, const double *X, double distance, flesh_threads *threads)
 {
   flesh_near_pairs pairs = {0};
@@ -227,7 +228,7 @@ static int exclude(flesh_near_finder *self, const double *X, double distance, fl
   if (!status) status = keep_rows(self, EDGE_EDGE, &pairs, X, distance, &rows[1]);
   memcpy(self->excluded, rows, sizeof rows);
   flesh_near_pairs_clear(&pairs);
-  for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* there were more pairs than there will be */
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* free memory for more pairs than later searches will find */
     flesh_free(self->parts[k].found[0]);
     flesh_free(self->parts[k].found[1]);
     self->parts[k] = (flesh_near_part){0};

@@ -1,4 +1,4 @@
-/* near_patches.c: finds pairs of patches. */
+/* near_patches.c: looks up pairs of patches. */
 #include "geometry/near_patches.h"
 
 int flesh_contact_patches_find(const flesh_contact_patches *self, int a, int b)

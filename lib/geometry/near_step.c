@@ -1,4 +1,4 @@
-/* near_step.c: which near pairs are near at a place, and how far a surface can move before one of them touches. */
+/* near_step.c: selects near pairs at given positions, and limits a step so that no pair touches. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "geometry/continuous_collision.h"
 #include "geometry/near_pairs.h"
 
-enum { PARTS = 64, PART = 256 }; /* parts at most; pairs of one, at least */
+enum { PARTS = 64, PART = 256 }; /* largest number of parts; least number of pairs in one */
 
 typedef struct stepping {
   const flesh_contact_surface *surface;
@@ -18,7 +18,7 @@ typedef struct stepping {
   double least[PARTS];
 } stepping;
 
-/* Corners of a pair's two hulls; returns how many are of the first. */
+/* Lists the corners of a pair's two hulls. Returns the number of the first hull's. */
 static int corners_of(const flesh_contact_surface *surface, int is_point, const int *pair, int corner[4])
 {
   const int *p = is_point ? surface->nodes + pair[0] : surface->edges + 2 * (size_t)pair[0];
@@ -31,7 +31,7 @@ static int corners_of(const flesh_contact_surface *surface, int is_point, const 
 static double smaller(double a, double b) { return a < b ? a : b; }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Whether boxes around the hulls' corners are further apart than that; NaN is not. */
+/* Whether the boxes around the hulls' corners are more than `apart` apart; false for NaN. */
 static int are_far(int first, const double *const x[4], double apart)
 {
   for (int c = 0; c < 3; c++) {
@@ -63,7 +63,7 @@ static void step_part(void *data, int part)
   s->least[part] = least;
 }
 
-/* The largest coordinate of the surface's nodes; NaN where one is not finite. */
+/* Returns the largest magnitude of the surface nodes' coordinates; NaN if one is not finite. */
 static double largest_place(const flesh_contact_surface *surface, const double *x)
 {
   double largest = 0, sound = 0;
@@ -91,7 +91,8 @@ double flesh_near_pairs_feasible_step(const flesh_near_finder *finder, const fle
   return least;
 }
 
-/* Pairs of one kind, and those that are chosen: of each part from where it begins, until all are brought together. */
+/* Selection of pairs of one kind. Each part writes the selected pairs at its own beginning; they are moved together
+ * afterwards. */
 typedef struct choice {
   const flesh_contact_surface *surface;
   const double *x;
@@ -123,7 +124,7 @@ static int choose(choice *c, flesh_threads *threads)
 {
   const int wanted = 1 + c->count / PART;
   int all = 0;
-  if (!c->count) return 0; /* The array of no pairs may be NULL. */
+  if (!c->count) return 0; /* without pairs the array may be NULL */
   c->parts = wanted < PARTS ? wanted : PARTS;
   flesh_threads_run(threads, c->parts, choose_part, c);
   for (int part = 0; part < c->parts; part++) {

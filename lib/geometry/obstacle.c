@@ -46,7 +46,7 @@ int flesh_obstacle_plane(const double point[3], const double normal[3], flesh_ob
   return new_obstacle(FLESH_OBSTACLE_PLANE, point, unit, 0, obstacle);
 }
 
-/* Half of the radius is that of the core. */
+/* The core's radius is half of this, so it must be a normal number. */
 static int check_radius(double radius)
 {
   return radius >= DBL_MIN && radius < INFINITY
@@ -69,7 +69,7 @@ int flesh_obstacle_capsule(const double a[3], const double b[3], double radius,
   FLESH_NEED({obstacle, "obstacle"});
   *obstacle = NULL;
   FLESH_NEED({a, "a"}, {b, "b"});
-  enum { LONGEST = 100000 }; /* radii: each takes two balls of the core */
+  enum { LONGEST = 100000 }; /* in radii: the core has two balls per radius */
   const int status = check_radius(radius);
   if (status) return status;
   int same = a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
@@ -162,7 +162,8 @@ void flesh_obstacle_velocity(const flesh_obstacle *obstacle, double t, const dou
   if (flesh_obstacle_moves(obstacle)) flesh_motion_rates(&obstacle->motion, t, y, v, a);
 }
 
-/* Exact for translations: their velocities are quadratic between keyframes. */
+/* Integrates by Gauss-Legendre quadrature with two points between keyframes. Exact for translations, whose velocities
+ * are quadratic there. */
 void flesh_obstacle_mean_velocity(const flesh_obstacle *obstacle, double begin, double end, const double x[3], double v[3])
 {
   double y[3], part[3], to;
@@ -171,7 +172,7 @@ void flesh_obstacle_mean_velocity(const flesh_obstacle *obstacle, double begin, 
   for (double from = begin; from < end; from = to) {
     to = fmin(end, flesh_obstacle_next_event(obstacle, from));
     for (int k = -1; k <= 1; k += 2) {
-      const double t = (from + to) / 2 + k * (to - from) / sqrt(12); /* Gauss & Legendre's points */
+      const double t = (from + to) / 2 + k * (to - from) / sqrt(12); /* points of the quadrature */
       flesh_obstacle_frame(obstacle, t, &frame);
       flesh_frame_enter(&frame, x, y);
       flesh_obstacle_velocity(obstacle, t, y, part);
@@ -199,8 +200,8 @@ const char *flesh_obstacle_name(const flesh_obstacle *obstacle)
   return names[obstacle->shape];
 }
 
-/* The core (plane, centre, axis) as seen from y: the unit direction from it to y, the distance, and
- * where that is to an axis, its direction. */
+/* Finds the core's point (of a plane, centre or axis) nearest to y: the distance, the unit direction from it to y and,
+ * if it is inside the axis, the axis' direction. Returns the core's dimension there (see flesh_barrier_core.flat). */
 static int core(const flesh_obstacle *obstacle, const double y[3], double *distance,
                 double direction[3], double axis[3])
 {
@@ -263,8 +264,8 @@ double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3])
   return fmax(0, obstacle->radius - distance);
 }
 
-/* First root s in [0,1] of a s^2 + 2 b s + c, which is positive at 0 and about to fall; 1 if none.
- * c is the least that rounding can have made of a step that starts outside. */
+/* Returns the first root s in [0,1] of a s^2 + 2 b s + c, which is positive at 0 and decreasing; 1 if there is none.
+ * Rounding may have made c negative for a step that starts outside; it is then taken as 0. */
 static double first_root(double a, double b, double c)
 {
   double discriminant = b * b - a * c;
@@ -283,7 +284,7 @@ static double fraction_to_sphere(const double centre[3], double radius, const do
                     (distance - radius) * (distance + radius));
 }
 
-/* To the cylinder between the ends, whose caps are the spheres. */
+/* Returns the fraction to the capsule: to the spheres at its ends and the cylinder between them. */
 static double fraction_to_capsule(const flesh_obstacle *o, const double y0[3], const double y1[3])
 {
   double e[3], d[3], n[3], s = fmin(fraction_to_sphere(o->a, o->radius, y0, y1),
@@ -292,7 +293,7 @@ static double fraction_to_capsule(const flesh_obstacle *o, const double y0[3], c
   double nn = flesh_vec3_dot(n, n), along_d = flesh_vec3_dot(d, n) / nn, along_e = flesh_vec3_dot(e, n) / nn;
   for (int c = 0; c < 3; c++) d[c] -= along_d * n[c], e[c] -= along_e * n[c];
   double distance = sqrt(flesh_vec3_dot(d, d));
-  if (distance <= o->radius) return s; /* beyond an end, within the cylinder's prolongation */
+  if (distance <= o->radius) return s; /* within the infinite cylinder, so beyond an end */
   double side = first_root(flesh_vec3_dot(e, e), flesh_vec3_dot(d, e),
                            (distance - o->radius) * (distance + o->radius));
   double place = along_d + side * along_e;

@@ -7,42 +7,40 @@
 #include "flesh/obstacle.h"
 #include "geometry/barrier.h"
 
-/* The frame of a moving obstacle: x = origin + R (y - centre) for a point y of its rest place. */
+/* Frame of a moving obstacle: a point y at rest is now at x = origin + R (y - centre). */
 typedef struct flesh_frame {
-  int moved; /* 0: x = y */
+  int moved; /* 0: no motion, x = y */
   double R[9], origin[3], centre[3];
 } flesh_frame;
 
 void flesh_obstacle_frame(const flesh_obstacle *obstacle, double t, flesh_frame *frame);
 void flesh_frame_enter(const flesh_frame *frame, const double x[3], double y[3]);
 void flesh_frame_leave(const flesh_frame *frame, const double y[3], double x[3]);
-/* Whether the obstacle has a motion of more than one keyframe. */
+/* Whether the obstacle's motion has more than one keyframe. */
 int flesh_obstacle_moves(const flesh_obstacle *obstacle);
-/* Velocity at time t of the obstacle's point that rests at y. */
+/* Computes the velocity at time t of the obstacle's point that is at y at rest. */
 void flesh_obstacle_velocity(const flesh_obstacle *obstacle, double t, const double y[3],
                              double v[3]);
-/* Its mean from begin to end at the place x, of what is there. */
+/* Computes the mean velocity, from `begin` to `end`, of the obstacle's points that pass the position x. */
 void flesh_obstacle_mean_velocity(const flesh_obstacle *obstacle, double begin, double end, const double x[3], double v[3]);
 double flesh_obstacle_next_event(const flesh_obstacle *obstacle, double t);
-/* Bytes it holds. */
+/* Returns the bytes of memory that the obstacle uses. */
 size_t flesh_obstacle_memory(const flesh_obstacle *obstacle);
-/* "plane", "sphere", ... */
+/* Returns the name of the shape: "plane", "sphere", ... */
 const char *flesh_obstacle_name(const flesh_obstacle *obstacle);
 
-/* The barrier of thickness w at y; distance <= 0, and nothing else, within the obstacle. */
+/* Computes the barrier of thickness w at y. Inside the obstacle only a distance <= 0 is set. */
 void flesh_obstacle_barrier(const flesh_obstacle *obstacle, const double y[3], double w,
                             flesh_barrier *barrier);
 
-/* Balls of half an obstacle's radius in its midst, which no face of a body may enter: their centres
- * into points [3*their number] (may be NULL), overlapping along a capsule; returns their number, 0 for
- * planes and meshes. */
+/* Computes the core: overlapping balls of half the obstacle's radius along its middle, which no face of a body may
+ * enter. Returns their number, 0 for planes and meshes, and their centres in points [3*number] unless that is NULL. */
 int flesh_obstacle_core(const flesh_obstacle *obstacle, double *radius, double *points);
 
-/* How far into a plane, sphere or capsule y lies; 0 outside and for meshes. */
+/* Returns how far inside a plane, sphere or capsule y is; 0 outside and for meshes. */
 double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3]);
 
-/* The fraction of the straight step from y0, outside, to y1 that is feasible: before the obstacle is
- * met; 1: all. */
+/* Returns the fraction of the straight step from y0, outside, to y1 before the obstacle is met; 1 if it is not. */
 double flesh_obstacle_max_feasible_step(const flesh_obstacle *obstacle, const double y0[3], const double y1[3]);
 
 #endif

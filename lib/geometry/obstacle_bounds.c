@@ -6,14 +6,14 @@
 #include "geometry/obstacle_shape.h"
 #include "math/nearest.h"
 
-/* Share by which a reach is widened for rounding, so that an obstacle at just the reach is not left out. */
+/* Relative margin for rounding, so that an obstacle exactly at the reach does not count as far. */
 static const double slack = 1e-9;
 
 flesh_bounds flesh_bounds_of(int count, const int *nodes, const double *x)
 {
   const double *first = x + 3 * (size_t)nodes[0];
   flesh_bounds b = {{first[0], first[1], first[2]}, {first[0], first[1], first[2]}};
-  double sound = 0; /* NaN once a place is not finite */
+  double sound = 0; /* becomes NaN if a position is not finite */
   for (int k = 0; k < count; k++) {
     const double *p = x + 3 * (size_t)nodes[k];
     for (int c = 0; c < 3; c++) {
@@ -48,14 +48,14 @@ flesh_bounds flesh_bounds_enter(const flesh_frame *frame, const flesh_bounds *bo
 flesh_bounds flesh_bounds_join(const flesh_bounds *a, const flesh_bounds *b)
 {
   flesh_bounds joined;
-  for (int c = 0; c < 3; c++) { /* NaN in either stays */
+  for (int c = 0; c < 3; c++) { /* a NaN in either stays */
     joined.low[c] = b->low[c] >= a->low[c] ? a->low[c] : b->low[c] + 0 * a->low[c];
     joined.high[c] = b->high[c] <= a->high[c] ? a->high[c] : b->high[c] + 0 * a->high[c];
   }
   return joined;
 }
 
-/* Distance of the box from p; NaN where the box is NaN. */
+/* Returns the distance of the box from p; NaN if the box has NaN. */
 static double distance_of(const flesh_bounds *b, const double p[3])
 {
   double square = 0;
@@ -72,7 +72,7 @@ int flesh_bounds_are_far(const flesh_bounds *bounds, const double p[3], double r
   return distance_of(bounds, p) > reach * (1 + slack);
 }
 
-/* The sphere around a box: its radius is half of the box's diagonal. */
+/* Computes the sphere around a box; its radius is half of the box's diagonal. */
 static void sphere_around(const flesh_bounds *b, double centre[3], double *radius)
 {
   double square = 0;
@@ -84,7 +84,7 @@ static void sphere_around(const flesh_bounds *b, double centre[3], double *radiu
   *radius = sqrt(square);
 }
 
-/* The least of n.(y - a) in the box, less what rounding may have added. */
+/* Returns the least of n.(y - a) over the box, minus a margin for rounding. */
 static double above_plane(const flesh_obstacle *o, const flesh_bounds *b)
 {
   double least = 0, size = 0;
@@ -96,7 +96,7 @@ static double above_plane(const flesh_obstacle *o, const flesh_bounds *b)
   return least - slack * size;
 }
 
-/* A lower bound of the distance of the capsule's axis from the box, less what rounding may have added. */
+/* Returns a lower bound of the distance of the capsule's axis from the box, with a margin for rounding. */
 static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
 {
   double centre[3], radius, weights[2], square = 0;
@@ -109,7 +109,8 @@ static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
   return sqrt(square) * (1 - slack) - radius;
 }
 
-/* How far the obstacle is from the bounds, at least; INFINITY may stand for more than `reach`. NaN is not far. */
+/* Returns a lower bound of the obstacle's distance from the box; INFINITY may stand for more than `reach`. NaN if the
+ * box has NaN. */
 static double clearance_within(const flesh_obstacle *o, const flesh_bounds *b, double reach)
 {
   switch (o->shape) {

@@ -1,9 +1,9 @@
 /* obstacle_mesh.c: a surface of triangles as an obstacle.
  *
- * The barrier is summed over triangles, less that of inner edges once for every triangle but the
- * first, plus that of vertices so that each counts once in all (Li et al. 2023, "Convergent
- * Incremental Potential Contact", section 3): above a flat face all but one term cancel. Every
- * edge and vertex is kept by one of its triangles, so that one tree of boxes finds all. */
+ * The barrier is summed over triangles, minus inner edges once for each of their triangles but the first, plus vertices
+ * so that each counts once in total (Li et al. 2023, "Convergent Incremental Potential Contact", section 3): above a
+ * flat face all but one term cancel. Every edge and vertex is assigned to one of its triangles, so one tree of boxes
+ * finds all. */
 #include "geometry/obstacle_mesh.h"
 
 #include <math.h>
@@ -21,10 +21,10 @@ struct flesh_obstacle_tree {
   int nodes, triangles;
   double *positions;    /* [3*nodes] */
   int *corners;         /* [3*triangles], in the tree's order */
-  double *edge_weight;  /* [3*triangles] of the edge from corner k to k+1; 0: kept by another */
-  double *vertex_weight; /* [3*triangles] likewise */
-  double *planes;        /* [4*triangles] unit normal, and its product with the plane's points */
-  flesh_box_tree *tree;  /* boxes only; places are triangles */
+  double *edge_weight;  /* [3*triangles] of the edge from corner k to k+1; 0 if another triangle carries it */
+  double *vertex_weight; /* [3*triangles] of the vertex at corner k, likewise */
+  double *planes;        /* [4*triangles] unit normal n, then n.y for the points y of the plane */
+  flesh_box_tree *tree;  /* only its boxes are kept; primitives are triangles in the order of `corners` */
 };
 
 static const double *corner_of(const flesh_obstacle_tree *self, int triangle, int k)
@@ -40,7 +40,7 @@ static int compare_places(const void *a, const void *b)
   return 0;
 }
 
-/* Copies the positions, those at the same place once; place[i] is the new number of node i. */
+/* Copies the positions without duplicates; place[i] is the new number of node i. */
 static int copy_nodes(flesh_obstacle_tree *self, int nodes, const double *positions, int *place)
 {
   const double **sorted = malloc(((size_t)nodes + 1) * sizeof *sorted);
@@ -60,7 +60,7 @@ static int copy_nodes(flesh_obstacle_tree *self, int nodes, const double *positi
   return FLESH_OK;
 }
 
-/* Twice the area of a triangle without rounding's share; 0 where it has none. */
+/* Whether a triangle has an area that exceeds rounding. */
 static int has_area(const double *a, const double *b, const double *c)
 {
   double e[3], f[3], n[3];
@@ -94,7 +94,7 @@ static int copy_triangles(flesh_obstacle_tree *self, int nodes, int triangles, c
                          : flesh_fail(FLESH_ERR_ARGUMENT, "the obstacle has no triangle with area");
 }
 
-/* Boxes around the triangles, which are put into the tree's order. */
+/* Builds the tree of boxes and puts the triangles into its order. */
 static int grow_tree(flesh_obstacle_tree *self)
 {
   int *given = self->corners;
@@ -125,7 +125,7 @@ static int make_planes(flesh_obstacle_tree *self)
 }
 
 typedef struct side {
-  int low, high, place; /* nodes ascending; 3*triangle + corner */
+  int low, high, place; /* nodes, ascending; 3*triangle + corner */
 } side;
 
 int flesh_surface_weights(int nodes, int triangles, const int *corners, double **edge_weight,
@@ -147,14 +147,14 @@ int flesh_surface_weights(int nodes, int triangles, const int *corners, double *
     for (next = k + 1; next < sides && sorted[next].low == sorted[k].low &&
                        sorted[next].high == sorted[k].high;)
       next++;
-    const int again = next - k - 1; /* triangles beside the first */
+    const int again = next - k - 1; /* triangles of the edge beyond the first */
     (*edge_weight)[sorted[k].place] = -again;
     of_node[sorted[k].low] += again;
     of_node[sorted[k].high] += again;
   }
   for (int k = 0; k < sides && !failed; k++) {
     (*vertex_weight)[k] = 1 + of_node[corners[k]];
-    of_node[corners[k]] = -1; /* kept here */
+    of_node[corners[k]] = -1; /* further corners at this vertex get weight 0 */
   }
   free(sorted);
   free(of_node);
@@ -252,8 +252,8 @@ static int plane_is_far(const flesh_obstacle_tree *self, int t, const double y[3
   return fabs(flesh_vec3_dot(n, y) - n[3]) >= w;
 }
 
-/* Adds what lies at the foot with these weights of the corners: within the triangle, on an edge, or
- * at a vertex, by how many weights are not 0. */
+/* Adds the barrier of the feature that bears the foot with these weights of the corners: a triangle, edge or vertex by
+ * the number of non-zero weights. */
 static void add_at(const double *const X[3], int corners, const double *weights, const double y[3],
                    double w, double share, flesh_barrier *barrier)
 {
@@ -307,12 +307,12 @@ void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *self, const double y
   }
 }
 
-/* Whether the first `fraction` of the step meets the box; `inverse` is 1 over each component of the step. */
+/* Whether the first `fraction` of the step meets the box. `inverse` has the reciprocals of the step's components. */
 static int meets(const flesh_box_branch *bounds, const double y0[3], const double inverse[3], double fraction)
 {
   double enter = 0, leave = fraction;
   for (int c = 0; c < 3; c++) {
-    if (fabs(inverse[c]) == INFINITY) { /* none, or next to none */
+    if (fabs(inverse[c]) == INFINITY) { /* the component is 0 or nearly so */
       if (y0[c] < bounds->low[c] || y0[c] > bounds->high[c]) return 0;
       continue;
     }
@@ -320,11 +320,12 @@ static int meets(const flesh_box_branch *bounds, const double y0[3], const doubl
     if ((near < far ? near : far) > enter) enter = near < far ? near : far;
     if ((near < far ? far : near) < leave) leave = near < far ? far : near;
   }
-  /* Rounding must not let a step slip past a flat box. */
+  /* The tolerance keeps rounding from letting a step slip past a flat box. */
   return enter <= leave + 1e-12 * (1 + fabs(enter));
 }
 
-/* The fraction of the step e at which it meets the triangle (Moller & Trumbore 1997), widened by rounding; else 1. */
+/* Returns the fraction of the step e at which it meets the triangle, enlarged against rounding, else 1 (Moller &
+ * Trumbore 1997). */
 static double fraction_to_triangle(const double *const X[3], const double y0[3], const double e[3])
 {
   double u[3], v[3], d[3], p[3], q[3];

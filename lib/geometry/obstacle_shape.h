@@ -1,4 +1,4 @@
-/* obstacle_shape.h: what an obstacle holds. */
+/* obstacle_shape.h: the contents of an obstacle. */
 #ifndef FLESH_GEOMETRY_OBSTACLE_SHAPE_H
 #define FLESH_GEOMETRY_OBSTACLE_SHAPE_H
 
@@ -14,11 +14,11 @@ typedef enum flesh_obstacle_shape {
 
 struct flesh_obstacle {
   flesh_obstacle_shape shape;
-  double a[3];   /* point of the plane, centre, first end */
-  double b[3];   /* unit normal, second end */
+  double a[3];   /* plane: a point; sphere: centre; capsule: first end */
+  double b[3];   /* plane: unit normal; capsule: second end */
   double radius; /* 0 for a plane */
-  flesh_obstacle_tree *tree; /* of a mesh */
-  flesh_motion motion;       /* count 0: none */
+  flesh_obstacle_tree *tree; /* only for a mesh */
+  flesh_motion motion;       /* count 0: no motion */
 };
 
 #endif

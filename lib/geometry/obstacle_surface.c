@@ -1,4 +1,4 @@
-/* obstacle_surface.c: triangles of obstacles, for pictures. */
+/* obstacle_surface.c: triangulates obstacles for pictures. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 #include "geometry/obstacle_shape.h"
 #include "math/mat3.h"
 
-enum { AROUND = 48, HALF = 12 }; /* sides of a circle, rings of a half-sphere */
+enum { AROUND = 48, HALF = 12 }; /* sides of a circle; rings of a half-sphere */
 
 typedef struct sheet {
   int nodes, triangles;
@@ -27,7 +27,7 @@ static int make_room(sheet *s, int nodes, int triangles)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the picture of an obstacle");
 }
 
-/* Unit vectors u, v that make a right-handed frame with the unit vector n. */
+/* Computes unit vectors u, v that form a right-handed frame with the unit vector n. */
 static void frame_around(const double n[3], double u[3], double v[3])
 {
   int smallest = 0;
@@ -58,13 +58,14 @@ static int plane_sheet(const flesh_obstacle *o, const double centre[3], double e
   return FLESH_OK;
 }
 
-/* Two half-spheres; a capsule's cylinder lies between them, and those of a ball share their equator. */
+/* Triangulates two half-spheres with a capsule's cylinder between them; those of a sphere share their equator. */
 static int round_sheet(const flesh_obstacle *o, sheet *s)
 {
   double n[3] = {0, 0, 1}, u[3], v[3], length = 0;
   for (int c = 0; c < 3; c++) length += (o->b[c] - o->a[c]) * (o->b[c] - o->a[c]);
   for (int c = 0; c < 3 && length > 0; c++) n[c] = (o->b[c] - o->a[c]) / sqrt(length);
-  const int equators = length > 0 ? 2 : 1, last = 2 * HALF + equators - 1; /* of the rings, with the poles */
+  const int equators = length > 0 ? 2 : 1, last = 2 * HALF + equators - 1; /* `last`: number of the last ring, counting
+                                                                            * the poles as rings */
   int status = make_room(s, 2 + (last - 1) * AROUND, 2 * (last - 1) * AROUND), next = 0;
   if (status) return status;
   frame_around(n, u, v);
@@ -103,7 +104,7 @@ static int mesh_sheet(const flesh_obstacle *o, sheet *s)
   return FLESH_OK;
 }
 
-/* Copies. */
+/* Copies the triangles into a new surface. */
 static int make_surface(const sheet *s, flesh_surface **surface)
 {
   int *starts = malloc(((size_t)s->triangles + 1) * sizeof *starts);

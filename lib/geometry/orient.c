@@ -1,7 +1,8 @@
-/* orient.c: signs of determinants by sums that are not rounded (Shewchuk 1997).
+/* orient.c: signs of determinants by exact sums (Shewchuk 1997).
  *
- * A number is held as a sum of doubles that do not overlap, the largest last, whose sign is that of the last. The build
- * compiles this file without fused products and without reordering of sums, as both would spoil the error terms. */
+ * A number is represented by a sum of non-overlapping doubles, the largest last; its sign is that of the last. The
+ * build compiles this file without fused products and without reordering of sums, both of which would invalidate the
+ * error terms. */
 #include "geometry/orient.h"
 
 #include <float.h>
@@ -14,11 +15,11 @@
 #error "orient.c must be compiled without -ffast-math"
 #endif
 
-/* Most terms of a difference; of a 2 x 2 determinant of differences, whose products are two terms each; and of a 3 x 3
- * one, a sum of three products of those. */
+/* Largest numbers of terms: of a difference; of a 2 x 2 determinant of differences; of a 3 x 3 one, the sum of three
+ * products of a minor and a difference. */
 enum { DIFFERENCE = 2, MINOR = 16, TERMS = 192 };
 
-/* value + error = a + b (Knuth, The Art of Computer Programming 2, section 4.2.2). */
+/* Computes value + error = a + b exactly (Knuth, The Art of Computer Programming 2, section 4.2.2). */
 static double two_sum(double a, double b, double *error)
 {
   const double value = a + b, of_b = value - a, of_a = value - of_b;
@@ -26,14 +27,14 @@ static double two_sum(double a, double b, double *error)
   return value;
 }
 
-/* The upper half of the digits (Veltkamp 1968). */
+/* Returns the upper half of the digits (Veltkamp 1968). */
 static double upper_half(double a)
 {
   const double c = 134217729.0 * a; /* 2^27 + 1 */
   return c - (c - a);
 }
 
-/* value + error = a b (Dekker 1971). */
+/* Computes value + error = a b exactly (Dekker 1971). */
 static double two_product(double a, double b, double *error)
 {
   const double value = a * b, ah = upper_half(a), al = a - ah, bh = upper_half(b), bl = b - bh;
@@ -41,7 +42,7 @@ static double two_product(double a, double b, double *error)
   return value;
 }
 
-/* Adds b to a sum of `count` terms; returns how many it has then. */
+/* Adds b to a sum of `count` terms. Returns the new number of terms. */
 static int add(int count, double *terms, double b)
 {
   int kept = 0;
@@ -68,7 +69,7 @@ static difference subtract(double a, double b)
   return d;
 }
 
-/* to += sign a b. Returns the new count. */
+/* Adds sign a b to `to`. Returns the new number of terms. */
 static int add_product(int count, double *to, double sign, int a_count, const double *a, const difference *b)
 {
   for (int i = 0; i < a_count; i++)
@@ -80,7 +81,7 @@ static int add_product(int count, double *to, double sign, int a_count, const do
   return count;
 }
 
-/* a d - b c. Returns the count. */
+/* Computes a d - b c. Returns the number of terms. */
 static int cross(const difference *a, const difference *b, const difference *c, const difference *d, double *to)
 {
   const int count = add_product(0, to, 1, a->count, a->terms, d);
@@ -93,7 +94,8 @@ static int sign_of(int count, const double *terms)
   return terms[count - 1] > 0 ? 1 : -1;
 }
 
-/* Points as they are or, where products might overflow or vanish, all multiplied by one power of two. 0: not finite. */
+/* Copies the points, all multiplied by one power of two if products might overflow or underflow. Returns 0 if one is
+ * not finite. */
 static int scale(int count, const double *const points[], double scaled[][3])
 {
   double largest = 0, sound = 0;
@@ -105,7 +107,7 @@ static int scale(int count, const double *const points[], double scaled[][3])
       sound += 0 * p;
       scaled[k][c] = p;
     }
-  if (sound != 0 || largest > DBL_MAX) return 0; /* also NaN, which differs from 0 */
+  if (sound != 0 || largest > DBL_MAX) return 0; /* true also for NaN, which differs from 0 */
   if (largest >= 1 && largest < 0x1p60) return 1;
   frexp(largest, &exponent);
   for (int k = 0; k < count; k++)
@@ -131,13 +133,13 @@ static int exact_orient3d(const double *const points[4])
   return sign_of(count, det);
 }
 
-/* The computed determinant is off by less than 8 units of rounding of the sum of its products' magnitudes (Shewchuk
- * 1997, section 4.3); products that vanish are told from 0 by the exact sum. */
+/* The computed determinant errs by less than 8 units of rounding times the sum of its products' magnitudes (Shewchuk
+ * 1997, section 4.3). If products underflow, the exact sum decides. */
 int flesh_orient3d(const double a[3], const double b[3], const double c[3], const double d[3])
 {
   double det = 0, size = 0;
   for (int k = 0; k < 3; k++) {
-    if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0; /* as are many, in a plane across an axis */
+    if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0; /* common case: a plane normal to an axis */
     const int u = (k + 1) % 3, v = (k + 2) % 3;
     const double first = (b[u] - a[u]) * (c[v] - a[v]), second = (b[v] - a[v]) * (c[u] - a[u]), e = d[k] - a[k];
     det += (first - second) * e;
@@ -163,7 +165,7 @@ int flesh_orient2d(int axis, const double a[3], const double b[3], const double 
 {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const double bu = b[u] - a[u], bv = b[v] - a[v], cu = c[u] - a[u], cv = c[v] - a[v];
-  if ((bu == 0 || cv == 0) && (bv == 0 || cu == 0)) return 0; /* as where a plane is seen from its side */
+  if ((bu == 0 || cv == 0) && (bv == 0 || cu == 0)) return 0; /* common case: a plane seen edge-on */
   const double first = bu * cv, second = bv * cu, det = first - second;
   const double bound = 4 * DBL_EPSILON * (fabs(first) + fabs(second)) + 1e-290;
   if (det > bound && det <= DBL_MAX) return 1;
@@ -176,19 +178,19 @@ static int intervals_meet(double a, double b, double c, double d)
   return (a < b ? a : b) <= (c > d ? c : d) && (c < d ? c : d) <= (a > b ? a : b);
 }
 
-/* Whether the segments' shadows along an axis meet. */
+/* Whether the projections of the segments along an axis meet. */
 static int shadows_meet(int axis, const double p[3], const double q[3], const double a[3], const double b[3])
 {
   const int of_a = flesh_orient2d(axis, p, q, a), of_b = flesh_orient2d(axis, p, q, b);
   const int of_p = flesh_orient2d(axis, a, b, p), of_q = flesh_orient2d(axis, a, b, q);
   if (of_a * of_b > 0 || of_p * of_q > 0) return 0;
   if (of_a || of_b || of_p || of_q) return 1;
-  const int u = (axis + 1) % 3, v = (axis + 2) % 3; /* on one line */
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3; /* all four points are collinear */
   return intervals_meet(p[u], q[u], a[u], b[u]) && intervals_meet(p[v], q[v], a[v], b[v]);
 }
 
-/* Segments in one plane meet where their shadows do along an axis that does not lie in the plane, of which there is one;
- * along others their shadows meet too. So they meet where all three shadows do. */
+/* Segments in one plane meet if their projections do along an axis that is not in the plane; there is at least one such
+ * axis. If the segments meet, all projections do. So they meet exactly if all three projections do. */
 int flesh_segment_meets_segment(const double p[3], const double q[3], const double a[3], const double b[3])
 {
   for (int axis = 0; axis < 3; axis++)
@@ -201,7 +203,7 @@ static int agree(int first, int second, int third)
   return (first >= 0 && second >= 0 && third >= 0) || (first <= 0 && second <= 0 && third <= 0);
 }
 
-/* Whether p, which lies in the plane of the triangle, lies in it; by shadows as above. */
+/* Whether p, in the plane of the triangle, lies within it; decided by projections as above. */
 static int is_inside(const double p[3], const double a[3], const double b[3], const double c[3])
 {
   for (int axis = 0; axis < 3; axis++)

@@ -1,4 +1,4 @@
-/* surface_intersections.c: edges that meet faces, by exact predicates where boxes meet. */
+/* surface_intersections.c: finds edges that meet faces, by exact predicates if their boxes meet. */
 #include "geometry/surface_intersections.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ typedef struct search {
   const double *x;
 } search;
 
-/* Whether bonds hold the edge and a side of the face together, or an end of it and the face. */
+/* Whether bonds hold the edge together with a side of the face, or one of its ends with the face. */
 static int is_held(const flesh_near_finder *self, int e, int f)
 {
   const flesh_contact_surface *s = self->surface;
@@ -55,8 +55,8 @@ static void visit_faces(void *data, flesh_near_part *part, int f, int g)
   }
 }
 
-/* The middle of the part of the edge pq, p + t (q - p), that lies within the sides of the triangle with normal n, as t;
- * *reach is half that part. */
+/* Returns the parameter t, in p + t (q - p), of the middle of the edge's part within the sides of the triangle with
+ * normal n; *reach is half of that part. */
 static double clip(const double *p, const double *q, const double *const x[3], const double n[3], double *reach)
 {
   double low = 0, high = 1;
@@ -73,11 +73,11 @@ static double clip(const double *p, const double *q, const double *const x[3], c
   return (low + high) / 2;
 }
 
-/* Finds where the edge pq crosses the triangle's plane; if it lies in the plane, the middle of its part in the
+/* Computes where the edge pq crosses the triangle's plane; if it lies in the plane, the middle of its part within the
  * triangle. */
 static void find_place(const double *p, const double *q, const double *const x[3], double place[3])
 {
-  const double rounding = 1e-9; /* beyond the triangle, of the edge: a crossing that is only noise */
+  const double rounding = 1e-9; /* fraction of the edge; a crossing further outside the triangle is an artefact of rounding */
   double e[3], f[3], n[3], to_p[3], to_q[3], reach;
   for (int c = 0; c < 3; c++) {
     e[c] = x[1][c] - x[0][c], f[c] = x[2][c] - x[0][c];

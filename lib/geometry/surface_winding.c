@@ -1,4 +1,4 @@
-/* surface_winding.c: winding numbers by rays. */
+/* surface_winding.c: winding numbers by casting rays. */
 #include "geometry/surface_winding.h"
 
 #include <math.h>
@@ -7,11 +7,11 @@
 #include "math/area.h"
 #include "math/mat3.h"
 
-/* RAYS are tried, each a segment that ends outside of the surface. */
+/* At most RAYS rays are tried, each a segment that ends outside the surface. */
 enum { RAYS = 32, UNKNOWN = 2 };
 
-/* 1 where the ray pq leaves through the triangle, -1 where it enters, 0 where it passes it by; UNKNOWN where it meets its
- * rim. The place p is on no triangle but its own. */
+/* Returns 1 if the ray pq leaves through the triangle, -1 if it enters, 0 if it misses it, and UNKNOWN if it meets its
+ * rim. The point p lies on no triangle but its own. */
 static int crossing(const double *p, const double *q, const double *a, const double *b, const double *c)
 {
   const int from = flesh_orient3d(a, b, c, p), to = flesh_orient3d(a, b, c, q);
@@ -23,7 +23,8 @@ static int crossing(const double *p, const double *q, const double *a, const dou
   return left < 3 && right < 3 ? UNKNOWN : to == 0 ? UNKNOWN : to;
 }
 
-/* Finds the end q of ray k, which leaves p along the normal n, tilted, for a length that leads out of the surface. */
+/* Computes the end q of ray k, which starts at p in a direction tilted from the normal n and is long enough to leave
+ * the surface. */
 static void find_end(const double *p, const double n[3], double length, int k, double q[3])
 {
   double d[3], size;
@@ -32,7 +33,7 @@ static void find_end(const double *p, const double n[3], double length, int k, d
   for (int c = 0; c < 3; c++) q[c] = p[c] + length * d[c] / size;
 }
 
-/* A length that exceeds every distance within the surface. */
+/* Returns a length that exceeds every distance within the surface. */
 static double extent(const flesh_contact_surface *s, const double *x)
 {
   double sum = 0;
