@@ -1,5 +1,5 @@
 #!/bin/sh
-# demo.sh: from a bare Debian to the drift comparison: installs what is missing, builds, runs.
+# demo.sh: goes from a bare Debian to a comparison of volume drift: installs missing packages, builds and runs.
 #
 #   sh drivers/demo.sh          results go to out/ at the top of the tree
 set -eu
@@ -15,14 +15,14 @@ cd "$root"
 targets=drivers/flesh
 build build || die "the build failed; the compiler's words are above."
 
-# First figures within seconds: one ratio on the coarse mesh.
+# First figures within seconds: one Poisson's ratio on the coarse mesh.
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --solvers guarded --out out/first
 
-# The pulled finger on two meshes, so that the mesh is not taken for the material.
+# The pulled finger on two meshes, to tell the mesh's error from the material's effect.
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger_pull_fine.yaml \
   --out out
 
-# Near nu = 1/2 four-node tets lock: what part of the figures that is, ten-node ones tell.
+# Near nu = 1/2 four-node tets lock; comparison with ten-node tets shows how much of the figures that is.
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --solvers guarded \
   --elements tet4,tet10-mean --out out/elements
 
@@ -34,4 +34,4 @@ printf '  %s\n' 'report.html                                all of it in a brows
   'shapes_finger_pull_fine_0.49_guarded.png   the finger pulled and let go, in every energy' \
   'volume_finger_pull_fine_0.49.png           its volume against time' \
   'verdict.txt                                the comparison in words' \
-  'elements/verdict.txt                       what part of it is the mesh at 0.49'
+  'elements/verdict.txt                       how much of it is due to the mesh at 0.49'

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""embed.py: files that the program has itself, as C texts: a table of flesh_embedded (study/embedded.h).
+"""embed.py: writes files that are compiled into the program as C strings: a table of flesh_embedded (study/embedded.h).
 
     embed.py OUT.c TABLE FILE..."""
 import json

@@ -1,4 +1,4 @@
-# setup.sh: what demo.sh and test/run.sh share: Debian packages that are missing, and the build.
+# setup.sh: shared by demo.sh and test/run.sh: the installation of missing Debian packages, and the build.
 # To be sourced by a POSIX shell with `root` set to the top of the tree.
 # shellcheck shell=sh disable=SC2154
 

@@ -1,10 +1,10 @@
 #!/bin/sh
-# speed.sh: measures again what data/results/README.md says of speed. On a machine that has nothing else to do some 15
-# minutes, and 2 GB of memory:
+# speed.sh: repeats the measurements of speed in data/results/README.md. Takes some 15 minutes on an otherwise idle
+# machine, and 2 GB of memory:
 #
-#   sh drivers/speed.sh [--quick]    --quick: small and once, to see that it works
+#   sh drivers/speed.sh [--quick]    --quick: small cases, run once, to check that it works
 #
-# Prints that page's tables last; everything else, roofline.png and growth.png too, is in out/speed.
+# Prints that page's tables last; all other results, with roofline.png and growth.png, are in out/speed.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 cd "$root"
@@ -32,7 +32,7 @@ mkdir -p "$out"
 } | tee "$out/log.txt"
 cp "$out/growth/roofline.png" "$out/growth/growth.png" "$out" 2>/dev/null || echo 'no pictures without gnuplot' >&2
 
-# The columns of a bench.csv by their names, as awk's c["name"].
+# Awk's code that makes c["name"] the column of this name in a bench.csv.
 columns='BEGIN { FS = "," } NR == 1 { for (k = 1; k <= NF; k++) c[$k] = k; next }'
 printf '\n| swing, ν | Newton, linear iterations | one thread, CPU | two threads, wall | times faster |\n'
 echo '|---|---|---|---|---|'

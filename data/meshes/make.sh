@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes the meshes of this folder again: hand and finger from their gmsh recipes, bars and cube by
-# `flesh mesh box`. The other tiny meshes are written by hand.
+# Makes the meshes of this folder anew: by gmsh those that have a recipe (NAME.geo), by `flesh mesh box` bars, cubes and
+# the strip. The other tiny meshes are written by hand.
 #   sh data/meshes/make.sh [path of the flesh program]
 set -eu
 flesh=$(realpath "${1:-$(dirname "$0")/../../build/drivers/flesh}")
@@ -8,7 +8,8 @@ cd "$(dirname "$0")"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# recipe, element size [m], mesh: gmsh also writes the surface; flesh keeps the tets.
+# make_mesh RECIPE SIZE MESH: meshes RECIPE.geo with its `size` (of elements, in m; of slivers, a number of points). gmsh
+# also writes the surface; flesh keeps the tets.
 make_mesh() {
   gmsh -3 -nt 1 -setnumber size "$2" "$1.geo" -o "$work/$3" > "$work/log" ||
     { cat "$work/log" >&2; exit 1; }
@@ -25,7 +26,7 @@ make_mesh ball 0.02 ball.msh
 make_mesh spindle 0.007 spindle.msh
 make_mesh tentacle 0.014 tentacle.msh
 make_mesh tube 0.014 tube.msh
-# Hard cases are run on these.
+# Meshes of the hard cases.
 make_mesh dumbbell 0.022 dumbbell.msh
 make_mesh plate_with_holes 0.013 plate_with_holes.msh
 make_mesh graded_block 0.04 graded_block.msh

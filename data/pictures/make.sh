@@ -1,32 +1,32 @@
 #!/bin/sh
-# Makes the pictures of the pages again, those of this folder, with the program as it is. Run it before a release:
+# Makes the pages' pictures, which are in this folder, anew with the current program. Run it before a release:
 #
 #   sh data/pictures/make.sh                 all of them
-#   sh data/pictures/make.sh gallery finger  some: `sh data/pictures/make.sh --list` shows the names
+#   sh data/pictures/make.sh gallery finger  these alone: `sh data/pictures/make.sh --list` prints the names
 #
-# FLESH is the program, build/drivers/flesh by default. All take about half an hour on two processors, half of it `speed`,
-# beside `limb`, which takes an hour; each tells its seconds. `tutorials`, `accuracy`, `mesh_error`, `limb` and `speed`
-# measure CPU times, and want a machine that does nothing else. gnuplot is needed, Chromium for `report`, and CalculiX,
-# FEniCSx, gmsh and Matplotlib for `limb`.
+# FLESH names the program, build/drivers/flesh by default. `limb` takes an hour on two processors, all others together half
+# an hour, half of it `speed`; each prints its seconds. `tutorials`, `accuracy`, `mesh_error`, `limb` and `speed` measure
+# CPU times and need an otherwise idle machine. gnuplot is needed, Chromium for `report`, and CalculiX, FEniCSx, gmsh and
+# Matplotlib for `limb`.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 pictures=$root/data/pictures
 flesh=$(realpath "${FLESH:-$root/build/drivers/flesh}")
 names='gallery tutorials hand finger forms accuracy mesh_error bands adapted hard starts shapes filters inclusion limb speed report'
 
-# run SCENE [options]: into the folder SCENE, as the gallery shows it.
+# run SCENE [options]: runs data/scenes/SCENE.yaml into the folder SCENE.
 run() {
   scene=$1
   shift
   "$flesh" run "data/scenes/$scene.yaml" --out "$scene" --quiet "$@"
 }
 
-# blocks PAGE: the files that a page shows.
+# blocks PAGE: writes the files that the page shows in its code blocks.
 blocks() {
   awk '/^```[a-z]+ [^ ]+$/ { file = $2; next } /^```/ { file = "" } file != "" { print > file }' "$root/$1"
 }
 
-# snap PICTURE SCENE [options]
+# snap PICTURE SCENE [options]: runs the scene and draws it into PICTURE.png.
 snap() {
   picture=$1 scene=$2
   shift 2
@@ -93,7 +93,7 @@ accuracy() {
   cp accuracy/work_time.png "$pictures/accuracy_swing.png"
 }
 
-# The README's bar, in equilibrium near incompressibility.
+# Error and cost of meshes of the README's bar, in equilibrium at a Poisson's ratio of 0.49.
 mesh_error() {
   blocks README.md
   sed 's/bar_16x4x4/bar_8x2x2/' bar.yaml >bar_coarse.yaml
@@ -110,14 +110,14 @@ bands() {
   rm "$pictures/error_bands.gp"
 }
 
-# Meshes on the way to 1 % of a bar's tip.
+# Meshes that are adapted until the displacement of a bar's tip has an error of 1 %.
 adapted() {
   blocks drivers/error_bars.md
   "$flesh" run adapted.yaml --to 1%:tip.position_z --out adapted --quiet
   "$flesh" snap adapted/to/[036] --error tip.position_z --range 0,5e-5 --edges --bare --width 300 --out "$pictures/adapted.png"
 }
 
-# A block cut through an inclusion: as it is, and by the map that a fit of its surface finds.
+# Young's modulus in half a block, cut through its inclusion: the true map, and the one that a fit of its surface finds.
 inclusion() {
   "$flesh" fit data/fits/inclusion.yaml --out inclusion --quiet
   python3 - <<'END'

@@ -1,4 +1,4 @@
-# make_starts.sh: makes the start states of swing.yaml, swing_coarse.yaml and twist.yaml again.
+# make_starts.sh: makes the start states of swing.yaml, swing_coarse.yaml and twist.yaml anew.
 #
 #   sh data/scenes/make_starts.sh            FLESH names the program; default flesh
 set -eu
@@ -7,8 +7,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 flesh=${FLESH:-flesh}
 
-# The swings: the bar let go from rest, in backward-Euler steps that get shorter. They damp all motion that is fast
-# against the step and leave what is left ever closer to a slow one.
+# The swings: the bar is let go from rest, in ever shorter backward-Euler steps. These damp all motion that is fast
+# compared with the step, so that the remaining motion comes ever closer to a slow one.
 for scene in swing swing_coarse; do
   start=start=null
   for stage in 1/50:0.3 1/200:0.45 1/800:0.6; do

@@ -1,9 +1,9 @@
 #!/bin/sh
-# parallel.sh: a sweep as shards by GNU parallel, joined into one database.
+# parallel.sh: runs the shards of a sweep by GNU parallel and joins them into one database.
 #
 #   sh data/sweeps/parallel.sh SPEC OUT SHARDS [arguments of parallel, such as --jobs 4 or --sshloginfile HOSTS]
 #
-# FLESH names the program (default: flesh). Started again it goes on where it was killed. With hosts, OUT must be a
+# FLESH names the program (default: flesh). Started again after it was killed, it resumes. With hosts, OUT must be a
 # folder that all of them see; each shard's database is written by one host alone.
 set -eu
 flesh=${FLESH:-flesh}

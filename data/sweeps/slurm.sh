@@ -1,8 +1,8 @@
 #!/bin/sh
-# slurm.sh: a sweep as an array of SLURM jobs. A job that is requeued goes on where it was.
+# slurm.sh: runs the shards of a sweep as an array of SLURM jobs. A requeued job resumes.
 #
 #   sbatch data/sweeps/slurm.sh SPEC OUT
-# drivers/tutorials/03-sweep.md has the merge, a job that begins when all have ended.
+# drivers/tutorials/03-sweep.md has the merge, a job that begins when all these jobs have ended.
 #
 #SBATCH --job-name=flesh-sweep
 #SBATCH --array=1-32

@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
-"""battery.py: runs cases (drivers/hardcases.md: cases for other solvers) by flesh and by other solvers, judges their ends
-by code of its own, and prints one table.
+"""battery.py: runs cases (drivers/hardcases.md: cases for other solvers) by flesh and by other solvers, judges the final
+states by its own code, and prints one table.
 
     python3 drivers/others/battery.py FOLDER... [--adapters flesh,calculix,FILE.py] [--seconds 60] [--out FOLDER]
 
-An adapter may be given settings, as in fenicsx:SNES=1, which replace the constants of its file. FOLDER has a case, or cases below it. Every run is a process with a limit of CPU time. Results are lines of
-OUT/results.jsonl, and what is there is not run again; --again runs it again. An adapter is a Python file with
+Settings of an adapter, as in fenicsx:SNES=1, replace constants of its file. FOLDER is that of a case, or has cases below
+it. Every run is a process with a limit of CPU time. Results are lines of OUT/results.jsonl; a run that has a line is
+repeated only with --again. An adapter is a Python file with
 
-    version()                      its solver and version as a sentence; None where it is not installed
-    can_run(case)                  None, or why it cannot be expressed
-    solve(case, seconds, folder)   {"x": end positions [n, 3] in m or None, "newton": iterations,
-                                   "said": why there is no end or None, "seconds": CPU time of the solve, optional}
-    cleanup(folder)                removes what is large and needed no more from the run's folder
+    version()                      its solver and version as a sentence; None if it is not installed
+    can_run(case)                  None if it can run the case, else why it cannot
+    solve(case, seconds, folder)   {"x": final positions [n, 3] in m or None, "newton": iterations,
+                                   "said": why there are none or None, "seconds": CPU time of the solve, optional}
+    cleanup(folder)                removes large files that are no longer needed from the run's folder
 
-where `case` is a case.Case. Needs NumPy alone."""
+where `case` is a case.Case. Needs only NumPy."""
 import argparse
 import collections
 import importlib.util
@@ -33,12 +34,12 @@ import case as cases  # noqa: E402
 import judge as judges  # noqa: E402
 
 FROZEN = os.path.join(HERE, "..", "..", "data", "hardcases", "frozen.txt")
-# From best to worst. An end is judged; there is none where a solver stops, dies or takes too long.
+# Outcomes, from best to worst. The first two have a final state, which is judged.
 OUTCOMES = ["solved", "wrong end", "stopped", "died", "out of time", "cannot"]
 
 
 def load(word):
-    """The adapter of a name (adapters/NAME.py) or path, with settings of its own: fenicsx:SNES=1:STEPS=5."""
+    """Returns the adapter of a name (adapters/NAME.py) or path, with its settings applied, as in fenicsx:SNES=1:STEPS=5."""
     name, *settings = word.split(":")
     path = name if name.endswith(".py") else os.path.join(HERE, "adapters", name + ".py")
     spec = importlib.util.spec_from_file_location(os.path.basename(name).removesuffix(".py"), path)
@@ -51,14 +52,14 @@ def load(word):
 
 
 def why_not(adapter, case):
-    """None, or why the case is none for the adapter."""
+    """Returns None if the adapter can run the case, else why it cannot."""
     if set(case.forms) & {"Neo", "A", "B"} and (judges.evaluate(case, case.start)[2] <= 0).any():
         return "the form is undefined at the start"
     return adapter.can_run(case)
 
 
 def run_one(name, folder, work, seconds):
-    """Solves in this process and leaves work/record.json and work/end.npy."""
+    """Solves the case in this process and writes work/record.json and work/end.npy."""
     case = cases.read(folder)
     result = load(name).solve(case, seconds, work)
     if result["x"] is not None:
@@ -73,7 +74,8 @@ def limit(seconds):
 
 
 def in_a_process(name, folder, work, seconds):
-    """(record or None, CPU seconds, whether it was out of time). Ends the process group after ten times the seconds."""
+    """Returns (record or None, CPU seconds, whether it ran out of time). Kills the run after ten times `seconds` by the
+    clock."""
     os.makedirs(work, exist_ok=True)
     for stale in ("record.json", "end.npy"):
         if os.path.exists(os.path.join(work, stale)):
@@ -99,12 +101,12 @@ def in_a_process(name, folder, work, seconds):
         with open(os.path.join(work, "record.json"), encoding="utf-8") as file:
             return json.load(file), used, late
     except (OSError, ValueError):
-        # The limit of CPU time and the time that is accounted for are counted apart.
+        # The kernel counts the CPU time for its limit separately from the one that it reports.
         return None, used, late or used >= seconds or os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU
 
 
 def run(name, folder, case, work, seconds):
-    """The record of a run."""
+    """Runs the case and returns the record of the run."""
     adapter = load(name)
     reason = why_not(adapter, case)
     if reason:
@@ -115,14 +117,14 @@ def run(name, folder, case, work, seconds):
         return {"outcome": "out of time" if late else "died", "said": f"see {work}/log.txt", "cpu": used}
     result["cpu"] = used
     if result["said"]:
-        # A solver whose own process was ended for its CPU time tells of a failure.
+        # A solver whose child process was killed for its CPU time reports a failure.
         return {**result, "outcome": "out of time" if used >= seconds else "stopped"}
     figures = judges.judge(case, np.load(os.path.join(work, "end.npy")))
     return {**result, **figures, "outcome": "wrong end" if figures["wrong"] else "solved"}
 
 
 def frozen(path):
-    """Sums by name."""
+    """Reads the frozen checksums of cases, by name."""
     if not os.path.exists(path):
         return {}
     with open(path, encoding="utf-8") as file:
@@ -139,7 +141,7 @@ def find(folders):
 
 
 def table(records, adapters):
-    """One row for each adapter, by forms and elements below it."""
+    """Returns a table: for each adapter a row of all cases, and below it one of each kind (forms and element)."""
     lines = ["| solver | " + " | ".join(OUTCOMES) + " | Newton, median | CPU s, median |",
              "|---" * (len(OUTCOMES) + 3) + "|"]
     for name in adapters:
@@ -162,9 +164,9 @@ def main():
     parser.add_argument("--adapters", default="flesh,calculix,fenicsx,fenicsx:SNES=1")
     parser.add_argument("--seconds", type=float, default=60, help="CPU time of a run (default 60)")
     parser.add_argument("--out", default="out/others")
-    parser.add_argument("--frozen", default=FROZEN, help="sums of cases that must not have changed")
-    parser.add_argument("--freeze", action="store_true", help="print the sums of the cases and end")
-    parser.add_argument("--again", action="store_true", help="run again what has a result")
+    parser.add_argument("--frozen", default=FROZEN, help="file of checksums, by which cases must not have changed")
+    parser.add_argument("--freeze", action="store_true", help="print the checksums of the cases and exit")
+    parser.add_argument("--again", action="store_true", help="repeat runs that have a result")
     parser.add_argument("--one", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     names = arguments.adapters.split(",")
@@ -197,7 +199,7 @@ def main():
     if os.path.exists(path):
         with open(path, encoding="utf-8") as file:
             for line in file:
-                if line.endswith("\n"):  # else it was cut when a run was ended
+                if line.endswith("\n"):  # a line without end was cut when the battery was killed
                     record = json.loads(line)
                     done[key_of(record)] = record
     records = []

@@ -1,5 +1,5 @@
-"""case.py: cases for any solver (drivers/hardcases.md has the format): reading, writing, and a sum that tells a case from
-one that has changed. Needs NumPy and nothing of flesh."""
+"""case.py: reads and writes cases for any solver (drivers/hardcases.md has the format), with a checksum that shows whether
+a case has changed. Needs NumPy and nothing of flesh."""
 import hashlib
 import json
 import os
@@ -7,13 +7,14 @@ import os
 import numpy as np
 
 VERSION = 1
-# Nodes on edges follow the corners in this order (VTK's, Gmsh's up to the last two, CalculiX's).
+# Order of the nodes on edges, which follow the corners: that of VTK and CalculiX; Gmsh swaps the last two.
 EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 
 
 class Case:
-    """A case as arrays: rest, start [n, 3] (m), tets [m, 4 or 10], region [m] (a place in materials), fixed [k] nodes with
-    their positions held_at [k, 3] (m; where these are of rest, nodes start there), loads [n, 3] (N); element, materials, judge and the rest of case.json by name."""
+    """A case as arrays: rest and start [n, 3] (m); tets [m, 4 or 10]; region [m], a place in materials; fixed [k], nodes that
+    are held at held_at [k, 3] (m), and start there if that is their position at rest; loads [n, 3] (N). All other values of
+    case.json, such as element, materials and judge, are attributes."""
 
     def __init__(self, values, rest, tets, start):
         self.__dict__.update(values)
@@ -31,14 +32,14 @@ class Case:
 
     @property
     def moved(self):
-        """The nodes whose force is asked for: those of the key `measured`, else the fixed ones that are held elsewhere
-        than at rest."""
+        """Nodes whose total force is measured: those of the key `measured`, else the fixed ones that are not held at their
+        position at rest."""
         if "measured" in self.values:
             return np.array(self.values["measured"], int)
         return self.fixed[(self.held_at != self.rest[self.fixed]).any(1)]
 
     def constants(self, name):
-        """A constant of the material of every tet, [m]."""
+        """Returns a constant of the material for each of the m tets."""
         return np.array([material[name] for material in self.materials])[self.region]
 
     @property
@@ -47,7 +48,7 @@ class Case:
 
     @property
     def sum(self):
-        """SHA-256 of what a solver is given and how its end is judged, numbers to twelve digits."""
+        """SHA-256 of the solver's input and the judge's limits, with numbers of twelve digits."""
         said = {key: value for key, value in self.values.items() if key not in ("name", "doc", "mesh", "start")}
         said.update(rest=self.rest.tolist(), tets=self.tets.tolist(), positions=self.start.tolist())
         return hashlib.sha256(json.dumps(rounded(said), sort_keys=True).encode()).hexdigest()
@@ -62,7 +63,7 @@ def rounded(value):
 
 
 def read_medit(path):
-    """Positions [n, 3] and tets [m, 4 or 10], from 0, of a Medit file."""
+    """Reads positions [n, 3] and tets [m, 4 or 10], numbered from 0, from a Medit file."""
     with open(path, encoding="utf-8") as file:
         words = file.read().split()
 
@@ -86,7 +87,7 @@ def write_medit(path, rest, tets, region):
 
 
 def read(folder):
-    """The case in the folder. ValueError where it is of another format or version."""
+    """Reads the case in the folder. Raises ValueError if it has another format or version, or its start other nodes."""
     with open(os.path.join(folder, "case.json"), encoding="utf-8") as file:
         values = json.load(file)
     if (values.get("format"), values.get("version")) != ("flesh-case", VERSION):
@@ -100,7 +101,7 @@ def read(folder):
 
 
 def write(folder, values, rest, tets, start):
-    """Writes a case, which `read` reads; `values` without format, version, mesh and start."""
+    """Writes a case for `read`; `values` are those of case.json without format, version, mesh and start."""
     os.makedirs(folder, exist_ok=True)
     values = {"format": "flesh-case", "version": VERSION, "mesh": "body.mesh", "start": "start.txt", **values}
     region = values["tet_material"]

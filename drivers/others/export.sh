@@ -1,5 +1,5 @@
 #!/bin/sh
-# Writes the frozen cases (data/hardcases/frozen.txt has their sums) below a folder:
+# Writes the frozen cases (data/hardcases/frozen.txt has their checksums) below a folder:
 #   sh drivers/others/export.sh FOLDER [path of the flesh program]
 set -eu
 top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)

@@ -1,4 +1,4 @@
-"""judge.py: whether an end of a case counts, by code of its own: energies and forces of tets in NumPy."""
+"""judge.py: decides whether a final state solves its case, by its own code: energies and forces of tets in NumPy."""
 import numpy as np
 
 from case import EDGES
@@ -12,7 +12,7 @@ def log_of(J):
 
 
 def shape_part(form, mu, I, J):
-    """psi without lambda, psi_I, psi_J."""
+    """Returns the part of psi without lambda and its derivatives by I and J."""
     if form in ("Neo", "A"):
         return mu / 2 * (I - 3) - mu * log_of(J), mu / 2 + 0 * I, -mu / J
     if form == "B":
@@ -27,14 +27,14 @@ def shape_part(form, mu, I, J):
 
 
 def volume_part(form, bulk, alpha, J):
-    """lambda U and its derivative by J."""
+    """Returns lambda U and its derivative by J."""
     if form == "Neo":
         return bulk / 2 * log_of(J)**2, bulk * log_of(J) / J
     return bulk / 2 * (J - alpha)**2, bulk * (J - alpha)
 
 
 def gradients(case):
-    """Derivatives of the shape functions by rest position [q, m, nodes, 3] and weights [q, m] (m^3)."""
+    """Returns derivatives of the shape functions by rest position [q, m, nodes, 3] and weights [q, m] (m^3)."""
     a, b = (5 - 5**0.5) / 20, (5 + 3 * 5**0.5) / 20
     if case.tets.shape[1] == 4:
         points, weights = np.full((1, 4), 0.25), [1 / 6]
@@ -56,8 +56,8 @@ def gradients(case):
 
 
 def evaluate(case, x):
-    """Elastic energy above that of rest (J), forces of the tets on the nodes' side [n, 3] (N; the residual without loads)
-    and J at the points of quadrature [q, m]."""
+    """Returns the elastic energy less that at rest (J), its derivative by the positions [n, 3] (N; the residual without
+    loads), and det F at the quadrature points [q, m]."""
     slopes, weights = gradients(case)
     F = np.einsum("mni,qmnj->qmij", x[case.tets], slopes)
     I, J = np.einsum("qmij,qmij->qm", F, F), np.linalg.det(F)
@@ -79,7 +79,7 @@ def evaluate(case, x):
 
 
 def judge(case, x):
-    """Figures of the end x [n, 3], and `wrong`: what keeps it from counting, a list of sentences."""
+    """Returns figures of the final positions x [n, 3], and `wrong`, a list of sentences why they are no solution."""
     limits, length = case.judge, np.ptp(case.rest, 0).max()
     if x.shape != case.rest.shape or not np.isfinite(x).all():
         return {"wrong": ["a position is missing or not finite"]}
@@ -95,7 +95,7 @@ def judge(case, x):
         wrong.append(f"a fixed node is {off:.1e} m off")
     if inverted > limits["inverted"]:
         wrong.append(f"{inverted} tets are inverted")
-    # Written so that a number that is none is wrong.
+    # `not a <= b` is true for NaN, too.
     if not residual <= limits["residual"]:
         wrong.append(f"the residual is {residual:.1e} N, not below {limits['residual']:.1e}")
     if limits["energy"] is not None and not energy <= limits["energy"]:

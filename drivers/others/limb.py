@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""limb.py: a limb of skin, fat, muscle and bone is indented by a probe; the error of the probe's force and
-the CPU time of each solver.
+"""limb.py: compares solvers on a limb of skin, fat, muscle and bone that a probe indents, by the error of the probe's force
+and CPU time.
 
     python3 drivers/others/limb.py [--out FOLDER] [--poisson 0.49,0.4999] [--sizes 16,13,11,9] [--solvers NAMES]
                                    [--seconds 600] [--table]
 
 The limb is an octagonal prism, 64 mm thick and 80 mm long, of nested layers, held at both ends. A rectangle of 40 x 24 mm
 of its skin is moved towards the bone, by 4 mm in its middle and by less towards its rim (cos^2 along both sides), as a
-round probe would. gmsh makes the meshes, of the same ten-node tets for all, with edges of SIZE mm, near the probe of half
-that. Every run is a process of one thread. Results are lines of FOLDER/results.jsonl, and
-what is there is not run again. --table makes limb.md and limb.png of all lines that there are. Errors refer to
-tet10-mean on its finest mesh, which is to be finer than the others'."""
+round probe would. All solvers get the same ten-node tets, made by gmsh with edges of SIZE mm, half of that near the probe.
+Every run is a process of one thread. Results are lines of FOLDER/results.jsonl, and a run that has a line is not repeated.
+--table makes limb.md and limb.png from all lines. Errors are relative to the force of tet10-mean on its finest mesh, which
+should be finer than the others'."""
 import argparse
 import json
 import math
@@ -25,19 +25,20 @@ import numpy as np  # noqa: E402
 import battery  # noqa: E402
 import case as cases  # noqa: E402
 
-LAYERS = [("bone", 10, 1e7), ("muscle", 22, 3e4), ("fat", 28, 1e4), ("skin", 32, 1e5)]  # mm to a flat side; Young, Pa
+# Name, distance from the axis to a flat side in mm, and Young's modulus in Pa.
+LAYERS = [("bone", 10, 1e7), ("muscle", 22, 3e4), ("fat", 28, 1e4), ("skin", 32, 1e5)]
 LENGTH, PROBE, DEPTH = 80, (40, 24), 4  # mm
 BONE_RATIO = 0.3
 SOLVERS = {"flesh": "flesh, tet10-mean", "flesh_tet10": "flesh, tet10",
            "calculix": "CalculiX, C3D10", "fenicsx": "FEniCSx, P2", "mixed": "FEniCSx, P2-P1"}
 
-# As their users would: CalculiX with its own tolerances, five load steps of FEniCSx.
+# Settings that a user would choose: CalculiX with its own tolerances, FEniCSx with five load steps.
 SETTINGS = {"flesh": "flesh:ELEMENT=tet10-mean:TOLERANCE=1e-6", "flesh_tet10": "flesh:TOLERANCE=1e-6",
             "calculix": "calculix:TIGHT=0", "fenicsx": "fenicsx:STEPS=5", "mixed": "fenicsx:STEPS=5:ELEMENT=P2-P1"}
 
 
 def recipe(size):
-    """The recipe for gmsh."""
+    """Returns the recipe for gmsh."""
     lines = ['SetFactory("OpenCASCADE");']
     for k, (_, flat, _) in enumerate(LAYERS):
         r, first = flat / math.cos(math.pi / 8), 100 * (k + 1)
@@ -62,7 +63,7 @@ def recipe(size):
 
 
 def read_gmsh(path):
-    """Positions (mm) and four-node tets of a Gmsh 2 text file."""
+    """Reads positions (mm) and four-node tets from a Gmsh 2 text file."""
     with open(path, encoding="utf-8") as file:
         lines = file.read().split("\n")
     at = lines.index("$Nodes") + 2
@@ -77,19 +78,19 @@ def read_gmsh(path):
 
 
 def ten_nodes(x, tets):
-    """A node in the middle of each edge, after the corners."""
+    """Adds a node in the middle of each edge, after the corners."""
     ends = np.sort(tets[:, cases.EDGES].reshape(-1, 2), 1)
     edges, place = np.unique(ends, axis=0, return_inverse=True)
     return np.vstack([x, x[edges].mean(1)]), np.hstack([tets, len(x) + place.reshape(-1, 6)])
 
 
 def profile(x, half):
-    """The share of the probe's depth at a distance x from its middle."""
+    """Returns the fraction of the probe's depth at a distance x from its middle; it is 0 at `half`."""
     return np.cos(math.pi / 2 * x / half)**2
 
 
 def make(folder, size, poisson):
-    """The limb as a case."""
+    """Writes the limb as a case and returns its number of unknowns."""
     mesh = os.path.join(os.path.dirname(folder), f"limb_{size:g}.msh")
     if not os.path.exists(mesh):
         with open(mesh[:-4] + ".geo", "w", encoding="utf-8") as file:
@@ -129,9 +130,9 @@ def run(name, folder, work, seconds):
 
 
 def seconds_at(rows, error, limit):
-    """CPU seconds that these meshes, by ascending unknowns, take to the error: interpolated in logarithms, (seconds, "");
-    (seconds of the coarsest, ">") where that is nearer already: another solver costs more than so many times; None where
-    none is as near."""
+    """Returns (CPU seconds at which these meshes, by ascending unknowns, reach the error, ""), interpolated in logarithms;
+    (seconds of the coarsest mesh, ">") if even that is more accurate, so that ratios of cost to it are lower bounds; None
+    if no mesh is as accurate."""
     errors = [abs(row["force"] / limit - 1) for row in rows]
     first = next((k for k, own in enumerate(errors) if own <= error), None)
     if first is None:
@@ -148,13 +149,13 @@ def chosen(records, name, poisson):
 
 
 def limits(records):
-    """The force of every ratio by tet10-mean on its finest mesh."""
+    """Returns the reference force of every Poisson's ratio: that of tet10-mean on its finest mesh."""
     return {p: chosen(records, "flesh", p)[-1]["force"] for p in {r["poisson"] for r in records}
             if len(chosen(records, "flesh", p)) > 1}
 
 
 def write_table(folder, records):
-    """limb.md and limb.png."""
+    """Writes limb.md and limb.png."""
     records = [r for r in records if r["force"] is not None]
     limit = limits(records)
     lines = ["| ν | solver | SIZE, mm | unknowns | CPU s | force, N | error, % | CPU over flesh's: same mesh | same error |",
@@ -182,7 +183,7 @@ def write_table(folder, records):
     for axis, poisson in zip(axes[0], sorted(limit)):
         for name, mark in zip(SOLVERS, "osv^D"):
             rows = chosen(records, name, poisson)
-            rows = rows[:-1] if name == "flesh" else rows  # the last is what errors refer to
+            rows = rows[:-1] if name == "flesh" else rows  # the last one is the reference
             if rows:
                 axis.loglog([r["seconds"] for r in rows], [100 * abs(r["force"] / limit[poisson] - 1) for r in rows],
                             mark + "-", label=SOLVERS[name])

@@ -1,6 +1,7 @@
 #!/bin/sh
-# deb.sh [DIR]: the Debian packages libflesh0.3, libflesh-dev, flesh and python3-flesh of the last commit, into DIR
-# (packages), checked by lintian where that is installed. Needs git, debhelper, dh-python and what drivers/build.md lists.
+# deb.sh [DIR]: builds the Debian packages libflesh0.3, libflesh-dev, flesh and python3-flesh of the last commit into DIR
+# (default packages), and checks them by lintian if it is installed. Needs git, debhelper, dh-python and the packages of
+# drivers/build.md.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 into=${1:-packages}

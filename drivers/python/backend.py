@@ -1,6 +1,7 @@
-"""backend.py: makes a wheel of the Python package by meson-python, which wants pyproject.toml at the top of the tree.
+"""backend.py: makes a wheel of the Python package by meson-python, which expects pyproject.toml at the top of the tree.
 
-It gets a folder of links to what stands there and to the pyproject.toml beside this file. pip calls these functions."""
+meson-python gets a folder of links to the top of the tree and to the pyproject.toml beside this file. pip calls these
+functions."""
 import contextlib
 import os
 import tempfile
@@ -26,7 +27,7 @@ def _linked_tree():
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    """What meson-python wants beside itself, such as ninja."""
+    """Returns the packages that meson-python needs beside itself, such as ninja."""
     with _linked_tree():
         return mesonpy.get_requires_for_build_wheel(config_settings)
 
@@ -34,7 +35,7 @@ def get_requires_for_build_wheel(config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Puts the wheel into the folder wheel_directory and returns its name."""
     wheel_directory = os.path.abspath(wheel_directory)
-    # As deep as a build of the tree, so that paths to sources are alike, and ccache has what that build has compiled.
+    # The folder is as deep as a build of the tree, so that relative paths to sources, and ccache's objects, are the same.
     config_settings = {"builddir": "build", **(config_settings or {})}
     with _linked_tree():
         return mesonpy.build_wheel(wheel_directory, config_settings, metadata_directory)

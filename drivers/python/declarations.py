@@ -3,18 +3,18 @@
 
     declarations.py OUT DEPFILE ABI_HEADER COMPILER [ARGUMENT...]
 
-The compiler preprocesses all public headers with its own arguments; what stems from include/flesh stays, so that
-every struct, enum and function of the library is known to Python by the header's own words and none by a copy of them.
-SUNDIALS' types, of which the callback layer's functions take pointers only, and the few of its functions that make
-vectors, matrices and a context, are declared here. Writes the Python module OUT, and what it was made from into
-DEPFILE. Needs nothing beside Python itself."""
+The compiler preprocesses all public headers with its own arguments, and the lines from include/flesh are kept: Python
+knows every struct, enum and function of the library from the headers themselves, not from a copy. SUNDIALS' types, to
+which the callback layer's functions take only pointers, and its few functions that make vectors, matrices and a context
+are declared here. Writes the Python module OUT, and the files that it depends on into DEPFILE. Needs only Python
+itself."""
 import os
 import re
 import subprocess
 import sys
 import tempfile
 
-# What the headers of the callback layer name: numbers, and pointers to what only SUNDIALS looks into.
+# Types of SUNDIALS that the callback layer's headers name: numbers, and pointers to opaque structs.
 SUNDIALS_TYPES = """
 typedef double sunrealtype;
 typedef int{index}_t sunindextype;
@@ -27,8 +27,8 @@ typedef struct _generic_SUNLinearSolver *SUNLinearSolver;
 typedef struct _generic_SUNNonlinearSolver *SUNNonlinearSolver;
 """
 
-# Functions of the SUNDIALS that libflesh is linked with (a communicator is an integer or a pointer), and C's own that
-# frees what the library hands out.
+# Functions of the SUNDIALS that libflesh is linked with (whose communicator is an integer or a pointer), and C's free for
+# memory that the library hands over.
 OTHER_FUNCTIONS = """
 void free(void *memory);
 int SUNContext_Create(void *communicator, SUNContext *context);
@@ -44,7 +44,7 @@ void SUNMatDestroy(SUNMatrix matrix);
 
 HEADERS = ("flesh.h", "kinsol.h", "ida.h", "ode.h", "sunnonlinsol.h")
 
-# Stand-ins for SUNDIALS' headers, so that its types need not be taken apart and MPI need not be found.
+# Stand-ins for SUNDIALS' headers, so that its types stay opaque and MPI need not be found.
 SUNDIALS_CONFIG = """
 #define SUNDIALS_VERSION_MAJOR {major}
 #define SUNDIALS_VERSION_MINOR {minor}
@@ -56,13 +56,13 @@ SUNDIALS_HEADERS = ("linearsolver", "nonlinearsolver", "matrix", "nvector", "typ
 
 
 def defined(header):
-    """The macros of a header whose values are numbers or texts."""
+    """Returns the macros of a header whose values are numbers or strings, as a dict of strings."""
     with open(header, encoding="utf-8") as file:
         return dict(re.findall(r"^#define (\w+) ([\w\".]+)", file.read(), re.M))
 
 
 def preprocess(compiler, values, out, depfile):
-    """The text of the public headers after the preprocessor, without what they include from elsewhere."""
+    """Returns the preprocessed text of the public headers, without the headers that they include from elsewhere."""
     source = "".join(f"#include <flesh/{name}>\n" for name in HEADERS)
     with tempfile.TemporaryDirectory() as folder:
         os.mkdir(os.path.join(folder, "sundials"))
@@ -70,7 +70,7 @@ def preprocess(compiler, values, out, depfile):
             with open(os.path.join(folder, "sundials", f"sundials_{name}.h"), "w", encoding="utf-8") as file:
                 if name == "config":
                     file.write(SUNDIALS_CONFIG.format(**values))
-        # System headers are no dependencies, nor are they what is kept.
+        # As system headers, the stand-ins are not among the dependencies.
         text = subprocess.run([*compiler, "-isystem", folder, "-E", "-MMD", "-MF", depfile, "-MT", out, "-x", "c", "-"],
                               input=source, stdout=subprocess.PIPE, check=True, universal_newlines=True).stdout
     kept, ours = [], False

@@ -1,19 +1,18 @@
 #!/usr/bin/env python3
-"""folder.py: where in a prefix Python finds a package, as far as it looks there at all.
+"""folder.py: prints the folder of a prefix in which Python finds packages.
 
     folder.py PREFIX LIBDIR BINDIR [FOLDER]
 
-Prints the folder (FOLDER where one is given) and the ways from the package in it to the folders of libraries
-and programs. Python looks
-into folders of its own choice: of those within the prefix the first is taken (on Debian /usr/local has dist-packages,
-~/.local has site-packages); where there is none, the usual one, which PYTHONPATH then has to name."""
+Prints the folder (FOLDER if it is given) and the relative paths from the package in it to the folders of libraries and
+programs. The folder is the first within the prefix that Python searches by itself (on Debian, dist-packages in /usr/local
+and site-packages in ~/.local); if there is none, it is the usual one, which PYTHONPATH must then name."""
 import os
 import site
 import sys
 
 
 def package_folder(prefix):
-    """A folder of the prefix in which Python looks for packages."""
+    """Returns a folder of the prefix, relative to it, in which Python looks for packages."""
     looked_into = [*site.getsitepackages(), site.getusersitepackages()]
     for folder in looked_into:
         if os.path.commonpath([os.path.normpath(prefix), os.path.normpath(folder)]) == os.path.normpath(prefix) and \

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""embed.py: puts the page of a report together, as C: style, library and script go into page.html where it names them.
+"""embed.py: writes the page of a report as a C string: page.html with style, licence, library and scripts at its marks.
 
     embed.py OUT.c page.html page.css LICENSE three.min.js SCRIPT.js..."""
 import sys
 
 
 def literal(text):
-    """The text as lines of a C string."""
+    """Returns the text as lines of a C string."""
     out = []
     data = text.encode()
     for k in range(0, len(data), 100):

@@ -1,4 +1,4 @@
-"""conf.py: the site of flesh for Sphinx: the tree's own pages, the C interface by Doxygen and Breathe, Python's by autodoc.
+"""conf.py: configures Sphinx for flesh's site: the tree's pages, the C interface by Doxygen and Breathe, Python's by autodoc.
 
 Called by site.sh, which sets FLESH_SITE_XML (Doxygen's output), FLESH_SITE_PROGRAM, FLESH_SITE_VERSION and PYTHONPATH."""
 import os
@@ -12,7 +12,7 @@ author = "the flesh authors"
 copyright = "2026, the flesh authors"  # Sphinx wants it by this name
 version = release = os.environ["FLESH_SITE_VERSION"]
 
-# Links to folders and files of the tree lead nowhere on the site; test_tree follows all.
+# Links to folders and files of the tree lead nowhere on the site; test_tree checks them all.
 suppress_warnings = ["myst.xref_missing"]
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 root_doc = "drivers/site/index"
@@ -20,7 +20,7 @@ include_patterns = ["drivers/**.md", "README.md", "CHANGELOG.md", "data/**.md", 
 include_patterns += ["drivers/*.md", "data/*.md", "lib/*.md", "test/*.md"]
 exclude_patterns = ["build*", "drivers/report/three/*"]
 
-# Titles have the same anchors as where the tree is shown on the web.
+# Titles get the same anchors as on web pages that show the repository.
 myst_heading_anchors = 6
 myst_enable_extensions = ["dollarmath"]
 breathe_projects = {"flesh": os.environ["FLESH_SITE_XML"]}
@@ -48,24 +48,24 @@ HEADER = r"""
 
 
 def link_to_folder(app, env, node, content):
-    """Links to folders of the tree, which are no pages, are their words alone."""
+    """Shows links to folders and files of the tree, which have no page on the site, as plain text."""
     target = os.path.join(app.srcdir, os.path.dirname(node.get("refdoc", "")), node["reftarget"])
     return content if os.path.exists(target) else None
 
 
 def show_headers(app, docname, source):
-    """A header that a page lists (- [state.h](...)) is shown whole."""
+    """Shows the declarations of the headers that a page lists (- [state.h](...))."""
     if os.path.basename(docname).startswith("c_"):
         source[0] = re.sub(r"^- \[(\w+\.h)\].*\n", HEADER, source[0], flags=re.M)
 
 
 def program(*words):
-    """What the program prints."""
+    """Returns what the program prints."""
     return subprocess.run([os.environ["FLESH_SITE_PROGRAM"], *words], capture_output=True, text=True, check=True).stdout
 
 
 def show_program(app, docname, source):
-    """The keys of a scene, the results of a run and the help of every command, as the program prints them."""
+    """Shows the keys of a scene, the results of a run and the help of every command as the program prints them."""
     if docname == "drivers/site/keys":
         source[0] = program("schema")
     elif docname == "drivers/site/results":
@@ -77,7 +77,7 @@ def show_program(app, docname, source):
 
 
 def plain_docstring(app, what, name, obj, options, lines):
-    """Docstrings are plain text: bars are those of absolute values, and what is indented is shown as it is."""
+    """Treats docstrings as plain text: escapes bars, which denote absolute values, and shows indented lines verbatim."""
     result, literal = [], False
     for line in lines:
         before = next((earlier for earlier in reversed(result) if earlier.strip()), "")

@@ -1,6 +1,6 @@
 #!/bin/sh
-# site.sh SOURCE BUILD VERSION: the site, into BUILD/site. Needs Debian's python3-sphinx, python3-myst-parser,
-# doxygen and python3-breathe, and for Python's interface python3-numpy and python3-cffi. A warning is an error.
+# site.sh SOURCE BUILD VERSION: makes the site in BUILD/site. Needs Debian's python3-sphinx, python3-myst-parser, doxygen
+# and python3-breathe, and for Python's interface python3-numpy and python3-cffi. Warnings are errors.
 set -eu
 source=$(CDPATH='' cd -- "$1" && pwd)
 build=$(CDPATH='' cd -- "$2" && pwd)

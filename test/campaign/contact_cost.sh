@@ -1,10 +1,10 @@
 #!/bin/sh
-# What contact costs: two slabs of 28 800 tets each, with 61 x 41 nodes face to face, with contact and without it.
+# contact_cost.sh: measures the cost of contact between two slabs of 28 800 tets each, with 61 x 41 nodes face to face.
 #   sh test/campaign/contact_cost.sh [flesh [steps [cells along the slabs]]]
-# swing: both clamped at one end, one on the other, swing down. press: the upper one falls and slides on the lower one,
-# whose underside is held, so that nearly all nodes touch. Prints a table: means over the steps, CPU time of one thread,
-# and the part of it that contact's forces and Hessians take (searches with them; continuous collision detection is not
-# in it).
+# swing: the slabs lie on each other, are clamped at one end and swing down. press: the upper slab falls and slides on the
+# lower one, whose underside is held, so that nearly all nodes touch. Prints a table of runs with and without contact:
+# means over the steps, CPU time of one thread, and the part of it in contact's forces and Hessians (with their searches,
+# without continuous collision detection).
 set -eu
 flesh=${1:-build/drivers/flesh} steps=${2:-30} cells=${3:-60}
 case $flesh in */*) flesh=$(cd "$(dirname "$flesh")" && pwd)/$(basename "$flesh") ;; esac
@@ -16,7 +16,8 @@ for slab in bottom top; do
   "$flesh" mesh box --cells "$cells,$across,2" --size "1,$across/$cells,2/$cells" --out $slab.mesh >mesh.log
 done
 
-# Name, effects beside inertia and gravity, velocity of the upper slab.
+# scene NAME EFFECTS VELOCITY: runs a scene with these effects beside inertia and gravity and this velocity of the upper
+# slab, and prints its row.
 scene() {
   cat >"$1.yaml" <<END
 body:

@@ -1,12 +1,12 @@
 #!/bin/sh
-# debian.sh: what README and build.md promise of a bare Debian of a release, in a folder of its own (chroot).
+# debian.sh: checks what README and build.md promise, on a bare Debian of a release in a folder of its own (chroot).
 #   sh test/campaign/debian.sh trixie             drivers/demo.sh and test/run.sh: the demo runs, and all tests pass
 #   sh test/campaign/debian.sh trixie --quick     the same with test/run.sh --quick
 #   sh test/campaign/debian.sh trixie --packages  drivers/package/deb.sh makes packages without errors of lintian; in another
 #                                                 bare system they install with apt, and their smoke test passes
 # The tree is that of the last commit. Needs root, debootstrap, git and a network. CAMPAIGN names the folder in which the
-# systems are made (~/.cache/flesh-campaign) and kept for the next time; MIRROR, where set, where packages come from.
-# The last lines name the versions of what was tried and give the last line of the tests.
+# systems are made (~/.cache/flesh-campaign) and kept for the next time; MIRROR, if set, is the source of packages. The
+# last lines name the versions that were tested and give the last line of the tests.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 die() {
@@ -22,7 +22,7 @@ for tool in debootstrap git unshare; do
 done
 folder=${CAMPAIGN:-$HOME/.cache/flesh-campaign}
 
-# make_system NAME: a bare system of the release, once.
+# make_system NAME: makes a bare system of the release, unless it is there.
 make_system() {
   system=$folder/$1
   if [ ! -e "$system/complete" ]; then
@@ -35,7 +35,7 @@ make_system() {
   cp /etc/resolv.conf "$system/etc/resolv.conf"
 }
 
-# in_system NAME ARGUMENT...: runs standard input there as a script. What is mounted for it is gone when it ends.
+# in_system NAME ARGUMENT...: runs standard input in the system as a script, whose mounts end with it.
 in_system() {
   system=$folder/$1
   shift

@@ -1,14 +1,14 @@
 #!/bin/sh
-# filters.sh: the eigenvalue filters compared on a share of the protocol of data/results/filters.md.
+# filters.sh: compares the eigenvalue filters on a share of the problems of data/results/filters.md.
 #
-#   sh test/campaign/filters.sh OUT               a look: 0.0005 of the problems
-#   sh test/campaign/filters.sh OUT SHARE         as much of those that are not held out; 1: all
-#   sh test/campaign/filters.sh OUT SHARE --held  and of those that are held out, 15 %, once, at the end
+#   sh test/campaign/filters.sh OUT               a quick look: a share of 0.0005
+#   sh test/campaign/filters.sh OUT SHARE         this share of the problems that are not held out; 1: all
+#   sh test/campaign/filters.sh OUT SHARE --held  also this share of the held-out ones, 15 % of all: once, at the end
 #
 # A problem is a case (data/hardcases/filters.yaml), a seed, a form, a Poisson's ratio, a mesh and a step; a hash of these
-# chooses. FLESH is the program, build/drivers/flesh by default. What OUT has already is not run again, so that a share can
-# grow. No run ends by time, so that a busy machine changes no outcome. OUT/rest has the profiles of the page; filters.py
-# makes its table.
+# decides whether it is in the share. FLESH names the program, build/drivers/flesh by default. Problems that OUT already has
+# are not run again, so that a share can grow. Runs have no limit of time, so that a busy machine changes no outcome.
+# OUT/rest has the profiles of the page; filters.py makes its table.
 set -eu
 
 flesh=${FLESH:-build/drivers/flesh}
@@ -18,7 +18,8 @@ filters=clamped,absolute,trust-region,clamped-always,absolute-always,trust-regio
 bare=$(echo "$filters" | sed 's/,/-bare,/g')-bare
 small=8x4x2,data/meshes/graded_block.msh,data/meshes/finger_coarse.msh,data/meshes/plate_with_holes.msh
 
-# part FACTOR: the share times that (where it is not all) of 0:0.85, or of 0.85:1 where problems are held out.
+# part FACTOR: prints the hashes to run: of 0:0.85, or of 0.85:1 for held-out problems, the fraction share * FACTOR, or all
+# if the share is 1.
 part() {
   awk -v share="$share" -v held="$held" -v factor="$1" 'BEGIN {
     low = held ? 0.85 : 0
@@ -26,7 +27,7 @@ part() {
     printf "%.9g:%.9g", low, low + part * (held ? 0.15 : 0.85) }'
 }
 
-# compare NAME FACTOR ELEMENTS SOLVERS [options]: into OUT/NAME.
+# compare NAME FACTOR ELEMENTS SOLVERS [options]: compares into OUT/NAME, or OUT/NAME_held for held-out problems.
 compare() {
   name=$1$suffix part=$(part "$2") elements=$3 solvers=$4
   shift 4
@@ -35,7 +36,7 @@ compare() {
     --set solver.max_newton=100 --set solver.max_linear=300 --set solver.max_cutbacks=0 "$@"
 }
 
-# kinds HOW FACTOR ELEMENTS SOLVERS: starts, three times as many loads, and half as many motions.
+# kinds HOW FACTOR ELEMENTS SOLVERS: compares starts, three times as many loads, and half as many motions.
 kinds() {
   how=$1 factor=$2
   shift 2
@@ -48,7 +49,7 @@ for held in 0 1; do
   [ "$held" = 0 ] || [ "${3:-}" = --held ] || break
   suffix=$([ "$held" = 0 ] || echo _held)
   kinds '' 1 tet4,tet10-mean "$filters"
-  kinds _bare 0.25 tet4,tet10-mean "$bare" # this and the rest cost most
+  kinds _bare 0.25 tet4,tet10-mean "$bare" # a smaller share, as these and the following cost most
   kinds _tet10 0.25 tet10 "$filters"
   compare large 0.1 tet4,tet10,tet10-mean "$filters" --cases rest,load --meshes 24x12x12,data/meshes/finger_fine.msh
 done

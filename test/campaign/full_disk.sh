@@ -1,10 +1,10 @@
 #!/bin/sh
-# full_disk.sh: every command that writes, on disks too small for it, and how many disks that were.
+# full_disk.sh: runs every command that writes on disks that are too small for it, and prints the number of disks.
 #
 #   FLESH=build/drivers/flesh sh test/campaign/full_disk.sh           a few sizes
 #   FLESH=build/drivers/flesh sh test/campaign/full_disk.sh --full    all of them
 #
-# The commands, sizes and judgements are those of ../drivers/test_full_disk.sh.
+# The commands, sizes and checks are those of ../drivers/test_full_disk.sh.
 set -eu
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 FLESH=$(realpath "${FLESH:-build/drivers/flesh}")
@@ -16,7 +16,7 @@ else
 fi
 count=$(mktemp)
 trap 'rm -rf "$count" "$count.d"' EXIT
-# The same test, with every disk counted.
+# A copy of the test that counts every disk.
 mkdir "$count.d"
 cp -r "$here/../shared" "$here/../drivers" "$count.d/"
 sed -i "s|^on_disk() {|&\n  echo \"\$1\" >>'$count'|" "$count.d/shared/full_disk.sh"

@@ -2,21 +2,22 @@
 # fuzz.sh: coverage-guided fuzzing of every reader, with the address and undefined-behaviour sanitizers.
 #
 #   sh test/campaign/fuzz.sh                     short: 200 000 executions more
-#   sh test/campaign/fuzz.sh --full              on to 1e9 executions in all; may be interrupted and started again
-#   sh test/campaign/fuzz.sh --runs 2e7 [READER...]   on to that many in all, of these readers
-#   sh test/campaign/fuzz.sh --report            what was executed and found so far
-#   sh test/campaign/fuzz.sh --keep              minimises what was learnt into the corpus that git keeps
-#   sh test/campaign/fuzz.sh --kept [BUILD]     the inputs that git keeps, once each, with the fuzzers of that build
-#   sh test/campaign/fuzz.sh --try READER FILE...     inputs one by one, with the sentence of a failure
+#   sh test/campaign/fuzz.sh --full              until there are 1e9 executions in all; may be interrupted and restarted
+#   sh test/campaign/fuzz.sh --runs 2e7 [READER...]   until there are that many in all, with these readers
+#   sh test/campaign/fuzz.sh --report            prints the executions and findings so far
+#   sh test/campaign/fuzz.sh --keep              minimises the inputs so far into the corpus that git keeps
+#   sh test/campaign/fuzz.sh --kept [BUILD]     runs the inputs that git keeps once each, with the fuzzers of that build
+#   sh test/campaign/fuzz.sh --try READER FILE...     runs inputs one by one, with the sentence of a failure
 #
-# What is learnt, counted and found stays outside the tree: in $CAMPAIGN, by default ~/.cache/flesh-campaign. One
-# process at a time, at the lowest priority. Exit status 1 when inputs that break a reader have been found.
+# Inputs, counts and findings stay outside the tree: in $CAMPAIGN, by default ~/.cache/flesh-campaign. One process runs at
+# a time, at the lowest priority. The exit status is 1 if inputs that break a reader have been found.
 set -eu
 
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
 state=${CAMPAIGN:-${XDG_CACHE_HOME:-$HOME/.cache}/flesh-campaign}
 build=$state/build-fuzz
-# Executions of each in a round: those that take microseconds more than those that build a scene.
+# Readers, each with its slices of executions in a round: readers that take microseconds get more than those that build a
+# scene.
 readers='mesh:60 surface:50 body:60 words:6 table:20 scene:3 sweep:1 hardcases:3'
 slice=5000
 
@@ -63,7 +64,7 @@ LSAN_OPTIONS="suppressions='$root/test/campaign/fuzz/leaks.txt':print_suppressio
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS LSAN_OPTIONS UBSAN_OPTIONS
 
-# fuzz READER RUNS: adds what was executed to the list; a finding ends the slice, not the campaign.
+# fuzz READER RUNS: runs a slice and notes its executions in executions.tsv; a finding ends the slice, not the campaign.
 fuzz() {
   mkdir -p "$state/corpus/$1" "$state/findings/$1"
   FUZZ_FOLDER=$(mktemp -d /dev/shm/flesh-fuzz-XXXXXX)
@@ -76,7 +77,7 @@ fuzz() {
   printf '%s\t%s\t%s\t%s\n' "$1" "${done:-0}" "$(date -u +%FT%TZ)" "$commit" >>"$state/executions.tsv"
 }
 
-# Every kept input once. All readers are tried; the first lines of a failure are shown.
+# Runs every kept input once, with all readers even if one fails; prints the first lines of a failure.
 kept() {
   failed=
   for entry in $readers; do
@@ -96,7 +97,7 @@ kept() {
   [ -z "$failed" ]
 }
 
-# Rounds over the readers until so many executions are done.
+# rounds COUNT: repeats rounds over the readers until COUNT executions are done.
 rounds() {
   while [ "$(executions)" -lt "$1" ]; do
     for entry in $readers; do
@@ -107,7 +108,7 @@ rounds() {
   done
 }
 
-# Twice, as a union of minimised parts is not quite minimal; large inputs stay outside.
+# Minimises the kept inputs and those found since, for each reader; large inputs stay outside.
 keep() {
   for entry in $readers; do
     reader=${entry%:*}
@@ -119,7 +120,7 @@ keep() {
     "$build/test/campaign/fuzz/fuzz_$reader" -merge=1 -max_len=4096 -close_fd_mask=3 "$state/least" "$kept" \
       "$state/corpus/$reader" >"$state/log" 2>&1 || die "merging the corpus of $reader failed: see $state/log"
     rm -rf "$FUZZ_FOLDER"
-    # Those with names are written by hand and stay. Of the others a hundred, of all sizes up to 1500 bytes.
+    # Inputs with names are written by hand and stay. Of the others at most 100 are kept, of all sizes below 1500 bytes.
     find "$kept" -type f -regex '.*/[0-9a-f]\{12\}' -delete
     find "$state/least" -type f -size -1500c -printf '%s %f\n' | sort -n >"$state/least.txt"
     all=$(wc -l <"$state/least.txt")

@@ -1,5 +1,6 @@
 # TEST full needs=mpirun,scaling ranks=1,2,3,4,8
-# test_scaling.sh RANKS: what so many ranks exchange in an iteration, against the model; and the page's tables. Speaks TAP.
+# test_scaling.sh RANKS: RANKS ranks exchange in an iteration what the model says, and the page has the model's tables. Speaks
+# TAP.
 # SCALING names the program of scaling.c, MPIRUN the launcher.
 set -u
 python=$(command -v /usr/bin/python3 || command -v python3)

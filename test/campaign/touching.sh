@@ -1,10 +1,11 @@
 #!/bin/sh
-# Scenes in which bodies touch, over forms, steps and seeds: no surface goes through another after any step (exact), no
-# energy appears under backward Euler, and not more than 1.1 % of the motion's under another method (METHOD=newmark).
+# touching.sh: runs scenes in which bodies touch, over forms, steps and seeds: after no step does a surface go through
+# another (an exact test), no energy appears under backward Euler, and at most 1.1 % of the motion's energy under another
+# method (METHOD=newmark).
 #   sh test/campaign/touching.sh [build folder [steps of each run at most [scene ...]]]
-# A line for each run, and a table of the scenes at the end. With RECORD=FILE the lines are kept there, and runs that
-# have one are not run again: a campaign that was cut goes on, and its table is of all. Exit code 1 where a run crossed,
-# gained energy or failed.
+# Prints a line for each run, and a table of the scenes at the end. RECORD=FILE keeps the lines there and skips runs that
+# have one: an interrupted campaign resumes, and its table is of all runs. The exit code is 1 if surfaces went through each
+# other in a run, or it gained energy or failed.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 touching=${1:-$here/../../build}/test/touching

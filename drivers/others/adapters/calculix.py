@@ -1,4 +1,5 @@
-"""calculix.py: CalculiX (Debian's calculix-ccx): C3D4 and C3D10, *HYPERELASTIC, NEO HOOKE, which is flesh's form B."""
+"""calculix.py: the adapter for CalculiX (Debian's calculix-ccx), with its elements C3D4 and C3D10 and the material
+*HYPERELASTIC, NEO HOOKE, which is flesh's form B."""
 import os
 import re
 import shutil
@@ -6,8 +7,8 @@ import subprocess
 
 import numpy as np
 
-FIRST = 0.1  # first increment of the step, where nodes are moved; CalculiX chooses the following ones
-# A hundred iterations before an increment is cut, and a largest residual of 1e-7 of the mean force, not 5e-3.
+FIRST = 0.1  # first increment of the step if nodes are moved; CalculiX chooses the following ones
+# Whether 100 iterations are allowed before an increment is cut, and a largest residual of 1e-7 of the mean force, not 5e-3.
 TIGHT = True
 CONTROLS = ["*CONTROLS, PARAMETERS=TIME INCREMENTATION", "50, 80, 9, 100, 10, 4, , 5, , ",
             "*CONTROLS, PARAMETERS=FIELD", "1e-7, 1e-2, , , , , , "]
@@ -21,14 +22,14 @@ def version():
 
 
 def can_run(case):
-    """None, or why not."""
+    """Returns None if the adapter can run the case, else why it cannot."""
     if case.forms != ["B"]:
         return f"has no form {', '.join(case.forms)}"
     return None
 
 
 def deck(case):
-    """The input file. CalculiX reads the first twenty letters of a number."""
+    """Returns the text of the input file. CalculiX reads only the first 20 characters of a number."""
     quadratic = case.tets.shape[1] == 10
     lines = ["*NODE, NSET=ALL"]
     lines += ["%d, %.12e, %.12e, %.12e" % (i + 1, *x) for i, x in enumerate(case.rest)]
@@ -50,7 +51,7 @@ def deck(case):
     if case.loads.any():
         lines.append("*CLOAD")
         lines += [f"{i + 1}, {c + 1}, {f[c]:.12e}" for i, f in enumerate(case.loads) for c in range(3) if f[c]]
-    # Results at the end of the step alone.
+    # Results are printed only at the end of the step.
     lines += ["*NODE PRINT, NSET=ALL, FREQUENCY=100000", "U"]
     if len(case.moved):
         lines += ["*NODE PRINT, NSET=MOVED, FREQUENCY=100000, TOTALS=ONLY", "RF"]
@@ -59,7 +60,8 @@ def deck(case):
 
 
 def solve(case, seconds, folder):
-    """End positions [n, 3] (None: none), Newton iterations, and a sentence where it failed."""
+    """Returns a dict: final positions x [n, 3] (m; None if it failed), Newton iterations, why it failed (else None), and
+    the total force on the moved nodes (N)."""
     with open(os.path.join(folder, "case.inp"), "w", encoding="utf-8") as file:
         file.write(deck(case))
     run = subprocess.run(["ccx", "case"], cwd=folder, capture_output=True, text=True, check=False)

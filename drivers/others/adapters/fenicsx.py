@@ -1,6 +1,6 @@
-"""fenicsx.py: FEniCSx (Debian's python3-dolfinx): the energy in UFL, DOLFINx's own Newton solver, MUMPS.
+"""fenicsx.py: the adapter for FEniCSx (Debian's python3-dolfinx): the energy in UFL, DOLFINx's own Newton solver, MUMPS.
 
-`solve` steps to prescribed positions in shares of the way, a share that fails is halved. ELEMENT "P2-P1" has a continuous
+`solve` moves the prescribed positions in load steps, and halves a step that fails. ELEMENT "P2-P1" has a continuous
 pressure beside quadratic displacements: the energy's volume term lambda/2 (J-1)^2 becomes p (J-1) - p^2/(2 lambda)."""
 import time
 
@@ -10,8 +10,8 @@ from case import EDGES
 
 SNES = False  # True: PETSc's newtonls with backtracking instead of DOLFINx's Newton solver
 ELEMENT = "P"  # "P2-P1": the mixed element
-STEPS = 10  # shares of the way to positions other than the start's
-MOST = 50  # iterations of a solve: the default of DOLFINx and of PETSc
+STEPS = 10  # load steps, if prescribed positions differ from the start's
+MOST = 50  # largest number of iterations of a solve: the default of DOLFINx and of PETSc
 FORMS = ["Neo", "A", "B", "E", "S"]
 
 
@@ -25,7 +25,7 @@ def version():
 
 
 def can_run(case):
-    """None, or why not."""
+    """Returns None if the adapter can run the case, else why it cannot."""
     if not set(case.forms) <= set(FORMS):
         return f"its adapter has no form {', '.join(case.forms)}"
     if ELEMENT == "P2-P1" and case.forms != ["B"]:
@@ -47,7 +47,7 @@ def density(form, mu, bulk, alpha, I, J):
 
 
 class Problem:
-    """The case as forms of UFL: unknown u (and p), boundary values, and which dof is which node."""
+    """The case as forms of UFL: the unknowns u (and p), boundary values, and the dofs of each node."""
 
     def __init__(self, case):
         import ufl
@@ -84,7 +84,7 @@ class Problem:
         self.node_dofs(case, cells)
 
     def node_dofs(self, case, cells):
-        """dof [n, 3]: the dofs of every node's displacement."""
+        """Sets dof [n, 3], the dofs of every node's displacement."""
         space = self.space.sub(0) if self.mixed else self.space
         collapsed, parent = space.collapse() if self.mixed else (self.space, None)
         layout, geometry = collapsed.dofmap, self.mesh.geometry
@@ -106,10 +106,10 @@ class Problem:
             self.dof = np.array(parent)[self.dof]
 
     def hold(self, case):
-        """Boundary values, whose function is filled before each solve."""
+        """Returns the boundary conditions; `solve` fills the function of their values before each solve."""
         from dolfinx import fem
         self.wanted = fem.Function(self.space)
-        # Debian's DOLFINx 0.5: dofs of a blocked space are blocks.
+        # In Debian's DOLFINx 0.5, dirichletbc takes numbers of blocks, not of dofs, for a blocked space.
         if self.mixed:
             dofs = np.sort(self.dof[case.fixed].ravel()).astype(np.int32)
         else:
@@ -125,12 +125,12 @@ class Problem:
         self.fem = fem
 
     def forces(self):
-        """The residual at every dof, constrained ones too."""
+        """Returns the residual at every dof, including constrained ones."""
         from dolfinx.fem.petsc import assemble_vector
         return assemble_vector(self.fem.form(self.residual)).array
 
     def newton(self):
-        """DOLFINx's Newton solver from w: iterations; raises RuntimeError."""
+        """Solves from w by DOLFINx's Newton solver; returns its iterations, and raises RuntimeError if it fails."""
         from dolfinx.nls.petsc import NewtonSolver
         from petsc4py import PETSc
         solver = NewtonSolver(self.mesh.comm, self.problem)
@@ -141,7 +141,7 @@ class Problem:
         return count
 
     def snes(self):
-        """PETSc's newtonls with backtracking."""
+        """Solves as `newton` does, by PETSc's newtonls with backtracking."""
         from dolfinx.fem.petsc import create_matrix, create_vector
         from petsc4py import PETSc
 
@@ -172,15 +172,15 @@ class Problem:
 
 
 def direct(krylov, PETSc):
-    """LU by MUMPS."""
+    """Makes the linear solver an LU factorization by MUMPS."""
     krylov.setType("preonly")
     krylov.getPC().setType("lu")
     krylov.getPC().setFactorSolverType("mumps")
 
 
 def solve(case, seconds, folder):
-    """End positions [n, 3] (None: none), Newton iterations, CPU seconds from the mesh on without compilation, and a
-    sentence where it failed."""
+    """Returns a dict: final positions x [n, 3] (m; None if it failed), Newton iterations, why it failed (else None), CPU
+    seconds from the mesh on without compilation, the total force on the moved nodes (N) and the number of unknowns."""
     if case.loads.any():
         return {"x": None, "newton": 0, "said": "its adapter has no loads"}
     Problem(case).make(case)  # compiles the forms, which is not timed
@@ -212,4 +212,4 @@ def solve(case, seconds, folder):
 
 
 def cleanup(folder):
-    """Nothing is left."""
+    """Does nothing: a run leaves no large files."""

@@ -1,4 +1,4 @@
-"""flesh.py: flesh itself, by its program, from the case's data as any other solver gets them. FLESH names the program."""
+"""flesh.py: the adapter for flesh itself, whose program gets the same data as any other solver. FLESH names the program."""
 import json
 import os
 import subprocess
@@ -8,7 +8,7 @@ import numpy as np
 from case import write_medit
 
 PROGRAM = os.environ.get("FLESH", "build/drivers/flesh")
-ELEMENT = ""  # another one than the case's
+ELEMENT = ""  # element to use instead of the case's; empty: the case's
 TOLERANCE = 1e-8
 
 
@@ -21,7 +21,7 @@ def version():
 
 
 def can_run(case):
-    """None, or why not."""
+    """Returns None if the adapter can run the case, else why it cannot."""
     return "its adapter has no loads" if case.loads.any() else None
 
 
@@ -30,7 +30,7 @@ def material(values):
 
 
 def scene(case):
-    """The scene's text."""
+    """Returns the text of the scene."""
     lines = ["body:", "  mesh: body.mesh", f"  element: {ELEMENT or case.element}", f"  material: {material(case.materials[0])}"]
     if len(case.materials) > 1:
         lines.append("  regions:")
@@ -50,8 +50,8 @@ def scene(case):
 
 
 def solve(case, seconds, folder):
-    """End positions [n, 3] (None: none), Newton iterations, CPU seconds, a sentence where it failed, and the force that
-    moves the moved nodes [N]."""
+    """Returns a dict: final positions x [n, 3] (m; None if it failed), Newton iterations, CPU seconds, why it failed (else
+    None), and the total force on the moved nodes (N)."""
     write_medit(os.path.join(folder, "body.mesh"), case.rest, case.tets, case.region)
     np.savetxt(os.path.join(folder, "start.txt"), np.column_stack([case.start, 0 * case.start]), "%.17g")
     with open(os.path.join(folder, "scene.yaml"), "w", encoding="utf-8") as file:

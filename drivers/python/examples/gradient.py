@@ -1,4 +1,4 @@
-"""gradient.py SCENE: how the last node's height after half a second depends on constants of the body and on the start."""
+"""gradient.py SCENE: derivatives of the last node's height after half a second by constants of the body and by the start."""
 import sys
 
 import numpy as np
@@ -7,7 +7,7 @@ import flesh
 
 
 def system(key):
-    """Makes the scene's system with the key at a value."""
+    """Returns a function that makes the scene's system with the key at a value."""
     return lambda value: flesh.Scene(sys.argv[1], {key: value}).system
 
 

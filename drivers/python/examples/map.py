@@ -1,9 +1,9 @@
-"""map.py: how stiff each tet of a block is, and how hard it was pushed, from how its top swings.
+"""map.py: the stiffness of each tet of a block, and the force that pushed it, from the motion of its top.
 
-A block of 0.1 m, stiff on one side, stands in gravity and is pushed. Where the nodes of its top are after each step is
-"measured" (here: computed with values that the fit does not know, and blurred by 0.02 mm). Gauss and Newton's steps are
-found by scipy.sparse.linalg.lsqr with products alone: of the derivatives by all tets with a change, by a tangent of the
-motion, and of their transpose, by one adjoint. Differences between tets that share a face are penalised.
+A block of 0.1 m, stiff on one side, stands in gravity and is pushed. The positions of its top's nodes after each step are
+"measured" (here: computed with values that the fit does not know, with noise of 0.02 mm). scipy.sparse.linalg.lsqr finds
+the Gauss-Newton steps from products alone: a tangent of the motion gives the product of the derivatives with a change of
+all tets, and one adjoint gives that of their transpose. Differences between tets that share a face are penalised.
 """
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, lsqr
@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, lsqr
 import flesh
 
 STEPS, STEP = 10, 0.01  # s
-BLUR, WEIGHT = 2e-5, 3  # m; of the squared differences of logarithms
+BLUR, WEIGHT = 2e-5, 3  # noise of the measurement, m; weight of the squared differences of logarithms
 MESH = flesh.Mesh.box((2, 2, 2), (0.1, 0.1, 0.1))
 TETS = MESH.tet_count
 TOP = MESH.surface[(MESH.positions[MESH.surface][:, :, 2] == 0.1).all(axis=1)]
@@ -30,7 +30,7 @@ def made(q):
 
 
 def swing(q):
-    """[steps, nodes seen, 3] places, in units of the blur, and the recorded motion."""
+    """Returns the places [steps, nodes seen, 3], in units of the noise, and the recorded motion."""
     integrator = flesh.Integrator(made(q)[1], "newmark", flesh.SolverOptions(newton_tolerance=1e-10))
     trajectory, state, seen = flesh.Trajectory(integrator), flesh.State.at_rest(MESH), []
     for _ in range(STEPS):
@@ -40,7 +40,7 @@ def swing(q):
 
 
 def derivatives(q, trajectory):
-    """Of the places, and of the penalty below them, by q."""
+    """Returns the derivatives by q of the places, and below them of the penalty, as a linear operator."""
     def along(change):
         parameter = flesh.Parameter(lambda s: made(q + s * change)[1], 0, 1e-4 / np.abs(change).max())
         return np.array([dx[SEEN] for _t, dx, _dv in trajectory.tangents(parameter)[1:]]).ravel() / BLUR

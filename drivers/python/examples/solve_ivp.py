@@ -1,7 +1,7 @@
 """solve_ivp.py: the same equations of motion, y' = f(t, y), in SciPy's Radau and in flesh's own integrators.
 
-A bar is let go, stretched and bent, and swings for a quarter of a second. Radau, of order 5, solves it to a tolerance a
-hundred times as tight as the others' and is the reference; the distance from it falls with the tolerance of IDA
+A bar is let go, stretched and bent, and swings for a quarter of a second. Radau, of order 5, with a tolerance a
+thousand times as tight as the tightest of IDA's, is the reference; the distance from it falls with the tolerance of IDA
 and with the square of the step of BDF2.
 """
 import numpy as np
@@ -13,7 +13,7 @@ END = 0.25  # s
 
 
 def make_bar():
-    """A system with 45 nodes, and its start."""
+    """Returns a system with 45 nodes, and its start."""
     mesh = flesh.Mesh.box((4, 2, 2), (2, 1, 1))
     body = flesh.Body(mesh, flesh.Material("E", young=2e4, poisson=0.4), density=1000)
     system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Damping(body, mass=1.0)])
@@ -24,7 +24,7 @@ def make_bar():
 
 
 def by_scipy(system, start, tolerance):
-    """The positions at END, and how often f was asked for."""
+    """Returns the positions at END and the number of evaluations of f."""
     problem = flesh.OdeProblem(system)
     y = problem.start(start)
     solved = solve_ivp(problem.rhs, (0, END), y, method="Radau", jac=problem.jacobian, rtol=tolerance,
@@ -34,7 +34,7 @@ def by_scipy(system, start, tolerance):
 
 
 def by_flesh(system, start, method, steps=1, **options):
-    """The positions at END."""
+    """Returns the positions at END."""
     state = start.copy()
     integrator = flesh.Integrator(system, method, flesh.SolverOptions(newton_tolerance=1e-9), **options)
     for _ in range(steps):

@@ -1,9 +1,9 @@
-"""sweep_figure.py: a sweep of the program, its table in pandas, a figure by matplotlib.
+"""sweep_figure.py: runs a sweep of the program, reads its table into pandas and draws a figure by matplotlib.
 
     sweep_figure.py [FOLDER]
 
-A bar hangs in equilibrium, of three energies at five Poisson's ratios: how much its volume changes, in FOLDER/drift.png
-(FOLDER is out/python_sweep by default). With resume=True a sweep that was interrupted goes on, and one that is complete is only read.
+A bar of three energies hangs in equilibrium at five Poisson's ratios; FOLDER/drift.png shows how much its volume changes
+(FOLDER is out/python_sweep by default). With resume=True an interrupted sweep is resumed, and a complete one only read.
 """
 import os
 import sys

@@ -1,9 +1,9 @@
-"""package.py: Spack's recipe for flesh. Not tested: it has been read beside Spack's recipes and never run.
+"""package.py: Spack's recipe for flesh. Not tested: it follows other recipes of Spack, but has never been run.
 
     spack repo add drivers/package/spack
     spack install flesh
 
-It builds the last commit of the tree that it stands in."""
+It builds the last commit of the tree that contains it."""
 import os
 
 from spack.package import *
@@ -18,14 +18,14 @@ class Flesh(MesonPackage):
     license("BSD-3-Clause")
     version("main", branch="main")
 
-    variant("mpi", default=True, description="bodies that are shared out among ranks of MPI")
+    variant("mpi", default=True, description="bodies that are distributed among MPI ranks")
     variant("program", default=True, description="the program flesh, which is linked with GSL (GPL)")
     variant("python", default=False, description="the Python package")
 
     depends_on("c", type="build")
     depends_on("meson@1:", type="build")
     depends_on("pkgconfig", type="build")
-    depends_on("python@3.9:", type="build")  # of meson and the build's own scripts
+    depends_on("python@3.9:", type="build")  # for meson and the build's own scripts
     depends_on("sundials@6.4: +klu +IDA +KINSOL precision=double")
     depends_on("suite-sparse")
     depends_on("libfyaml")
@@ -46,7 +46,7 @@ class Flesh(MesonPackage):
         depends_on("py-cffi", type="run")
 
     def meson_args(self):
-        """The build's options (drivers/build.md)."""
+        """Returns the build's options (drivers/build.md)."""
         def feature(name):
             return f"-D{name}={'enabled' if f'+{name}' in self.spec else 'disabled'}"
 
