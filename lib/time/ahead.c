@@ -18,9 +18,10 @@
 #include "system/feasible_step.h"
 
 enum { VECTORS = 7 };
-static const double most_off = 3;      /* tolerances, that stresses may be off by: no more than steps make them */
-static const double stage_part = 0.25; /* of the step: g of a stage that is shown, as methods have it */
-/* A correction serves for a state that is off by so many times as much at most: what solves leave grows with it. */
+static const double most_off = 3;      /* tolerances that stresses may be off by: steps make them no larger */
+static const double stage_part = 0.25; /* of the step: g of a stage solved for a shown state */
+/* A correction serves another state whose cubic is off by at most this many times as much: what its solve left grows by
+ * the same factor. */
 static const double most_growth = 3;
 
 int flesh_ahead_is_limited(const flesh_system *system)
@@ -81,9 +82,9 @@ void flesh_ahead_remember(flesh_ahead *ahead, const flesh_state *state)
   if (ahead->acceleration) memcpy(ahead->a, ahead->acceleration, (size_t)n * sizeof *ahead->a);
 }
 
-/* The state at t, and its acceleration in ahead->between: that of the cubic, and where accelerations are known at the ends the
- * line through these, in such parts that polynomials of degree 4 are met. Constrained dofs are where they are prescribed to
- * be. */
+/* Finds the state at t, and its acceleration in ahead->between: by the cubic and, where accelerations are known at the
+ * ends, by the line through these, mixed so that polynomials of degree 4 are exact. Constrained dofs are where they are
+ * prescribed to be. */
 static void interpolate(const flesh_ahead *ahead, double t, double *room, flesh_state *state)
 {
   const flesh_state *from = &ahead->from, *to = &ahead->to;
@@ -95,7 +96,7 @@ static void interpolate(const flesh_ahead *ahead, double t, double *room, flesh_
   flesh_hermite_weights(2, times, 0, 0, t, w);
   flesh_hermite_weights(2, times, 0, 1, t, z);
   for (int d = 0; d < ahead->control->n; d++) {
-    const double moved = to->x[d] - from->x[d]; /* weights of places alike add up to 1 but for rounding */
+    const double moved = to->x[d] - from->x[d]; /* the weights of positions add up to 1, but for rounding */
     const double bend = (6 - 12 * s) / h * moved + (6 * s - 4) * from->v[d] + (6 * s - 2) * to->v[d];
     state->x[d] = from->x[d] + z[0] * moved + w[1] * from->v[d] + z[1] * to->v[d];
     state->v[d] = z[2] * moved + w[3] * from->v[d] + z[3] * to->v[d];
@@ -106,7 +107,8 @@ static void interpolate(const flesh_ahead *ahead, double t, double *room, flesh_
   flesh_system_prescribe_velocity(system, t, state->v, room);
 }
 
-/* Whether the forces at half the step would be off by much, were its state an interpolated one. Overwrites the state. */
+/* Returns whether the forces at half the step would be off by much if the state there were interpolated. Overwrites the
+ * state. */
 static int is_off(const flesh_ahead *ahead, double *room, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_error_control *control = ahead->control;
@@ -119,14 +121,14 @@ static int is_off(const flesh_ahead *ahead, double *room, flesh_state *state, fl
   return !(off * control->stiffness <= pow(most_off * control->options.tolerance, 2) * elastic);
 }
 
-/* The shift of a stage that is shown. */
+/* Returns the shift of the stage that is solved for a shown state. */
 static flesh_shift shift_of(const flesh_ahead *ahead)
 {
   const double rate = 1 / (stage_part * (ahead->to.t - ahead->from.t));
   return (flesh_shift){.x = 1, .v = rate, .a = rate * rate};
 }
 
-/* Finds, of the step that has been taken, whether states within it are to be solved for, and to which residual. */
+/* Finds whether states within the step just taken are to be solved for, and to which residual. */
 static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_nonlinear *nonlinear = ahead->control->nonlinear;
@@ -139,15 +141,15 @@ static void judge(flesh_ahead *ahead, double *room, flesh_state *state, flesh_so
   flesh_nonlinear_set_weights(nonlinear, NULL);
 }
 
-/* The error of the cubic at t, but for a factor that is the same throughout the step. */
+/* Returns the error of the cubic at t, without a factor that is the same throughout the step. */
 static double error_at(const flesh_ahead *ahead, double t)
 {
   const double h = ahead->to.t - ahead->from.t, s = (t - ahead->from.t) / h;
   return pow(s * (1 - s), 2);
 }
 
-/* The interpolated state becomes a stage that it is the base of; it stays what it is where that has no solution. The
- * correction of the state before, of the same step, tells its own. */
+/* Solves for the interpolated state as a stage whose base it is; the state stays as it is if that has no solution. The
+ * correction of an earlier state of the same step predicts this one's. */
 static int balance(flesh_ahead *ahead, double *guess, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_nonlinear *nonlinear = ahead->control->nonlinear;
@@ -158,8 +160,8 @@ static int balance(flesh_ahead *ahead, double *guess, flesh_state *state, flesh_
   for (int d = 0; d < ahead->control->n && guesses[0]; d++) guess[d] = growth * ahead->correction[d];
   const flesh_newton_goal goal = nonlinear->newton->goal;
   nonlinear->newton->goal.target = ahead->target;
-  nonlinear->newton->goal.of_load = INFINITY; /* no motion goes on from there */
-  nonlinear->newton->policy.stage_continues = 1; /* the states of a step have one shift */
+  nonlinear->newton->goal.of_load = INFINITY; /* no motion continues from this stage */
+  nonlinear->newton->policy.stage_continues = 1; /* all states of the step have the same shift */
   const int status = flesh_nonlinear_solve(nonlinear, &stage, guesses, 0, stats);
   nonlinear->newton->goal = goal;
   ahead->corrected = status ? 0 : error;

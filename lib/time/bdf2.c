@@ -56,7 +56,7 @@ static void bdf2_finish(flesh_method_memory *memory, const flesh_state *state, c
   double *dx = memory->vectors[0], *dv = memory->vectors[1], *a = memory->vectors[LAST], *before = memory->vectors[BEFORE];
   const int known = has_past(memory, h);
   const double w = known ? h / memory->h : 0, c = (1 + 2 * w) / (1 + w), past = w * w / (1 + w);
-  double *v = memory->a0; /* the stage's, which has been */
+  double *v = memory->a0; /* stage that has been solved */
   bdf2_velocity(memory, state, u, h, v);
   for (int d = 0; d < memory->n; d++) {
     before[d] = a[d];
@@ -72,9 +72,9 @@ static int bdf2_guess(const flesh_method_memory *memory, const flesh_stage *stag
   return memory->known && flesh_method_guess(memory, stage, memory->vectors[LAST], memory->vectors[BEFORE], h, which, u);
 }
 
-/* (1 + w)^2/(6 w (1 + 2w)) h^3 v'', the first term of what the formula for x leaves out, v'' being the second difference
- * of three velocities. The midpoint rule's is h^3 v''/12 = h^2 (a - a_n)/6, a being the acceleration at its stage; a_n is
- * not known, and the worst is thought of it: that there was none. */
+/* (1 + w)^2/(6 w (1 + 2w)) h^3 v'' is the leading error term of the formula for x, v'' being the second difference of
+ * three velocities. The midpoint rule's is h^3 v''/12 = h^2 (a - a_n)/6, a being the acceleration at its stage. a_n is
+ * not known, and 0 is assumed, which gives the largest error. */
 static int bdf2_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e)
 {
   const int past = has_past(memory, h);

@@ -58,8 +58,9 @@
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
-/* All steps together may gain a hundredth of the motion's energy, at most `tolerance`, where errors choose their lengths, else
- * a fiftieth of what ends the run; after that a step still a thousandth of it, as there are gains that no halving lessens. */
+/* Where errors choose the lengths of steps, all steps together may gain a hundredth of the motion's energy, at most
+ * `tolerance`; else a fiftieth of the gain that ends the run. After that each step may still gain a thousandth of it,
+ * as there are gains that no halving lessens. */
 static const double gain_of_controlled = 0.01, gain_of_fixed = 0.02, least_of_step = 0.001;
 
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)
@@ -97,7 +98,7 @@ flesh_point flesh_energy_watch_point(const flesh_energy_watch *watch, double t, 
   return point;
 }
 
-/* Energy and kinetic energy of the run's state, from `energies`; known unless one has no value. */
+/* Finds the energy and the kinetic energy of the run's state from `energies`; they are known unless one has no value. */
 static void add_up(flesh_energy_watch *watch, double t, int status)
 {
   double sum = 0;
@@ -109,7 +110,7 @@ static void add_up(flesh_energy_watch *watch, double t, int status)
   watch->serial = watch->evaluation->serial;
 }
 
-/* The first state: nothing is in excess, and nothing has been put in. */
+/* Starts the balance at the first state: no excess, nothing put in. */
 static void begin(flesh_energy_watch *watch, double t, const flesh_state *state)
 {
   const flesh_environment uncounted = {.proximity = watch->evaluation->environment.proximity};
@@ -134,7 +135,7 @@ void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_st
   watch->rate = NAN;
   if (!watch->known) return;
   if (first) begin(watch, t, state), watch->balance.begun = 1;
-  /* After a state without an energy it goes on from where it is. */
+  /* Goes on, after a state without an energy, from this one. */
   else watch->balance.supplied += isnan(before) ? watch->energy - watch->balance.supplied - watch->least
                                                 : watch->energy - before;
   watch->lowest = fmin(watch->lowest, watch->energy - watch->kinetic);
@@ -150,14 +151,14 @@ void flesh_energy_watch_add_work(flesh_energy_watch *watch, double t_from, doubl
                                  int first_order)
 {
   const double h = t_to - t_from, rate = work / h, gap = t_stage - watch->rate_t;
-  double share = 0; /* of the stage before */
+  double share = 0; /* time of the stage before */
   if (!first_order && !isnan(watch->rate) && gap > 0) share = fmin((t_stage - (t_from + h / 2)) / gap, 1);
   watch->balance.supplied += share > 0 ? h * ((1 - share) * rate + share * watch->rate) : work;
   watch->rate = rate;
   watch->rate_t = t_stage;
 }
 
-/* Finds the worst places: the tet with the smallest J and the fastest node. */
+/* Finds the tet with the smallest J and the fastest node. */
 static void find_place(flesh_energy_watch *watch, const flesh_state *state)
 {
   flesh_energy_balance *b = &watch->balance;
@@ -191,7 +192,7 @@ static void describe(const flesh_energy_balance *b, size_t size, char *text)
            b->worst_position[1], b->worst_position[2]);
 }
 
-/* The excess that the last steps have all had; of parted steps the least of every part's, or of 16 parts'. */
+/* Returns the excess that all of the last steps have had; of steps in parts the least of all parts, or of 16. */
 static double lasting(flesh_energy_watch *watch)
 {
   enum { PARTS = 16 };
@@ -210,7 +211,7 @@ static double lasting(flesh_energy_watch *watch)
   return least;
 }
 
-/* Tells an excess that counts; whether it passes the limit. */
+/* Reports an excess that counts; returns whether it exceeds the limit. */
 static int report(flesh_energy_watch *watch, const flesh_state *state, double excess)
 {
   flesh_energy_balance *b = &watch->balance;
@@ -230,7 +231,7 @@ static int report(flesh_energy_watch *watch, const flesh_state *state, double ex
   return gain > watch->limit;
 }
 
-/* The energy may rise by so much beyond what is put in, J. */
+/* Returns how much the energy may rise beyond what is put in, J. */
 static double most_rise(const flesh_energy_watch *watch, double tolerance)
 {
   const flesh_energy_balance *b = &watch->balance;

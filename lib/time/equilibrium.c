@@ -7,7 +7,7 @@
 #include "base/parallel_vector.h"
 #include "time/integrator.h"
 
-/* The stage has been solved, which is about to lead the state to it. */
+/* Takes in that the stage has been solved, which is about to lead the state to it. */
 static int tell(const flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h)
 {
   const flesh_tape *tape = self->tape;
@@ -30,7 +30,7 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   return status;
 }
 
-/* Whether nothing touches the state or x, nor is near enough to: else that may lie behind a surface. */
+/* Returns whether nothing touches the state or x, or is near enough to: else a surface may lie between the two. */
 static int is_far(flesh_integrator *self, const flesh_state *state, const double *x)
 {
   flesh_clearance *clearance = &self->evaluation->clearance;
@@ -39,8 +39,8 @@ static int is_far(flesh_integrator *self, const flesh_state *state, const double
   return !flesh_team_any(self->evaluation->team, !clearance->begins_far || !(clearance->least_left > 0));
 }
 
-/* Takes the state from where a solve has led it to equilibrium by the whole derivative, where nothing is near on the way; else
- * leaves it. A tape differentiates solves of which each follows from the last alone. */
+/* Takes the state from the last solve's end to equilibrium by the whole derivative, if nothing is near on the way; else
+ * leaves it. Not with a tape, which differentiates solves that each depend on the last one alone. */
 static int improve(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
 {
   double *x = self->room[0];
@@ -57,12 +57,12 @@ static int improve(flesh_integrator *self, flesh_state *state, flesh_solve_stats
 }
 
 enum {
-  PATIENCE = 4,                            /* solves in which what follows the shape must change half as much */
-  STILL_CHANGES = FLESH_NOT_POSITIVE + 1 /* a status of `follow`: it did not */
+  PATIENCE = 4,                            /* solves in which the change of what follows the shape must halve */
+  STILL_CHANGES = FLESH_NOT_POSITIVE + 1 /* status of `follow`: it has not halved */
 };
 
-/* Repeats a solve that has succeeded, with the lagged state that the last one leads to, until none is needed: then the
- * state is its own lagged one. `target`, N, is that of the residuals; 0: each solve's own. */
+/* Repeats a solve that has succeeded, lagging the state that the last one led to, until nothing changes: the state is
+ * then its own lagged one. `target` [N] is that of the residuals; 0: each solve's own. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, double target, flesh_solve_stats *stats)
 {
   flesh_stage stage;
@@ -94,7 +94,7 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   self->row->stage(&self->memory, state, state->t + h, h, &stage);
   stage.load = increment->to;
   stage.x_lag = state->x;
-  stage.t_lag = increment->from > 0 ? stage.t : begin; /* obstacles and targets are at the end at once */
+  stage.t_lag = increment->from > 0 ? stage.t : begin; /* obstacles and targets move to their end at once */
   stage.prescribed_fraction = increment->fraction;
   int status = solve(self, state, &stage, h, increment->depth, 0, stats);
   if (status) return status;
@@ -103,9 +103,9 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
   return FLESH_OK;
 }
 
-/* Ends what has failed, with the status > 0, where a part of the load has led a part that touches others, but that no pin or
- * joint holds, by a quarter of its size, and nothing has moved it: it slides, rolls or falls on, with less of the load as
- * well. After breaks, where h is 0, check_held tells. FLESH_ERR_SOLVE. */
+/* Ends a solve that has failed (status > 0) with a sentence if a part of the load has moved a piece that touches
+ * others, but that no pin or joint holds, by a quarter of its size, and nothing has moved the obstacles: it slides,
+ * rolls or falls on, with a smaller load as well. After breaks, where h is 0, check_held reports that. FLESH_ERR_SOLVE. */
 static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
 {
   const flesh_rigid_parts *parts = &self->first.parts;
@@ -134,14 +134,14 @@ static int check_stays(flesh_integrator *self, const flesh_state *state, double 
   return status;
 }
 
-/* The halvings of an increment that are worth it: the load that stretches a body without bound is found to a 32nd. */
+/* Halvings of an increment that are worth it: a load that stretches a body without bound is found to 1/32. */
 static int finest(const flesh_integrator *self)
 {
   const int most = self->recovery.max_cutbacks;
   return self->nonlinear->newton->iterations.ran_away && most > 5 ? 5 : most;
 }
 
-/* Ends increments of `loads` with that status. The last solve has tried `increment`. */
+/* Ends the increments of `loads` with that status. The last solve has tried `increment`. */
 static int end_increments(const flesh_integrator *self, const char *loads, const flesh_load_increment *increment, int status)
 {
   const int ran_away = self->nonlinear->newton->iterations.ran_away;
@@ -166,7 +166,7 @@ static int raise_load(flesh_integrator *self, flesh_state *state, double h, fles
   return end_increments(self, "load", &increment, status);
 }
 
-/* Equilibrium at t+h with the full load at once. A status > 0 has changed nothing. */
+/* Solves for equilibrium at t+h with the full load at once. A status > 0 has changed nothing. */
 static int solve_whole(flesh_integrator *self, flesh_state *state, double h, int extensions, flesh_solve_stats *stats)
 {
   flesh_stage stage;
@@ -181,15 +181,15 @@ static int solve_whole(flesh_integrator *self, flesh_state *state, double h, int
   return FLESH_OK;
 }
 
-/* Equilibrium at t+h: the full load first, then in increments, while what is prescribed moves along. */
+/* Solves for equilibrium at t+h: with the full load first, then in increments, along which prescribed dofs move. */
 static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  /* From a far start the full load may need many iterations, each of which is nearer. */
+  /* From a far start the full load may need many iterations, each of which leads nearer. */
   int status = solve_whole(self, state, h, self->options.max_cutbacks, stats);
   if (status > 0) {
     memcpy(self->part.x, state->x, (size_t)self->evaluation->n * sizeof *self->part.x);
     status = raise_load(self, state, h, stats);
-    /* A part of the load is no equilibrium that was asked for. */
+    /* Nobody asked for the equilibrium of a part of the load. */
     if (status) memcpy(state->x, self->part.x, (size_t)self->evaluation->n * sizeof *self->part.x);
     else memset(state->v, 0, (size_t)self->evaluation->n * sizeof *state->v);
   }
@@ -202,8 +202,8 @@ static void load_followers(flesh_integrator *self, double fraction)
   flesh_evaluation_forces_changed(self->evaluation);
 }
 
-/* Says that there is no equilibrium with the fraction of the loads that follow the shape. Returns what is no longer
- * recoverable. */
+/* Reports that there is no equilibrium with this fraction of the loads that follow the shape. Returns a status that is
+ * no longer recoverable. */
 static int fail_to_follow(const flesh_integrator *self, double fraction, int status)
 {
   if (status != STILL_CHANGES)
@@ -213,8 +213,8 @@ static int fail_to_follow(const flesh_integrator *self, double fraction, int sta
                                      "more pins or a smaller load may help", self->part.span.end, fraction);
 }
 
-/* Equilibrium at t+h with a lagged state that is its own: what follows the shape is loaded after all else, by increments
- * each of which ends with such a state. */
+/* Solves for equilibrium at t+h with a lagged state that is its own: loads that follow the shape are raised after all
+ * others, by increments each of which ends with such a state. */
 static int raise_followers(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const size_t bytes = (size_t)self->evaluation->n * sizeof *state->x;
@@ -239,8 +239,8 @@ static void return_to_start(flesh_integrator *self, flesh_state *state)
   flesh_evaluation_restore(self->evaluation, state);
 }
 
-/* Repeats a solve that has succeeded, with the normal forces behind friction that it has led to: there is friction at obstacles
- * that move. Where it does not settle, the normal forces stay those of the solve before. */
+/* Repeats a solve that has succeeded, with the normal forces behind friction that it has led to, where obstacles that
+ * rub move. If these do not settle, they stay those of the last solve. */
 static int follow_friction(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   const flesh_system *system = self->evaluation->system;
@@ -249,8 +249,8 @@ static int follow_friction(flesh_integrator *self, flesh_state *state, double h,
   return status < 0 ? status : FLESH_OK;
 }
 
-/* Equilibrium at t+h with a lagged state that is its own, where effects want that. Solves that a tape has are not taken
- * back. */
+/* Solves for equilibrium at t+h with a lagged state that is its own, where effects want that. Solves that a tape has
+ * recorded are not taken back. */
 static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   if (!flesh_system_has_follower_loads(self->evaluation->system)) {
@@ -269,8 +269,8 @@ static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_s
 }
 
 /* Checks that no piece is far away: a piece that nothing holds has no equilibrium under a load, and its solve ends far
- * away, where round-off hides the load. A body that something holds goes no farther than its size. FLESH_ERR_SOLVE with
- * the first node that is ten times as far from where the step began. */
+ * away, where round-off hides the load. A body that something holds moves no farther than its size. FLESH_ERR_SOLVE,
+ * with the first node that is ten times as far from where the step began. */
 static int check_held(const flesh_internals *internals, const flesh_state *state)
 {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
@@ -288,7 +288,7 @@ static int check_held(const flesh_internals *internals, const flesh_state *state
   return FLESH_OK;
 }
 
-/* Equilibrium at t+h with internal variables that it does not change: after those it does change, another. */
+/* Solves for equilibrium at t+h; if that changes internal variables, solves again until it does not. */
 static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 1000 };
@@ -312,7 +312,7 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
   return status;
 }
 
-/* Equilibrium with what touches there: where bodies are let apart, and that changes by it, another. */
+/* Solves for equilibrium at t+h; if surfaces that were let apart touch again by it, solves again. */
 static int come_apart(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };
@@ -326,7 +326,7 @@ static int come_apart(flesh_integrator *self, flesh_state *state, double h, fles
   return status;
 }
 
-/* Equilibrium at t+h; one that is a tangle is untangled and solved again. */
+/* Solves for equilibrium at t+h; one that is a tangle is untangled and solved again. */
 static int find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
@@ -347,7 +347,7 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   do {
     status = find_equilibrium(self, state, times.part.h, stats);
     if (!status) state->t = times.part.end;
-    /* An obstacle may move too far at once to push a surface out of its way that others bar. */
+    /* An obstacle that moves far at once may push a surface against others that bar its way. */
     goes_on = !status || (status == FLESH_UNDEFINED && !self->tape && flesh_system_moves(self->evaluation->system));
   } while (goes_on && flesh_cutbacks_next(&times, 1, self->recovery.max_cutbacks, status));
   return status;

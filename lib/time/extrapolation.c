@@ -36,13 +36,13 @@ static int continues(const flesh_extrapolation *self, long serial, double t, dou
   return self->known > 0 && serial == self->serial && fabs(h - self->h) <= 1e-9 * h && fabs(t - self->t) <= 1e-9 * h;
 }
 
-/* A recurrence: the displacement is the sum of weight[j] times the one j + 1 steps before. */
+/* A recurrence: the displacement is the sum over j of weight[j] times the displacement j + 1 steps before. */
 typedef struct rule {
   int order;
   double weight[POINTS];
 } rule;
 
-/* The rule of polynomials of degree order - 1. */
+/* Returns the rule that is exact for polynomials of degree order - 1. */
 static rule of_polynomial(int order)
 {
   rule r = {.order = order};
@@ -51,7 +51,7 @@ static rule of_polynomial(int order)
   return r;
 }
 
-/* The square of the error with which a rule predicts the last displacement. */
+/* Returns the square of the error with which a rule predicts the last displacement. */
 static double square_error(const flesh_extrapolation *self, const rule *r)
 {
   const double(*g)[POINTS] = self->products;
@@ -63,7 +63,7 @@ static double square_error(const flesh_extrapolation *self, const rule *r)
   return fmax(square, 0);
 }
 
-/* Solves the symmetric positive definite A x = b by Cholesky's method; A and b are lost, x is in b. */
+/* Solves the symmetric positive definite A x = b by Cholesky's method; overwrites A, and b with x. */
 static void solve(int n, double A[POINTS][POINTS], double *b)
 {
   for (int j = 0; j < n; j++) {
@@ -81,8 +81,8 @@ static void solve(int n, double A[POINTS][POINTS], double *b)
   }
 }
 
-/* The rule of an order that predicts displacement `now` best: least squares in the differences of those before,
- * which are less alike than these are. */
+/* Finds the rule of an order that predicts displacement `now` best: least squares in the differences of the
+ * displacements before, which are less alike than these are. */
 static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
 {
   const double(*g)[POINTS] = self->products, negligible = 1e-13 * g[now + 1][now + 1];
@@ -106,7 +106,7 @@ static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
   return r;
 }
 
-/* The rule that would have predicted the last displacement best, had it been found a step ago, found anew. */
+/* Finds anew the rule that, known a step ago, would have predicted the last displacement best. */
 static rule choose(const flesh_extrapolation *self)
 {
   if (self->known <= 3) return of_polynomial(self->known);
@@ -139,7 +139,7 @@ typedef struct sum {
 
 static void sum_part(void *data, int k, int from, int until)
 {
-  enum { CHUNK = 1024 }; /* stays in the first-level cache from one to the next */
+  enum { CHUNK = 1024 }; /* block that stays in the first-level cache between loops */
   (void)k;
   const sum *s = data;
   for (int begin = from, end; begin < until; begin = end) {
@@ -165,13 +165,13 @@ typedef struct memory {
   double products[FLESH_PARALLEL_PARTS_MAX][POINTS];
 } memory;
 
-/* The newest displacement, and its products with all. */
+/* Takes in the newest displacement, and its products with all others. */
 static void remember_part(void *data, int k, int begin, int end)
 {
   memory *m = data;
   double **u = m->self->u;
   memcpy(u[0] + begin, m->u + begin, (size_t)(end - begin) * sizeof *m->u);
-  const int all = m->self->own, own = begin > all ? begin : end < all ? end : all; /* the end of this rank's own */
+  const int all = m->self->own, own = begin > all ? begin : end < all ? end : all; /* end of this rank's own numbers */
   for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(u[0], u[i], begin, own);
 }
 

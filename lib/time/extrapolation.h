@@ -1,4 +1,4 @@
-/* extrapolation.h: where the next step leads when a motion goes on as it did. */
+/* extrapolation.h: predicts where the next step leads from the displacements of the last ones. */
 #ifndef FLESH_TIME_EXTRAPOLATION_H
 #define FLESH_TIME_EXTRAPOLATION_H
 
@@ -10,15 +10,15 @@
 
 enum { FLESH_EXTRAPOLATION_POINTS = 7 };
 
-/* Displacements over the last steps, of one length and each easily solved. */
+/* Displacements of the last steps, all of one length and easily solved. */
 typedef struct flesh_extrapolation {
   flesh_threads *threads;
-  int n, own;   /* numbers of each, and those that products are of: this rank's own */
-  int known;    /* how many, newest first */
-  double t, h;  /* of the newest; s */
+  int n, own;   /* numbers of each; numbers in products: this rank's own */
+  int known;    /* number of displacements, newest first */
+  double t, h;  /* s, length of the newest */
   double *u[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m */
-  double *memory; /* [POINTS * n] where all of u lie, in changing order */
-  long serial; /* of the state at the newest's end (system/evaluation.h) */
+  double *memory; /* [POINTS * n] memory of all u, in changing order */
+  long serial; /* serial number of the state at the newest's end (system/evaluation.h) */
   double products[FLESH_EXTRAPOLATION_POINTS][FLESH_EXTRAPOLATION_POINTS]; /* u_i . u_j */
 } flesh_extrapolation;
 
@@ -31,14 +31,15 @@ void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archi
 /* Nothing is known. */
 void flesh_extrapolation_forget(flesh_extrapolation *self);
 
-/* The displacement u [3*n] of a step of h from the state at t with this serial number, by a recurrence u_0 = w_1 u_1 +
- * w_2 u_2 + ... of those before: that of a polynomial in time, or the one that fits the last step best, such as the
- * vibrations of a few modes obey (linear prediction, Makhoul 1975), whichever would have predicted the last step better
- * from those before it. Of up to three, their polynomial. Returns 0 where nothing is known that leads to this state. */
+/* Predicts the displacement u [3*n] of a step of h from the state at t with this serial number, by a recurrence u_0 =
+ * w_1 u_1 + w_2 u_2 + ... of the displacements before: a polynomial in time, or the recurrence that fits the last step
+ * best, as vibrations of a few modes obey one (linear prediction, Makhoul 1975), whichever would have predicted the
+ * last step better. With up to three displacements it is their polynomial. Returns 0 if no displacement leads to this
+ * state. */
 int flesh_extrapolation_guess(const flesh_extrapolation *self, long serial, double t, double h, double *u);
 
-/* Takes in a step of h by u [3*n] to the state at t with this serial number; one that was hard to solve (`easy` is 0)
- * makes what came before worthless. */
+/* Takes in a step of h by u [3*n] to the state at t with this serial number. A step that was hard to solve (`easy` is
+ * 0) drops the displacements before it. */
 void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, long serial, double t, double h, int easy);
 
 #endif

@@ -1,4 +1,4 @@
-/* first_iterates.c: where the solve of a stage may begin, besides where the motion stands. */
+/* first_iterates.c: proposes where the solve of a stage may begin, other than at the last state. */
 #include "newton/mechanisms.h"
 #include "time/attempt.h"
 

@@ -10,8 +10,8 @@
 #include "base/parallel_vector.h"
 #include "newton/stage.h"
 
-static const double depth = 1e-2, exactness = 1e-3; /* of directions, and of the solves that they take, over their first */
-static const double resolution = 1e-4; /* moves over steps of differences that round-off may keep from growing shorter */
+static const double depth = 1e-2, exactness = 1e-3; /* directions, and their solves, over the first */
+static const double resolution = 1e-4; /* moves over steps of differences that round-off may hide */
 
 int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self)
 {
@@ -34,7 +34,7 @@ void flesh_followers_clear(flesh_followers *self)
   free(self->r);
 }
 
-/* r(x; x) on free dofs, and its norm. */
+/* Finds r(x; x) on free dofs, and its norm. */
 static int find_residual(flesh_followers *self, const double *x, double *r, double *norm)
 {
   const flesh_equations *equations = &self->newton->equations;
@@ -47,13 +47,13 @@ static int find_residual(flesh_followers *self, const double *x, double *r, doub
   return status || *norm < INFINITY ? status : FLESH_NONFINITE;
 }
 
-/* moved = x + length p. */
+/* Sets moved = x + length p. */
 static void move(flesh_followers *self, const double *x, double length, const double *p)
 {
   for (int d = 0; d < self->mixing.n; d++) self->moved[d] = x[d] + length * p[d];
 }
 
-/* left = -r - J p, by a central difference. */
+/* Sets left = -r - J p, by a central difference. */
 static int find_left(flesh_followers *self, const double *x, const double *p, double *left)
 {
   const int n = self->mixing.n;
@@ -72,7 +72,7 @@ static int find_left(flesh_followers *self, const double *x, const double *p, do
   return status;
 }
 
-/* back = the move that the residual `change` asks of the tangent, which is where the state is. *length: of it, m. Where
+/* Sets back = the move that the tangent at the state makes of the residual `change`; *length [m] is its norm. Where
  * volumes are stiff, these lengths say more than residuals (natural monotonicity test, Deuflhard 2004, section 3.3). */
 static int find_move(flesh_followers *self, double *length)
 {
@@ -81,7 +81,8 @@ static int find_move(flesh_followers *self, double *length)
   return status;
 }
 
-/* The direction p with J p = -r from x, left in the mixing's x. *found: whether it is; *first: the length of the first move. */
+/* Finds the direction p with J p = -r from x, left in the mixing's x. *found: whether there is one; *first: the length
+ * of the first move. */
 static int find_direction(flesh_followers *self, const double *x, double *first, int *found)
 {
   enum { SOLVES = 24 };
@@ -103,7 +104,7 @@ static int find_direction(flesh_followers *self, const double *x, double *first,
   return FLESH_OK;
 }
 
-/* The stage of the last solve, from x alone; and the tangent there without loads that follow. */
+/* Sets the stage of the last solve, from x alone, and the tangent there without loads that follow the shape. */
 static int set_stage(flesh_followers *self, const flesh_state *state)
 {
   flesh_newton *newton = self->newton;
@@ -122,8 +123,8 @@ static int set_stage(flesh_followers *self, const flesh_state *state)
   return status;
 }
 
-/* Takes x along the mixing's x to where the move asked for is shorter than `before`. *found: whether it has; norm: that of the
- * residual. Where solves contract these lead on sooner than short steps. */
+/* Moves x along the mixing's x until the move asked for is shorter than `before`. *found: whether that succeeded; norm:
+ * that of the residual. Where solves contract, they lead on sooner than short steps. */
 static int search(flesh_followers *self, double before, double *x, double *norm, int *found)
 {
   const double least = self->contracts ? 1. / 2 : 1. / 64;
@@ -144,7 +145,7 @@ static int search(flesh_followers *self, double before, double *x, double *norm,
 
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats)
 {
-  enum { ITERATIONS = 30, PATIENCE = 4 }; /* iterations in which the first move must halve: near the largest load none does */
+  enum { ITERATIONS = 30, PATIENCE = 4 }; /* iterations in which the first move must halve */
   flesh_newton *newton = self->newton;
   double norm, length = INFINITY, least = INFINITY;
   memset(&newton->stats, 0, sizeof newton->stats);
@@ -161,7 +162,7 @@ int flesh_followers_improve(flesh_followers *self, double target, flesh_state *s
   }
   flesh_stage_count(newton, stats);
   const int at_round_off = !found && length <= resolution * self->step;
-  if (status == FLESH_ERR_SOLVE) { /* there is no tangent, by which to tell */
+  if (status == FLESH_ERR_SOLVE) { /* there is no tangent by which to judge */
     self->contracts = 1;
     return FLESH_NOT_CONVERGED;
   }

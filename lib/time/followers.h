@@ -10,18 +10,18 @@ typedef struct flesh_followers {
   flesh_newton *newton; /* borrowed */
   flesh_point point;
   double step;          /* m, of differences */
-  int contracts;        /* to first order, a solve with what follows lagged halves how far the last iterate is off */
+  int contracts;        /* to first order, a solve with lagged loads halves the error of the iterate */
   flesh_mixing mixing;  /* of directions */
-  double *r, *change, *moved, *back; /* [n], of one array */
+  double *r, *change, *moved, *back; /* [n] each, in one array */
 } flesh_followers;
 
-/* `wanted` 0: makes nothing. FLESH_ERR_MEMORY. */
+/* Allocates the memory; `wanted` 0: nothing. FLESH_ERR_MEMORY. */
 int flesh_followers_create(flesh_newton *newton, int wanted, flesh_followers *self);
 void flesh_followers_clear(flesh_followers *self);
 
-/* Takes the state, to which the last solve has led, to where the 2-norm of the forces on free dofs is at most `target`, N, or
- * at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an error.
- * There `contracts` tells whether solves that lag what follows are likely to lead on. */
+/* Takes the state, to which the last solve has led, to where the 2-norm of the forces on free dofs is at most `target`
+ * [N], or at round-off, and adds to *stats. FLESH_NOT_CONVERGED, with the state where the last step has led it, or an
+ * error. On FLESH_NOT_CONVERGED `contracts` tells whether solves with lagged loads are likely to lead on. */
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats);
 
 #endif

@@ -13,9 +13,9 @@
 #include "sundials/vector.h"
 #include "system/ranks.h"
 
-enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
+enum { CLONES = 24 }; /* vectors made in advance, at least as many as IDAInit clones */
 
-/* No stages of their own. */
+/* IDA has no stages of the method's own. */
 const flesh_method_row flesh_method_ida = {0};
 
 static int make_sundials(flesh_ida_steps *self)
@@ -28,12 +28,12 @@ static int make_sundials(flesh_ida_steps *self)
   if (!self->yp || !self->atol || !self->errors || !self->rates || !self->ida)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for IDA on %d unknowns", 2 * self->n);
   self->energy.ida = self->ida;
-  self->energy.y = self->errors; /* which are asked for only after failures */
+  self->energy.y = self->errors; /* needed only after failures */
   self->energy.yp = self->rates;
   flesh_ida_silence(self->context, self->ida);
   int status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
   if (!status) status = flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
-  return status ? status : flesh_vector_prepare(self->y, CLONES); /* dropped by whoever makes others, if not taken */
+  return status ? status : flesh_vector_prepare(self->y, CLONES); /* those not taken are freed when others are made */
 }
 
 /* Local errors fall with h^(q+1), their sum with h^q. */
@@ -42,29 +42,31 @@ static double local_tolerance(const flesh_adaptive_options *options)
   return pow(options->tolerance, 1 + 1. / options->max_order);
 }
 
-/* Applies the options of IDA that stay until others are given. */
+/* Sets the options of IDA that stay until others are set. */
 static int apply_options(flesh_ida_steps *self)
 {
-  static const double usual = 0.33, gap = 3.3e-4; /* IDA's own; of the length, as gaps of contact are */
+  static const double usual = 0.33, gap = 3.3e-4; /* IDA's default; over the body's length, as gaps of contact are */
   const flesh_adaptive_options *options = &self->options;
   int failed = IDASetMaxOrd(self->ida, options->max_order);
-  /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
-   * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
+  /* By default IDA lengthens a step only where it can double it, so that errors lie up to eightfold below the
+   * tolerance; at order 2 a step longer by a fifth is worth the change. At higher orders such steps press against the
+   * limit of stability, and fail. */
   failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
-  /* Velocities lead the next step through the obstacle by what Newton's iterations leave in them, and its solve fails. */
+  /* What Newton's iterations leave in the velocities would lead the next step through the obstacle, whose solve then
+   * fails. */
   const double deep = flesh_system_has_role(self->system, FLESH_ROLE_CONTACT) ? gap / local_tolerance(options) : usual;
   failed |= IDASetNonlinConvCoef(self->ida, fmin(usual, deep));
   failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : FLESH_OK;
 }
 
-/* Attaches everything, so that whoever is handed the memory can set what IDA has to set; every run is a new start. */
+/* Attaches all parts to IDA's memory, so that its owner can set anything that IDA can set. Each run is a new start. */
 static int initialise(flesh_ida_steps *self)
 {
   N_VConst(0, self->y);
   N_VConst(0, self->yp);
   N_VConst(1, self->atol);
-  /* Each needs what the ones before have made; the tolerances' vector is cloned the first time. */
+  /* Each call needs what the calls before it have made; IDA clones the vector of tolerances at the first one. */
   int failed = IDAInit(self->ida, flesh_ida_residual, 0, self->y, self->yp) ||
                IDASVtolerances(self->ida, 0, self->atol) || IDASetUserData(self->ida, self->problem) ||
                IDASetLinearSolver(self->ida, self->solver, self->matrix) ||
@@ -99,7 +101,7 @@ int flesh_ida_steps_create_after(int status, flesh_evaluation *evaluation, const
   if (!status) status = make_sundials(self);
   status = flesh_team_agree(evaluation->team, status);
   if (!status) flesh_ida_energy_tolerate(&self->energy, self->options.tolerance);
-  if (!status) status = initialise(self); /* IDA asks for the least tolerance */
+  if (!status) status = initialise(self); /* IDA asks for the smallest tolerance */
   if (status) {
     flesh_ida_steps_destroy(&self);
     return status;
@@ -141,7 +143,7 @@ void flesh_ida_steps_progress(const flesh_ida_steps *self, flesh_progress *progr
   IDAGetCurrentStep(self->ida, &progress->h);
 }
 
-/* (Re)starts IDA from the state. `ahead`: the time to go [s], at least. */
+/* (Re)starts IDA from the state. `ahead` [s]: the least time to go. */
 static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
 {
   const flesh_adaptive_options *options = &self->options;
@@ -150,7 +152,7 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
   self->rejected = self->unconverged = self->newton = 0;
   if (!flesh_energy_watch_knows(self->energy.watch)) flesh_energy_watch_jump(self->energy.watch, state->t, state);
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
-  /* An event that only rounding sets apart from t. */
+  /* Returns whether only rounding sets an event apart from t. */
   while (!status && flesh_ida_event(self->problem) - state->t < 1e-10 * self->h) {
     state->t = flesh_ida_event(self->problem);
     status = flesh_ida_start(self->problem, state, self->y, self->yp);
@@ -161,7 +163,8 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
   if (IDAReInit(self->ida, state->t, self->y, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
   const double event = flesh_ida_event(self->problem);
-  /* Half the local error that a first step of order 1 may make; where nothing moves yet, a tenth of what is asked. */
+  /* Returns the first step: half the local error that one of order 1 may make; where nothing moves yet, a tenth of the
+   * step asked for. */
   double first = fmin(sqrt(local / curvature), 0.1 * (event - state->t));
   if (!(first < INFINITY)) first = 0.1 * ahead;
   first = fmax(first, 1e-9 * fmin(ahead, event - state->t));
@@ -187,7 +190,7 @@ static void give_back(flesh_ida_steps *self, double t, flesh_state *state)
   self->t = t;
 }
 
-/* Brings IDA's counts into the statistics; what the step just taken or tried adds into *step. */
+/* Brings IDA's counts into the statistics; adds those of the step just taken or tried to *step. */
 static void count(flesh_ida_steps *self, flesh_solve_stats *stats, flesh_internal_step *step)
 {
   long rejected = 0, unconverged = 0, newton = 0;
@@ -214,7 +217,7 @@ static void add_problem_stats(flesh_ida_steps *self, flesh_solve_stats *stats)
   memset(own, 0, sizeof *own);
 }
 
-/* Shows the step with its state. The room for local errors serves, which are asked for only after failures. */
+/* Shows the step with its state. Uses the memory for local errors, which are needed only after failures. */
 static int show(flesh_ida_steps *self, flesh_internal_step *step)
 {
   double *room = N_VGetArrayPointer(self->errors);
@@ -224,13 +227,13 @@ static int show(flesh_ida_steps *self, flesh_internal_step *step)
   return flesh_adaptive_options_show(&self->options, self->team, step);
 }
 
-/* One internal step; *event is set when it ends at one. */
+/* Takes one internal step; *event is set when it ends at an event. */
 static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stats, int *event)
 {
   const double before = self->t_internal;
   double reached = before;
   flesh_internal_step step = {0};
-  int status = flesh_ida_energy_count(&self->energy, before); /* what is left of the last step */
+  int status = flesh_ida_energy_count(&self->energy, before); /* rest of the last step */
   if (status < 0) return status;
   int flag = IDASolve(self->ida, toward, &reached, self->y, self->yp, IDA_ONE_STEP);
   count(self, stats, &step);
@@ -252,7 +255,7 @@ static int advance(flesh_ida_steps *self, double toward, flesh_solve_stats *stat
   return reached < toward ? flesh_ask_together(self->team, self->stop.stop, self->stop.data) : FLESH_OK;
 }
 
-/* Whether there is spurious energy at the state, which is the one returned. */
+/* Returns whether there is spurious energy at the state, which is the one given back. */
 static int watch_energy(flesh_ida_steps *self, const flesh_state *state)
 {
   int status = flesh_ida_energy_judge(&self->energy, state);
@@ -262,7 +265,7 @@ static int watch_energy(flesh_ida_steps *self, const flesh_state *state)
   return status;
 }
 
-/* Steps on to `end`. The state is that at the end, or at the last internal step when something fails. */
+/* Steps on to `end`. The state becomes that at the end or, when something fails, at the last internal step. */
 static int run_to(flesh_ida_steps *self, flesh_state *state, double end, flesh_solve_stats *stats)
 {
   const double rounding = 1e-10 * self->h;
@@ -280,7 +283,7 @@ static int run_to(flesh_ida_steps *self, flesh_state *state, double end, flesh_s
       status = advance(self, end, stats, &event);
     }
     if (status) {
-      /* IDA's last success is in y. */
+      /* the last state that IDA reached is in y */
       if (self->t_internal > state->t && self->t_internal <= end) give_back(self, self->t_internal, state);
       self->running = 0;
       break;

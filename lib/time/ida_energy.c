@@ -11,8 +11,8 @@
 #include "system/ranks.h"
 #include "system/work.h"
 
-/* Work is refined until two sums differ by less, in parts of the last and of the most energy that the motion has had;
- * the error of the last is a fifteenth of that. */
+/* Work is refined until two sums differ by less than these parts of the last and of the largest energy of the motion;
+ * the error of the last sum is a fifteenth of the difference. */
 static const double refine_share = 1e-2, refine_scale = 1e-3;
 enum { MOST_PARTS = 64 }; /* of an interval */
 
@@ -43,7 +43,7 @@ void flesh_ida_energy_tolerate(flesh_ida_energy *self, double tolerance)
   if (flesh_system_kinetic_energies(watch->system, &point, NULL, &watch->floor)) watch->floor = 0;
 }
 
-/* The moment before an event at t, else t. */
+/* Returns the moment before an event at t, or t. */
 static double before_event(const flesh_ida_energy *self, double t)
 {
   return t >= self->problem->constraints.event ? nextafter(self->problem->constraints.event, -INFINITY) : t;
@@ -60,7 +60,7 @@ void flesh_ida_energy_start(flesh_ida_energy *self, double t, double *y)
   self->moves = flesh_ida_moves(self->problem);
 }
 
-/* Finds the power [W] of reactions and forces at t, a time within the interval from `from` to `to`. */
+/* Finds the power [W] of reactions and forces at t, between `from` and `to`. */
 static int find_power(const flesh_ida_energy *self, double from, double to, double t, double *power)
 {
   flesh_ida_problem *problem = self->problem;
@@ -81,7 +81,7 @@ static int find_power(const flesh_ida_energy *self, double from, double to, doub
   return status;
 }
 
-/* Their work from `from`, where they put in self->power, to `to`: Simpson's rule with ever more parts. */
+/* Finds their work from `from`, where their power is self->power, to `to`, by Simpson's rule with ever more parts. */
 static int find_work(flesh_ida_energy *self, double from, double to, double *work)
 {
   const flesh_energy_watch *watch = self->watch;
@@ -103,8 +103,8 @@ static int find_work(flesh_ida_energy *self, double from, double to, double *wor
   return status;
 }
 
-/* Finds the change of the energies of effects from `from` to `to` at a place: half at the place before, half at that
- * now. */
+/* Finds by how much energies of effects change from `from` to `to` at fixed positions: half at those before, half at
+ * those now. */
 static int find_work_in_time(flesh_ida_energy *self, double from, double to, double *work)
 {
   flesh_ida_problem *problem = self->problem;

@@ -1,4 +1,4 @@
-/* ida_failure.c: what is told of steps of IDA that fail. */
+/* ida_failure.c: reports steps of IDA that fail. */
 #include <math.h>
 #include <stdio.h>
 
@@ -7,8 +7,8 @@
 #include "sundials/compatibility.h"
 #include "time/ida.h"
 
-/* Node with the largest weighted local error (or Newton correction) of the last attempt; on ranks its number in the
- * whole, of several the last. */
+/* Finds the node with the largest weighted local error (or Newton correction) of the last attempt; on ranks by its
+ * number in the whole body, the last one of equals. */
 static int worst_node(flesh_ida_steps *self)
 {
   if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
@@ -53,8 +53,8 @@ int flesh_ida_steps_fail_start(flesh_ida_steps *self, const flesh_state *state, 
 
 int flesh_ida_steps_fail_by_flag(flesh_ida_steps *self, int flag)
 {
-  const double t = self->t_internal, *x = self->problem->evaluation.x; /* of the last attempt */
-  if (self->problem->refused < 0) { /* fatal, with its own sentence */
+  const double t = self->t_internal, *x = self->problem->evaluation.x; /* order of the last attempt */
+  if (self->problem->refused < 0) { /* fatal; the sentence is recorded already */
     self->running = 0;
     return self->problem->refused;
   }

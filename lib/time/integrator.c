@@ -12,9 +12,9 @@
 #include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
-static const double doubt_of_work = 0.5; /* of the tolerance: test_energy.c */
+static const double doubt_of_work = 0.5; /* of the tolerance; test_energy.c */
 
-/* `count` vectors in one block, or NULL. */
+/* Allocates `count` vectors in one block; NULL if there is no memory. */
 static double *make_vectors(const flesh_integrator *self, size_t count, double ***vectors)
 {
   size_t stride;
@@ -28,7 +28,7 @@ static int fail_memory(const flesh_integrator *self)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->evaluation->n);
 }
 
-/* How often a stage is solved. Each solve again takes an order back that the lag of a load costs; impacts, at which the
+/* Sets how often a stage is solved. Each repeated solve regains an order that lagged loads cost; impacts, in which the
  * normal forces behind friction change within a step, take more. */
 static flesh_lag choose_lag(const flesh_integrator *self, int order, int second)
 {
@@ -43,7 +43,7 @@ static flesh_lag choose_lag(const flesh_integrator *self, int order, int second)
                      .most_controlled = controlled < 2 ? 2 : controlled};
 }
 
-/* Makes what a row needs, which may be another one than before; what there was stays where there is no memory. */
+/* Allocates what a row needs, which may differ from the row before; without memory everything stays as it was. */
 static int take_row(flesh_integrator *self, const flesh_method_row *row)
 {
   const flesh_system *system = self->evaluation->system;
@@ -101,7 +101,7 @@ static int create_memory(flesh_integrator *self)
   return status ? status : flesh_multipliers_create(system, self->nonlinear, &self->options, &self->multipliers);
 }
 
-/* Makes what ranks make together, once all have what each makes by itself. */
+/* Makes what ranks make together, once each has made its own. */
 static int create_together(flesh_integrator *self)
 {
   int status = flesh_multipliers_create_collective(&self->multipliers);
@@ -161,7 +161,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_recovery_clear(&(*integrator)->recovery);
   flesh_ida_steps_destroy(&(*integrator)->ida);
   flesh_prescribed_clear(&(*integrator)->prescribed);
-  free((*integrator)->memory.v0); /* and all others of that block */
+  free((*integrator)->memory.v0); /* frees all others of that block, too */
   free((*integrator)->memory.room);
   flesh_followers_clear(&(*integrator)->followers);
   free((*integrator)->costs.effects);
@@ -177,7 +177,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   *integrator = NULL;
 }
 
-/* Other options: the method begins anew, at the caller's state. */
+/* Takes other options: the method begins anew, at the caller's state. */
 static void start_over(flesh_integrator *self)
 {
   if (self->ahead.shown) flesh_evaluation_changed(self->evaluation);
@@ -287,7 +287,7 @@ flesh_separation flesh_integrator_separation(const flesh_integrator *integrator)
   return separation;
 }
 
-/* The status of flesh_proximity_follow; a recoverable one becomes FLESH_ERR_NONFINITE, as the step is not tried
+/* Returns the status of flesh_proximity_follow; a recoverable one becomes FLESH_ERR_NONFINITE, as the step is not tried
  * again. */
 static int end_of_following(int status, const flesh_state *state)
 {
@@ -328,8 +328,7 @@ static int step_by_ida(flesh_integrator *self, flesh_state *state, double h, fle
   return status;
 }
 
-/* Looks for a tangle at the end of a step, and untangles it. The energy that this sets free does not count as the
- * motion's. */
+/* Looks for a tangle at the end of a step, and untangles it. The energy set free does not count as the motion's. */
 static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
@@ -342,7 +341,8 @@ static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The rest of a step from a place on, of a state that has what the system's constraints need. */
+/* Takes the rest of a step from a place on, from a state that has the multipliers and internal variables that the
+ * system needs. */
 static int take_step(flesh_integrator *self, flesh_state *state, flesh_step_place *place, flesh_solve_stats *stats)
 {
   const double h = place->h;
@@ -381,7 +381,7 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
   if (moved) {
     if (self->tape && (status = self->tape->moved(self->tape->data))) return status;
     flesh_evaluation_changed(self->evaluation);
-    /* A failure is told by the place evaluated last, also where none has been yet. */
+    /* A failure is described by the positions evaluated last, even if none have been. */
     memcpy(self->evaluation->x, view.x, (size_t)self->evaluation->n * sizeof *view.x);
     flesh_multipliers_forget(&self->multipliers);
     self->ahead.shown = 0;
@@ -395,7 +395,7 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
   }
   flesh_evaluation_remember(self->evaluation, &view);
   state->t = view.t;
-  return flesh_team_agree(self->evaluation->team, status); /* all have the same, and get one sentence */
+  return flesh_team_agree(self->evaluation->team, status); /* all ranks have the same values, and get one sentence */
 }
 
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
@@ -412,7 +412,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
     self->residual_last = stats->residual_last;
     self->residual_target = stats->residual_target;
   }
-  stats->residual_last = self->residual_last; /* also of a state within a step that had been taken before */
+  stats->residual_last = self->residual_last; /* also of a state within a step that was taken before */
   stats->residual_target = self->residual_target;
   atomic_store(&self->steps, 0);
   return status;

@@ -64,7 +64,7 @@ int flesh_internals_update(flesh_internals *self, flesh_energy_watch *watch, fle
 {
   int status = flesh_internals_foresee(self, watch, state, tolerance, changed);
   if (status) return status;
-  for (int k = 0; k < self->count; k++) { /* what they were stays in `next` */
+  for (int k = 0; k < self->count; k++) { /* the values before are kept in `next` */
     const double now = self->next[k];
     self->next[k] = state->internal[k];
     state->internal[k] = now;

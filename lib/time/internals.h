@@ -7,34 +7,34 @@
 typedef struct flesh_internals {
   const flesh_system *system;
   int count, n;      /* 0 variables: no effect has any, and nothing below is allocated */
-  double *own;       /* [count] of states without any */
-  double *next;      /* [count] what an update makes of them */
-  /* The start of a static step: [count], [n], [n], s. */
+  double *own;       /* [count] variables of states that come without any */
+  double *next;      /* [count] values after an update */
+  /* Start of a static step: [count], [n], [n], s. */
   double *before, *x, *v, t;
-  int restart;       /* they have changed since the method started: its acceleration is another one */
+  int restart;       /* they have changed since the method started, and its acceleration with them */
 } flesh_internals;
 
 /* FLESH_ERR_MEMORY. */
 int flesh_internals_create(const flesh_system *system, flesh_internals *internals);
 void flesh_internals_clear(flesh_internals *internals);
-/* Archives the internal variables of states without any. */
+/* Archives the internal variables of states that come without any. */
 void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive);
 
-/* *view gets internal variables of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
+/* Sets view = *state, with the run's internal variables if it has none. FLESH_ERR_ARGUMENT for a wrong number of them. */
 int flesh_internals_view(const flesh_internals *internals, flesh_state *view);
 
-/* Finds the variables that an update would make of those of the state, in internals->next. What would bring in more energy than
- * steps may gain, as a barrier that stiffens within a collision, waits for a later step; `tolerance`: of the errors that choose
- * steps, 0: their lengths are given; negative: nothing waits. A negative status ends the run. */
+/* Finds the variables that an update at the state would give, in internals->next. A change that would bring in more
+ * energy than steps may gain, as of a barrier that stiffens within a collision, waits for a later step; `tolerance`: of
+ * the errors that choose steps, 0: their lengths are given; negative: nothing waits. A negative status ends the run. */
 int flesh_internals_foresee(flesh_internals *internals, const flesh_energy_watch *watch, const flesh_state *state,
                             double tolerance, int *changed);
 
-/* Updates those of an accepted state. *changed: forces or energies are others than before; what energy falls by is counted.
- * A negative status ends the run. */
+/* Updates the variables of an accepted state. *changed: whether forces or energies differ from before; the energy lost
+ * by that is counted. A negative status ends the run. */
 int flesh_internals_update(flesh_internals *internals, flesh_energy_watch *watch, flesh_state *state, double tolerance,
                            int *changed);
 
-/* The state where a static step begins, and the way back to it. */
+/* Remembers the state where a static step begins; goes back to it. */
 void flesh_internals_remember(flesh_internals *internals, const flesh_state *state);
 void flesh_internals_give_back(const flesh_internals *internals, flesh_state *state);
 

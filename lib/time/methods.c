@@ -65,7 +65,7 @@ void flesh_method_options_default(flesh_method_options *options)
 #undef DEFAULT
 }
 
-/* Refuses a value; `range` in numbers, too, where it names another option. */
+/* Refuses a value; gives the range in numbers, too, where it names another option. */
 static int fail_range(const char *name, double value, const char *range, double least, double most)
 {
   char numbers[64] = "";

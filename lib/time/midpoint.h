@@ -1,4 +1,4 @@
-/* midpoint.h: the step of the implicit midpoint rule, also the first step of methods that need a past. */
+/* midpoint.h: the step of the implicit midpoint rule, also the first step of methods that need an earlier one. */
 #ifndef FLESH_TIME_MIDPOINT_H
 #define FLESH_TIME_MIDPOINT_H
 

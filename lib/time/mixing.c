@@ -1,4 +1,4 @@
-/* mixing.c: Anderson's mixing of the values of a function whose fixed point is wanted. */
+/* mixing.c: Anderson's mixing, for a fixed point of a function. */
 #include "time/mixing.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 
 enum { DEPTH = FLESH_MIXING_DEPTH, ARRAYS = 3 + 2 * DEPTH };
 
-static const double negligible = 1e-12; /* eigenvalues of products, beside the largest */
+static const double negligible = 1e-12; /* smallest eigenvalue of products that counts, over the largest */
 
 int flesh_mixing_create(int n, flesh_threads *threads, flesh_mixing *self)
 {
@@ -35,7 +35,7 @@ void flesh_mixing_begin(flesh_mixing *self, const double *x)
   memcpy(self->x, x, (size_t)self->n * sizeof *x);
 }
 
-/* Takes in a value and how it differs from the last one. */
+/* Takes in a value, and its difference from the last one. */
 static void take(flesh_mixing *self, const double *value)
 {
   const int k = self->count++ % DEPTH;
@@ -53,7 +53,7 @@ void flesh_mixing_go_on(flesh_mixing *self, const double *value)
   take(self, value);
   memcpy(self->x, value, (size_t)self->n * sizeof *value);
   if (self->count < 3) return;
-  /* The first difference is from nothing. */
+  /* The first value has no difference. */
   const int count = self->count - 1 < DEPTH ? self->count - 1 : DEPTH;
   double A[DEPTH * DEPTH], Q[DEPTH * DEPTH], w[DEPTH], b[DEPTH], largest = 0;
   const double *changes[DEPTH], *values[DEPTH];

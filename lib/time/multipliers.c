@@ -20,9 +20,9 @@
 #include "system/ranks.h"
 #include "system/system.h"
 
-/* The most solves for multipliers, each of which should leave less than half of the gaps. */
+/* Most solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
-/* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
+/* Least penalty, over that of the reference ratio; in motion, over the stiffness by inertia. */
 static const double least = FLESH_LEAST_PENALTY, raised = 30;
 
 int flesh_multipliers_create(const flesh_system *system, flesh_nonlinear *nonlinear, const flesh_solver_options *options,
@@ -90,7 +90,7 @@ int flesh_multipliers_gap(flesh_multipliers *self, const double *x, double *larg
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
 }
 
-/* The largest gap where the solve leads to. */
+/* Returns the largest gap where the solve has led. */
 static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const flesh_stage_end *end, const double *u,
                      double *largest)
 {
@@ -99,7 +99,7 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const fl
   return flesh_multipliers_gap(self, self->x, largest);
 }
 
-/* The multipliers begin at the state's pressures minus the part that the penalty carries if the stage's gaps stay the
+/* Sets the multipliers to the state's pressures minus the part that the penalty carries if the stage's gaps stay the
  * same. */
 static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
 {
@@ -129,10 +129,10 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_stage *stage, const f
     const double gap_before = largest;
     if (!status) status = find_gaps(self, stage, end, u, &largest);
     if (status) break;
-    const int idle = k && stats->newton == before, stays = k && largest > gap_before / 2; /* that is at round-off */
+    const int idle = k && stats->newton == before, stays = k && largest > gap_before / 2; /* gaps at round-off */
     settled = largest <= fmax(tolerance, idle ? self->depth : stays ? self->tolerance : 0);
     if (settled) break;
-    deeper = idle ? 0.1 : 1; /* the residual that may be left is more than what the correction changes */
+    deeper = idle ? 0.1 : 1; /* the residual that may be left exceeds what the correction changes */
     const double change = stage->shift.x * stage->penalty;
     for (int e = 0; e < self->count; e++) self->trial[e] += change * self->stiffness[e] * self->gaps[e];
     memcpy(self->u, u, (size_t)self->n * sizeof *u);
