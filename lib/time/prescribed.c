@@ -1,4 +1,4 @@
-/* prescribed.c: positions, velocities and accelerations of constrained dofs from the prescribed positions alone. */
+/* prescribed.c: finds positions, velocities and accelerations of constrained dofs from the prescribed positions alone. */
 #include "time/prescribed.h"
 
 #include <stdlib.h>
@@ -42,7 +42,7 @@ void flesh_prescribed_set(flesh_prescribed *self, double begin, double end, cons
   }
 }
 
-/* Derivatives at begin + s h of the cubic through the four positions (Newton's form); exactly 0 at rest. */
+/* Returns derivatives at begin + s h of the cubic through the four positions (Newton's form); exactly 0 at rest. */
 static void derivatives(const flesh_prescribed *self, int d, double s, double *v, double *a)
 {
   double x0 = self->x[0][d], x1 = self->x[1][d], x2 = self->x[2][d], x3 = self->x[3][d];

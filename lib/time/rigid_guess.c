@@ -1,4 +1,4 @@
-/* rigid_guess.c: the rigid motions that the velocities continue, of parts not far larger than at rest. */
+/* rigid_guess.c: continues the velocities of free parts as rigid motions; parts that are far too large shrink. */
 #include "time/rigid_guess.h"
 
 #include <math.h>
@@ -8,13 +8,13 @@
 #include "math/svd3.h"
 #include "mesh/pieces.h"
 
-/* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power
- * of its size, of which a Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness
- * hides all other forces below round-off. Small, it is spread again by its inertia. */
+/* A part this many times as large as at rest, across and by its volume, is shrunk. Its potential goes with the sixth
+ * power of its size, of which a Newton step takes off no more than a fifth; meanwhile tets become threads, whose
+ * stiffness hides all other forces below round-off. Once small, its inertia spreads it again. */
 static const double far_larger = 10;
-static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
+static const double shrunk = 0.1; /* over the size at which the root mean square of J is 1 */
 
-/* The nodes of a part that count in sums: this rank's own, which come first. Returns how many. */
+/* Finds the nodes of a part that count in sums: this rank's own, which come first. Returns their number. */
 static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes)
 {
   int count = parts->first[part + 1] - parts->first[part];
@@ -23,13 +23,13 @@ static int own_nodes(const flesh_rigid_parts *parts, int part, const int **nodes
   return count;
 }
 
-/* The centre of mass at x, and the mean velocity for velocities v (NULL: not asked for). *constrained: whether it is on any
- * rank. */
+/* Finds the centre of mass at x, and the mean velocity of velocities v (NULL: not asked for). *constrained: whether a
+ * dof is constrained on any rank. */
 static void find_means(const flesh_rigid_parts *parts, int part, const double *x, const double *v, int *constrained,
                        double centre[3], double mean[3])
 {
   const int *nodes, count = own_nodes(parts, part, &nodes);
-  double sums[8] = {[7] = *constrained}; /* of places and of velocities by mass, of masses */
+  double sums[8] = {[7] = *constrained}; /* sums of positions and velocities by mass; sum of masses */
   for (int k = 0; k < count; k++) {
     const double mass = parts->mass[nodes[k]];
     sums[6] += mass;
@@ -71,11 +71,11 @@ enum { MOMENTS = 12 };
 /* Sums over a part that give its rotation over h. */
 typedef struct motion {
   const flesh_state *state;
-  double h, centre[3], mean[3]; /* of the part's nodes, and of their velocities */
+  double h, centre[3], mean[3]; /* position and velocity of the part's mean */
   double sums[MOMENTS + 2];     /* moments; distances from the centre */
 } motion;
 
-/* The place and the velocity of a node, less those of the part's mean. */
+/* Finds the position and velocity of a node, relative to the part's mean. */
 static void find_relative(const motion *m, int node, double d[3], double w[3])
 {
   for (int c = 0; c < 3; c++) {
@@ -84,7 +84,7 @@ static void find_relative(const motion *m, int node, double d[3], double w[3])
   }
 }
 
-/* Angular momentum, then inertia. */
+/* Adds up the angular momentum and the inertia. */
 static void add_spin(const flesh_rigid_parts *parts, int part, motion *m)
 {
   const int *nodes, count = own_nodes(parts, part, &nodes);
@@ -102,7 +102,7 @@ static void add_spin(const flesh_rigid_parts *parts, int part, motion *m)
   }
 }
 
-/* The rotation by h times the mean angular velocity about the centre, as the velocities' best fit. */
+/* Finds the rotation by h times the mean angular velocity about the centre, the best fit of the velocities. */
 static void turn_on(const motion *m, double turn[9])
 {
   const double *spin = m->sums, *inertia = m->sums + 3;
@@ -119,7 +119,7 @@ static void turn_on(const motion *m, double turn[9])
   }
 }
 
-/* The moments of x + h v with x. */
+/* Adds up the moments of x + h v with x. */
 static void add_fit(const flesh_rigid_parts *parts, int part, motion *m)
 {
   const int *nodes, count = own_nodes(parts, part, &nodes);
@@ -131,26 +131,27 @@ static void add_fit(const flesh_rigid_parts *parts, int part, motion *m)
   }
 }
 
-/* The rotation that leads nearest to x + h v (Kabsch 1976): where the inertia of backward Euler draws a rigid body. */
+/* Finds the rotation that leads nearest to x + h v (Kabsch 1976), to which the inertia of backward Euler draws a rigid
+ * body. */
 static void turn_nearest(const motion *m, double turn[9])
 {
   double U[9], sigma[3], V[9];
   flesh_svd3(m->sums, U, sigma, V);
   if (sigma[1] > 1e-9 * sigma[0]) flesh_mat3_multiply_transposed(U, V, turn);
-  else flesh_mat3_identity(turn); /* points on a line are to stay on it */
+  else flesh_mat3_identity(turn); /* keeps points on a line on it */
 }
 
-/* The factor by which a part of this extent shrinks about its centre; 1 where it is not far larger than at rest. */
+/* Returns the factor by which a part of this extent shrinks about its centre; 1 if it is not far larger than at rest. */
 static double find_shrinkage(const flesh_rigid_parts *parts, int part, const double *x, double extent)
 {
   const double *X = flesh_mesh_positions(parts->mesh);
-  double sums[2] = {0}; /* of squares of J, and volumes at rest */
+  double sums[2] = {0}; /* sums of squares of J, and of volumes at rest */
   if (!(extent > far_larger * parts->extent[part])) return 1;
   for (int t = 0; t < flesh_mesh_piece_count(parts->mesh); t++) {
     int node[4];
     flesh_mesh_piece(parts->mesh, t, node);
     const double rest = parts->part[node[0]] == part ? flesh_tet_volume(X, node) : 0, now = flesh_tet_volume(x, node);
-    if (!(rest > 0)) continue; /* between the nodes of a curved tet a piece can be flat or inverted at rest */
+    if (!(rest > 0)) continue; /* a piece between the nodes of a curved tet can be flat or inverted at rest */
     sums[0] += now * now / rest;
     sums[1] += rest;
   }
@@ -158,7 +159,7 @@ static double find_shrinkage(const flesh_rigid_parts *parts, int part, const dou
   return sums[0] > pow(far_larger, 6) * sums[1] ? shrunk * pow(sums[0] / sums[1], -1. / 6) : 1;
 }
 
-/* Guesses a part whose means are known. */
+/* Predicts the motion of a part whose means are known. */
 static void guess_part(const flesh_rigid_parts *parts, int part, motion *m, int nearest, double *u)
 {
   const double *x = m->state->x;

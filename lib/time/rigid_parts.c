@@ -1,4 +1,4 @@
-/* rigid_parts.c: which nodes are connected, also over ranks, and what they weigh. */
+/* rigid_parts.c: finds connected nodes, also over ranks, and their masses. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 #include "system/ranks.h"
 #include "time/rigid_guess.h"
 
-/* Mass of every node, by the force that a unit acceleration takes; ones where there is no inertia. `room` [6*nodes] is
+/* Finds the mass of every node as the force that a unit acceleration takes; 1 without inertia. `room` [6*nodes] is
  * zeros. */
 static void weigh(const flesh_system *system, double *room, double *mass)
 {
@@ -25,8 +25,8 @@ static void weigh(const flesh_system *system, double *room, double *mass)
     for (int i = 0; i < nodes; i++) mass[i] = r[3 * i];
 }
 
-/* Numbers the parts of this mesh, of nodes that are of tets, as their least nodes ascend; the others get -1. Returns how
- * many there are. `parent` [nodes] is room. */
+/* Numbers the parts of this mesh in the order of their least nodes; nodes of no tet get -1. Returns the number of
+ * parts. `parent` [nodes] is room. */
 static int number_parts(const flesh_mesh *mesh, int *parent, int *part)
 {
   const int nodes = flesh_mesh_node_count(mesh);
@@ -42,7 +42,7 @@ static int number_parts(const flesh_mesh *mesh, int *parent, int *part)
   return count;
 }
 
-/* The nodes of each part, ascending. */
+/* Lists the nodes of each part, ascending. */
 static void list_nodes(int nodes, flesh_rigid_parts *parts)
 {
   for (int i = 0; i < nodes; i++)

@@ -1,4 +1,4 @@
-/* run.c: steps from a state to an end, with calls of the observers. */
+/* run.c: takes steps from a state to an end, and calls the observers. */
 #include "flesh/observer.h"
 
 #include <limits.h>
@@ -15,13 +15,13 @@
 #include "system/state.h"
 #include "time/integrator.h"
 
-/* The data that records point to; nothing is allocated after the start. */
+/* Data that records point to; nothing is allocated after the start. */
 typedef struct watch {
   const flesh_system *system;
   const flesh_mesh *mesh;
   const flesh_team *team; /* NULL: none */
   const flesh_run_options *options;
-  double *zeros; /* [3*n] accelerations: energies do not depend on them */
+  double *zeros; /* [3*n] accelerations: 0, as energies do not depend on them */
   double *J_mean, *J_min; /* [tets] */
   double *energies, *rest_energies;
   double *reports; /* [effects*FLESH_RANK_SUMS], with a team */
@@ -39,7 +39,7 @@ static void watch_close(watch *w)
   free(w->reports);
 }
 
-/* Elastic energies and the volume at rest. */
+/* Finds elastic energies and the volume at rest. */
 static int find_rest(watch *w)
 {
   const double *rest = flesh_mesh_positions(w->mesh);
@@ -67,13 +67,13 @@ static int watch_open(watch *w)
   int status = w->zeros && w->J_mean && w->J_min && w->energies && w->rest_energies && (w->reports || !w->team)
                    ? find_rest(w)
                    : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
-  if (!status) w->rest_energies[effects] = w->rest_volume; /* summed up with them */
+  if (!status) w->rest_energies[effects] = w->rest_volume; /* summed over ranks with the energies */
   status = flesh_team_sum_agreed(w->team, status, (int)effects + 1, w->rest_energies);
   if (!status) w->rest_volume = w->rest_energies[effects];
   return status;
 }
 
-/* The body's shape, of all ranks: volume, inverted tets, the smallest J and its bound. */
+/* Finds the shape of the body, over all ranks: volume, inverted tets, the smallest J and its bound. */
 static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record *record)
 {
   flesh_mesh_measures m;
@@ -85,7 +85,7 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   record->J_bound = m.J_bound;
 }
 
-/* At `at`, with the multipliers and internal variables of the step's end. */
+/* Records the state at `at`, with the multipliers and internal variables of the step's end. */
 static flesh_point point_of(const watch *w, const flesh_state *at, const flesh_state *end)
 {
   flesh_point point = flesh_point_at(at->t, at->x, at->v, w->zeros);
@@ -95,7 +95,7 @@ static flesh_point point_of(const watch *w, const flesh_state *at, const flesh_s
   return point;
 }
 
-/* Finds the effects' reports of all ranks for histories. */
+/* Collects the effects' reports of all ranks for histories. */
 static void find_reports(const watch *w, const flesh_step_record *record)
 {
   const flesh_state *at[2] = {record->state, record->stage};
@@ -129,8 +129,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
   if (known) memcpy(w->energies, known, (size_t)effects * sizeof *known);
   else status = flesh_system_energies(w->system, &point, w->energies);
   if (status < 0) return status;
-  /* A state may be accepted where an energy has no value (a start with J <= 0): it has none in the
-   * record. */
+  /* A state may be accepted where an energy has no value (a start with J <= 0): the record then has none. */
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
   look_at_shape(w, state, &record);
@@ -149,11 +148,11 @@ static int ask(const watch *w)
   return flesh_ask_together(w->team, options->stop, options->stop_data);
 }
 
-/* Names the cause where a step failed because a prescribed node would have to enter an obstacle. Free nodes are pushed out
- * first, so that they are no cause. */
+/* Names the cause if a step failed because a prescribed node would have to enter an obstacle. Free nodes are pushed out
+ * first, so they are no cause. */
 static int explain(watch *w, const flesh_integrator *integrator, const flesh_state *state, double target, int status)
 {
-  double *x = integrator->part.x; /* of the step that failed, not needed any more */
+  double *x = integrator->part.x; /* memory of the step that failed, not needed any more */
   if (!flesh_system_limits_step(w->system)) return status;
   memcpy(x, state->x, sizeof *x * (size_t)flesh_system_unknowns(w->system));
   flesh_system_push_out(w->system, state->t, state->x, target, x);
@@ -163,7 +162,7 @@ static int explain(watch *w, const flesh_integrator *integrator, const flesh_sta
   return status;
 }
 
-/* Takes the steps after the first *steps, counted from `start`. Observers see the start as step 0 where it is `fresh`. */
+/* Takes the steps after the first *steps, counted from `start`. Observers see the start as step 0 if it is `fresh`. */
 static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double start, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
@@ -174,8 +173,8 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
   if (fresh) status = call_observers(w, integrator, 0, done, 0, state, &stats);
   if (!status) status = ask(w);
   for (int step = *steps + 1; !status && !done; step++) {
-    /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
-     * within a thousandth of h of the end ends there. */
+    /* Times are start + k h, so that rounding does not add up; a step that ends within a thousandth of h of the end
+     * ends there. */
     double target = single ? end : start + step * options->h, h = options->h;
     done = target > end - 1e-3 * options->h;
     if (done) target = end;
@@ -226,10 +225,10 @@ static int check_observers(const flesh_run_options *options)
   return FLESH_OK;
 }
 
-/* The place in a run where its steps begin: its start, or the end of steps that were taken before. */
+/* Where a run's steps begin: at its start, or at the end of steps that were taken before. */
 typedef struct origin {
-  int fresh, step; /* 1: observers see the start as step 0; steps that were taken before */
-  double begin;    /* s, at which the first step of all began */
+  int fresh, step; /* 1: observers see the start as step 0; number of steps taken before */
+  double begin;    /* s, start of the first step of all */
 } origin;
 
 static int run(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options, origin from,

@@ -1,4 +1,5 @@
-/* saved.c: an integrator's history to bytes and back: a header that says whose it is, and an archive of its members. */
+/* saved.c: writes an integrator's history to bytes and reads it back: a header that identifies it, and an archive of
+ * its members. */
 #include <stdio.h>
 #include <string.h>
 
@@ -13,16 +14,16 @@ enum { FORMAT = 19, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
-  uint32_t order, format; /* of bytes; of what follows */
-  uint32_t sizes;         /* of a double, a long, an int and an address, each in 8 bits */
+  uint32_t order, format; /* order of bytes; format of the archive */
+  uint32_t sizes;         /* sizes of a double, a long, an int and an address, 8 bits each */
   int32_t method;
   char version[16], instructions[16];
-  int32_t unknowns, tets, effects, multipliers, internals, unused; /* no padding: it would be summed up */
-  uint64_t body, solver; /* sums of the mesh and the effects' names; of what the solver's memory is laid out by */
-  uint64_t bytes, sum;   /* of what follows; of all, this being 0 */
+  int32_t unknowns, tets, effects, multipliers, internals, unused; /* no padding, as all is summed up */
+  uint64_t body, solver; /* hashes: mesh and effects' names; layout of the solver's memory */
+  uint64_t bytes, sum;   /* length of what follows; hash of all, with this as 0 */
 } header;
 
-/* A hash of the mesh and the effects. */
+/* Returns a hash of the mesh and the effects. */
 static uint64_t sum_of_body(const flesh_system *system)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
@@ -79,8 +80,8 @@ static void archive_method(flesh_integrator *self, flesh_archive *archive)
   flesh_archive_nodes(archive, self->last_stage.at.v, nodes);
 }
 
-/* Archives the body's motion, however many ranks share it out: numbers of nodes, and numbers that are the same on all
- * ranks. */
+/* Archives the body's motion, which does not depend on how many ranks share the body out: numbers of nodes, and numbers
+ * that are the same on all ranks. */
 static void archive_motion(flesh_integrator *self, flesh_archive *archive)
 {
   const size_t effects = (size_t)flesh_system_effect_count(self->evaluation->system);
@@ -101,7 +102,7 @@ static void archive_motion(flesh_integrator *self, flesh_archive *archive)
   if (self->ida) flesh_ida_steps_archive(self->ida, archive);
 }
 
-/* All but what every step sets anew; the motion first, as flesh_integrator_take goes no further. */
+/* Archives all but what every step sets anew; the motion comes first, as flesh_integrator_take reads no further. */
 static int archive_all(flesh_integrator *self, flesh_archive *archive)
 {
   archive_motion(self, archive);
@@ -128,7 +129,7 @@ int flesh_integrator_save(const flesh_integrator *integrator, size_t room, void 
   return status;
 }
 
-/* Whether the bytes are whole. */
+/* Returns whether the bytes are complete. */
 static int check_bytes(const header *h, const uint8_t *data, size_t size)
 {
   header summed = *h;
@@ -149,7 +150,7 @@ static int check_method(const header *h, const header *own)
                     name ? name : "(unknown)", flesh_method_name((flesh_method)own->method));
 }
 
-/* Whether they are of such an integrator. */
+/* Returns whether the bytes are of such an integrator. */
 static int check_kind(const header *h, const header *own)
 {
   if (check_method(h, own)) return FLESH_ERR_ARGUMENT;
@@ -174,7 +175,7 @@ static int check_kind(const header *h, const header *own)
   return FLESH_OK;
 }
 
-/* Reads the header of bytes that are whole and of this version. */
+/* Reads the header of bytes that are complete and of this version. */
 static int read_header(const void *data, size_t size, const header *own, header *h)
 {
   *h = (header){0};

@@ -1,4 +1,4 @@
-/* statistics.c: counts in the layouts of SUNDIALS' ...PrintAllStats: a line per count, or rows of CSV. */
+/* statistics.c: prints counts in the layouts of SUNDIALS' ...PrintAllStats: a line per count, or rows of CSV. */
 #include <stddef.h>
 #include <stdio.h>
 
@@ -6,7 +6,7 @@
 #include "base/plain_locale.h"
 #include "flesh/solver.h"
 
-/* X(member, name): the two lists, of counts and of real numbers, from which both layouts are made. */
+/* X(member, name): lists of the counts and of the real numbers, from which both layouts are made. */
 #define STATISTICS(X)                                    \
   X(steps, "Steps")                                      \
   X(rejected, "Error test fails")                        \

@@ -1,4 +1,5 @@
-/* step_energy.c: work of a stage's forces and reactions, and what changes with time at a place. */
+/* step_energy.c: finds the work of a stage's forces and reactions, and the energy that changes with time at fixed
+ * positions. */
 #include "time/step_energy.h"
 
 #include <math.h>
@@ -29,8 +30,9 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   return status < 0 ? status : FLESH_OK;
 }
 
-/* Sums of the constrained dofs: of the work of their reactions [count] along u; of that with the velocities v prescribed at
- * the step's end, those of the cubic through four positions over the step (prescribed.h); of u.u, u.v and v.v. */
+/* Finds sums over the constrained dofs: the work of their reactions [count] along u; that with the velocities v
+ * prescribed at the step's end, those of the cubic through four positions over the step (prescribed.h); u.u, u.v and
+ * v.v. */
 static void sum_works(const flesh_step_energy *step, const flesh_state *state, const double *u, double sums[5])
 {
   const flesh_energy_watch *watch = step->watch;
@@ -58,7 +60,7 @@ static void sum_works(const flesh_step_energy *step, const flesh_state *state, c
   flesh_team_sum(flesh_system_team(watch->system), 5, sums);
 }
 
-/* The power [W] of the stage's reactions and forces with its velocities. */
+/* Finds the power [W] of the stage's reactions and forces with its velocities. */
 static int find_power(const flesh_step_energy *step, double *power)
 {
   const flesh_energy_watch *watch = step->watch;
@@ -93,7 +95,8 @@ int flesh_step_energy_add(flesh_step_energy *step, double weight, double start)
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The work of a step of first order: its forces along the displacements, the reactions as energy_watch.c says. */
+/* Finds the work of a step of first order: that of its forces along the displacements, and of the reactions as
+ * energy_watch.c says. */
 static int find_work_of_first_order(const flesh_step_energy *step, const flesh_state *state, double *work)
 {
   flesh_energy_watch *watch = step->watch;
@@ -111,8 +114,8 @@ static int find_work_of_first_order(const flesh_step_energy *step, const flesh_s
   return status;
 }
 
-/* Work as energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance
- * restarts. */
+/* Finds the work as energy_watch.c says, and the energy that changes with time at the step's start. If that has no
+ * value, the balance restarts. */
 int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
 {
   flesh_energy_watch *watch = step->watch;
@@ -137,8 +140,9 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The work of what changes with time at a place, over a step with several stages: sums by the trapezoidal rule of its changes
- * over the step and over the step's halves, extrapolated to order 4, at places along the cubic between the step's ends. */
+/* Finds the energy that changes with time at fixed positions, over a step with several stages: sums by the trapezoidal
+ * rule over the step and over its halves, extrapolated to order 4, at positions along the cubic between the step's
+ * ends. */
 static int add_work_in_time(const flesh_step_energy *step, const flesh_state *start, const flesh_state *end)
 {
   flesh_energy_watch *watch = step->watch;

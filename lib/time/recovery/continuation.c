@@ -1,5 +1,5 @@
-/* continuation.c: from softened materials to the true ones, level by level: in a step of a tangled body, and where one
- * rests. */
+/* continuation.c: goes from softened materials to the true ones, level by level, in a step of a tangled body and for a
+ * tangle at rest. */
 #include "time/recovery/continuation.h"
 
 #include <string.h>
@@ -7,9 +7,9 @@
 #include "system/ranks.h"
 #include "system/softened.h"
 
-/* Poisson's ratios on the way: each but the first resists changes of volume a tenth as much as the next. */
+/* Poisson's ratios of the levels: each after the first has ten times the resistance to changes of volume. */
 static const double ratios[FLESH_SOFTENINGS] = {0, 0.49, 0.499};
-/* A softened material is worth a solve where the body's stiffest material has so many times its lambda/mu. */
+/* Softening is worth a solve where the lambda/mu of the body's stiffest material is larger by this factor. */
 static const double worth = 5;
 
 static double stiffness_ratio(double poisson) { return 2 * poisson / (1 - 2 * poisson); }
@@ -33,8 +33,8 @@ void flesh_continuation_clear(flesh_continuation *self)
   for (int k = 0; k < FLESH_SOFTENINGS; k++) flesh_softened_destroy(&self->softened[k]);
 }
 
-/* Solves a stage with the softened materials of this level. Pressures of incompressible tets belong to the true materials
- * alone. */
+/* Solves a stage with the softened materials of this level. Pressures of incompressible tets belong to the true
+ * materials alone. */
 static int solve_softened(const flesh_continuation *self, int level, const flesh_stage *stage, const double *const *guesses,
                           flesh_solve_stats *stats)
 {
@@ -55,7 +55,7 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   for (int level = 0; level < self->count; level++) {
     const int status = solve_softened(self, level, stage, level ? last : NULL, stats);
     if (status < 0) return status;
-    /* Wherever this solve has ended, the next one begins there. */
+    /* The next solve begins where this one has ended, converged or not. */
     memcpy(self->start, self->nonlinear->u, sizeof *self->start * (size_t)self->n);
   }
   int count = 0;
@@ -71,9 +71,9 @@ int flesh_continuation_step(const flesh_continuation *self, flesh_stage *stage, 
   return flesh_multipliers_solve(self->multipliers, stage, state, end, guesses, 0, stats);
 }
 
-/* Moves the state to the equilibrium of the materials of this level, which is the count of levels for the true ones: in
- * motion by long steps of backward Euler from rest, of which time knows nothing, until the body is still; each longer, as
- * parts may be far softer than the body on average. In statics it is the equilibrium at hand that is wanted, without its
+/* Moves the state to the equilibrium of the materials of this level; the level after the last softened one has the true
+ * ones. In motion it takes long steps of backward Euler from rest, at a fixed time, until the body is still; each step
+ * is longer, as parts may be far softer than the body on average. Statics wants the equilibrium at hand without its
  * tangle, not another one: all that is far from the tangle is held while materials are soft. */
 static int settle(const flesh_continuation *self, const flesh_untangler *untangler, int is_static, int level,
                   flesh_state *state, flesh_solve_stats *stats)

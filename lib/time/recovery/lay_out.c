@@ -1,4 +1,4 @@
-/* lay_out.c: finds parts that are a point, and lays them out before obstacles. */
+/* lay_out.c: finds parts that have shrunk to a point, and lays them out in front of obstacles. */
 #include "time/recovery/lay_out.h"
 
 #include <math.h>
@@ -6,9 +6,9 @@
 
 #include "system/feasible_step.h"
 
-static const double vanished_size = 0.05; /* of that at rest */
+static const double vanished_size = 0.05; /* of the size at rest */
 
-/* Whether a part has become a point; then `move` leads from where it is at rest to there. */
+/* Returns whether a part has become a point; then `move` leads from its place at rest to there. */
 static int has_vanished(const flesh_rigid_parts *parts, int part, const double *x, double move[3])
 {
   double now[3], rest[3];

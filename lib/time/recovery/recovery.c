@@ -1,4 +1,4 @@
-/* recovery.c: cutbacks of steps, increments of loads, and failures in words. */
+/* recovery.c: cutbacks of steps, increments of loads, and sentences about failures. */
 #include "time/recovery/recovery.h"
 
 #include <math.h>
@@ -10,18 +10,18 @@
 #include "system/ranks.h"
 #include "time/recovery/winding.h"
 
-/* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
+/* Share of inverted tets above which a body counts as tangled: a crease of few tets is no reason to solve twice. */
 static const double worth = 1. / 400;
-static const double disorder = 1. / 20; /* coarse meshes that bend sharply invert less than one in a hundred */
+static const double disorder = 1. / 20; /* coarse meshes that bend sharply invert fewer than one tet in a hundred */
 
 int flesh_recovery_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
                           const flesh_solver_options *options, flesh_recovery *self)
 {
   const flesh_system *system = evaluation->system;
-  /* Nothing is known of how the first state came about. */
+  /* How the first state came about is not known. */
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
                            .max_cutbacks = options->max_cutbacks, .tangled = 1};
-  /* A tangle would be led out through other bodies, so that bodies with surface contact are not untangled. */
+  /* Untangling would lead a tangle out through other bodies, so bodies with surface contact are not untangled. */
   const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
   return untangles ? flesh_untangler_create(evaluation, parts, &self->untangler) : FLESH_OK;
 }
@@ -53,7 +53,7 @@ int flesh_recovery_softens(flesh_recovery *self, const double *x)
   return tangled && (before & (before - 1)) == 0;
 }
 
-/* The part at the place. */
+/* Returns the part at the place. */
 static void find_part(flesh_cutbacks *self, double begin)
 {
   const flesh_span *span = &self->span;
@@ -78,7 +78,7 @@ int flesh_cutbacks_next(flesh_cutbacks *self, int halvings, int max_cutbacks, in
   return self->depth > 0;
 }
 
-/* The increment of 2^-depth from a load on, or of what is left. */
+/* Returns the increment of 2^-depth from a load on, or the rest if that is less. */
 static flesh_load_increment increment_from(double load, int depth)
 {
   const double to = fmin(1, load + ldexp(1, -depth));
@@ -90,7 +90,7 @@ flesh_load_increment flesh_load_increment_first(void) { return increment_from(0,
 int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int status)
 {
   int depth = self->depth + (status > 0 ? 1 : -1);
-  while (status > 0 && ldexp(1, -depth) >= self->to - self->from) depth++; /* what was left is not tried again */
+  while (status > 0 && ldexp(1, -depth) >= self->to - self->from) depth++; /* the rest has been tried already */
   const double reached = status > 0 ? self->from : self->to;
   if (status < 0 || depth > max_cutbacks || reached >= 1) return 0;
   *self = increment_from(reached, depth);
@@ -100,7 +100,7 @@ int flesh_load_increment_next(flesh_load_increment *self, int max_cutbacks, int 
 int flesh_recovery_fail(const flesh_recovery *self)
 {
   const flesh_failure *f = &self->failure;
-  char residual[120] = "there is no residual", tried[40]; /* where the first iterate has no energy */
+  char residual[120] = "there is no residual", tried[40]; /* the first iterate has no energy */
   snprintf(tried, sizeof tried, f->load > 0 ? "load factor %.3g" : "h = %.3g s", f->load > 0 ? f->load : f->h);
   if (f->worst_node >= 0)
     snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);

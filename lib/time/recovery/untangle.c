@@ -1,4 +1,4 @@
-/* untangle.c: decides when a tangle is permanent, and whether what softer materials have led to is better. */
+/* untangle.c: decides when a tangle is permanent, and whether softer materials have led to a better state. */
 #include "time/recovery/untangle.h"
 
 #include <math.h>
@@ -16,27 +16,27 @@
 #include "time/recovery/lay_out.h"
 #include "time/recovery/winding.h"
 
-/* Quasi-static: inertial forces are below this fraction of the force that strains the average edge by its own
- * length. */
+/* Quasi-static: inertial forces are below this share of the force that strains the average edge by its own length. */
 static const double quasi_static_force = 1e-3;
-/* Nor does any edge change its length by more than this fraction of the mean edge within a step: a fine
- * mesh swings with small inertial forces. */
+/* Quasi-static, too: no edge changes its length within a step by more than this share of the mean edge, as a fine mesh
+ * swings with small inertial forces. */
 static const double quasi_static_displacement = 1e-3;
-/* Loads above this fraction of that force on one of its nodes hold a tangle in place. */
+/* Loads above this share of that force on a node hold a tangle in place. */
 static const double holding_force = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
-/* Inertia's modulus over the material's in long steps of backward Euler, by which a free body finds its equilibrium. */
+/* Modulus of inertia over that of the material in the long steps of backward Euler by which a free body finds its
+ * equilibrium. */
 static const double inertial_fraction = 1e-6;
 enum {
   VECTORS = 7,
-  QUASI_STATIC_STEPS = 5, /* in a row, so that no turning point of a motion passes for rest */
-  ATTEMPT_LIMIT = 3       /* at a tangle, which loads that change meanwhile may hold no more */
+  QUASI_STATIC_STEPS = 5, /* steps in a row, so that no turning point of a motion passes for rest */
+  ATTEMPT_LIMIT = 3       /* steps at a tangle after which loads may no longer hold it */
 };
 
 struct flesh_untangler {
   const flesh_system *system;
   const flesh_evaluation *evaluation;
-  const flesh_team *team; /* the system's; NULL: none */
+  const flesh_team *team; /* the system's team; NULL: no ranks */
   const flesh_mesh *mesh;
   int has_inertia;
   const flesh_rigid_parts *parts;
@@ -44,24 +44,24 @@ struct flesh_untangler {
   flesh_winding *winding;      /* made at the first suspicion */
   int n, own; /* unknowns, and those of nodes that the rank owns */
   int quasi_static, attempts, know_velocity;
-  int may_collapse; /* stressed, or it began in a point or line */
+  int may_collapse; /* stressed at rest, or began in a point or line */
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
   flesh_edge_force scale;
   double *v, *a, *r, *saved, *zero; /* [n] */
-  flesh_state end; /* of the last step, with the tangle, and so are the numbers below */
+  flesh_state end; /* end of the last step, with the tangle; the numbers below are of it, too */
   int multiplier_count;
-  int vanished; /* A part is a point, in which form E has no more energy than at rest for a ratio of 0. */
+  int vanished; /* A part is a point, in which form E with Poisson's ratio 0 has no more energy than at rest. */
   double phi;   /* J */
   uint8_t *fixed; /* [n] */
-  uint8_t *far;   /* [n] from the tangle */
-  int is_local;   /* that is more than half of the body */
+  uint8_t *far;   /* [n] dofs far from the tangle */
+  int is_local;   /* those are more than half of the body */
 };
 
 static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
 static const unsigned others =
     FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
-/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
+/* Adds to `r` the forces that effects of these roles exert on nodes that stand still at x. */
 static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, const double *internal,
                   unsigned roles)
 {
@@ -113,8 +113,8 @@ int flesh_untangler_create_collective(flesh_untangler *self)
 void flesh_untangler_destroy(flesh_untangler **untangler)
 {
   if (!untangler || !*untangler) return;
-  flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
-  free((*untangler)->v); /* and all other vectors with it */
+  flesh_reserve_destroy(&(*untangler)->reserve); /* frees the winding, too */
+  free((*untangler)->v); /* frees all other vectors, too */
   free((*untangler)->end.multipliers);
   free((*untangler)->fixed);
   free((*untangler)->far);
@@ -130,7 +130,7 @@ void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state
       self->scale.stressed || !flesh_team_any(self->team, !flesh_mesh_is_flat(self->mesh, state->x));
 }
 
-/* Whether what this rank has moves as a rigid body within h. */
+/* Returns whether this rank's part moves as a rigid body within h. */
 static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state, double h)
 {
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
@@ -152,7 +152,7 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
   return 1;
 }
 
-/* Whether the body hardly accelerates and hardly changes its shape. */
+/* Returns whether the body hardly accelerates and hardly changes its shape. */
 static int is_quasi_static(flesh_untangler *self, const flesh_state *state, double h)
 {
   int known = self->know_velocity;
@@ -169,7 +169,7 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
          !flesh_team_any(self->team, !keeps_its_shape(self, state, h));
 }
 
-/* Whether the body would not begin to move if it stood still: what creeps through much damping is
+/* Returns whether the body would not begin to move from rest here: a body that creeps through much damping is
  * quasi-static, but not in equilibrium. Leaves the constrained dofs in `fixed`. */
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
@@ -180,8 +180,7 @@ static int is_balanced(flesh_untangler *self, const flesh_state *state)
   return largest(self, self->r) <= 2 * quasi_static_force * self->scale.mean;
 }
 
-/* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
- * holds it. */
+/* Returns whether an effect other than the material acts on a node of a tangled tet strongly enough to hold the tangle. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
   int held = 0;
@@ -195,8 +194,8 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
   return flesh_team_any(self->team, held);
 }
 
-/* Counts the tangled tets of the body, and those of this rank into *here. *collapsed: most of the body is tangled, or most
- * of the volume gone, although its material rests there or nothing shows how it lay. */
+/* Counts the tangled tets of the body, and those of this rank into *here. *collapsed: most of the body is tangled, or
+ * most of the volume gone, although the material has no stress there or nothing shows how it lay. */
 static double count_tangled(const flesh_untangler *self, const flesh_state *state, const uint8_t **here, int *collapsed)
 {
   double sums[] = {flesh_winding_find(self->winding, state->x, here), flesh_mesh_piece_count(self->mesh),
@@ -207,7 +206,7 @@ static double count_tangled(const flesh_untangler *self, const flesh_state *stat
   return sums[0];
 }
 
-/* The potential of the body that stands still there, and the size of its terms, J. */
+/* Finds the potential of the body at rest there, and the size of its terms, J. */
 static int potential(flesh_untangler *self, const flesh_state *state, double *phi, double *magnitude)
 {
   flesh_point point = flesh_point_at(state->t, state->x, self->zero, self->zero);
@@ -223,7 +222,7 @@ static void copy(const flesh_untangler *self, const flesh_state *from, flesh_sta
     memcpy(to->multipliers, from->multipliers, sizeof *to->multipliers * (size_t)self->multiplier_count);
 }
 
-/* Whether there is a tangle that only softening leads out of. */
+/* Returns whether there is a tangle that only softening leads out of. */
 static int find(flesh_untangler *self, const flesh_state *state)
 {
   const uint8_t *tangled = NULL;
@@ -243,7 +242,7 @@ static int find(flesh_untangler *self, const flesh_state *state)
   return 1;
 }
 
-/* Does what `find` does, without a request for memory; when it returns 1, the end is remembered. */
+/* Does what `find` does, without a request for memory; if that returns 1, remembers the end. */
 static int find_from_reserve(flesh_untangler *self, flesh_state *state)
 {
   double magnitude;

@@ -20,36 +20,36 @@
 
 typedef struct flesh_untangler flesh_untangler;
 
-/* Makes what this rank needs, without the others. Borrows the evaluation of the system, and the parts of its body, which may
- * be found later. Returns new, also when it fails: FLESH_ERR_MEMORY. */
+/* Makes what this rank needs, without the others. Borrows the evaluation of the system, and the parts of its body,
+ * which may be found later. Returns new, even when it fails: FLESH_ERR_MEMORY. */
 int flesh_untangler_create(const flesh_evaluation *evaluation, const flesh_rigid_parts *parts,
                            flesh_untangler **untangler);
-/* Measures the body, once all ranks have made theirs. Collective; FLESH_ERR_MEMORY on this rank alone. */
+/* Measures the body, once all ranks have made their own. Collective; FLESH_ERR_MEMORY on this rank alone. */
 int flesh_untangler_create_collective(flesh_untangler *untangler);
 void flesh_untangler_destroy(flesh_untangler **untangler);
 
-/* To be called with the state before every step; a new one is looked at. */
+/* To be called with the state before every step; a state that is new is examined. */
 void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *state);
 
-/* To be called with the state after every accepted step of h, or with an equilibrium, which is quasi-static by itself (h =
- * 0). 1: it is tangled for good, and is remembered. Else 0, or a negative status. */
+/* To be called with the state after every accepted step of h, or with an equilibrium, which is quasi-static by itself
+ * (h = 0). Returns 1 if it is tangled for good, and remembers it; else 0, or a negative status. */
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h);
 
-/* The state becomes the one that an attempt starts from: the tangle, or where a body has vanished into a point its rest
- * shape around that. */
+/* Sets the state to the start of an attempt: the tangle or, if a body has vanished into a point, its rest shape around
+ * that. */
 void flesh_untangler_begin(flesh_untangler *untangler, flesh_state *state);
-/* Whether the attempt has led to a lower potential, unless it was not `solved`; then the state is kept, which adds to
- * *stats. Else it becomes the tangle again. */
+/* Returns whether the attempt, if it was `solved`, has led to a lower potential; then the state is kept, which adds to
+ * *stats. Else the state becomes the tangle again. */
 int flesh_untangler_judge(flesh_untangler *untangler, flesh_state *state, int solved, flesh_solve_stats *stats);
 
-/* [n] What stays where it is while an equilibrium's materials are softened: all that is far from the tangle. NULL:
- * nothing, as half of the body is near it. */
+/* Returns the dofs [n] that are held while an equilibrium's materials are softened: all that are far from the tangle.
+ * NULL: none, as half of the body is near it. */
 const uint8_t *flesh_untangler_held(const flesh_untangler *untangler);
 
-/* A step of backward Euler so long, s, that inertia does no more than hold a free body; 0: without elasticity. Not to be
- * called between the two above. */
+/* Returns a step of backward Euler, s, so long that inertia only just holds a free body; 0: without elasticity. Not to
+ * be called between the two above. */
 double flesh_untangler_long_step(const flesh_untangler *untangler);
-/* Whether displacements u [n] are so small that the body is at rest. */
+/* Returns whether displacements u [n] are so small that the body is at rest. */
 int flesh_untangler_is_still(const flesh_untangler *untangler, const double *u);
 
 /* Archives the memory that lasts from step to step. */

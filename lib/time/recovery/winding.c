@@ -16,18 +16,18 @@
 struct flesh_winding {
   const flesh_mesh *mesh;
   flesh_mesh_edges edges; /* of the pieces */
-  flesh_shared_edges shared; /* those that other ranks have, too */
-  double *rest, *now;  /* [edges] sums of dihedral angles, of all ranks */
+  flesh_shared_edges shared; /* edges that other ranks have, too */
+  double *rest, *now;  /* [edges] sums of dihedral angles, over all ranks */
   uint8_t *tangled;    /* [pieces] */
 };
 
-/* A tet whose extents have shrunk below a tenth in the mean: tr(F^T F) of what has collapsed. */
+/* Squared extents tr(F^T F) below which a tet has collapsed: a tenth of its size in the mean. */
 static const double collapsed = 0.03;
 
-/* A tet's edge between the corners that each of its edges has not. */
+/* For each edge of a tet, the edge between its other two corners. */
 static const int opposite[6] = {5, 3, 4, 1, 2, 0};
 
-/* The angle at edge ab between the faces abc and abd, in [0, pi]. */
+/* Returns the angle at edge ab between the faces abc and abd, in [0, pi]. */
 static double dihedral(const double *x, int a, int b, int c, int d)
 {
   double e[3], u[3], w[3], n[3], m[3], cross[3];
@@ -42,7 +42,7 @@ static double dihedral(const double *x, int a, int b, int c, int d)
   return atan2(sqrt(flesh_vec3_dot(cross, cross)), flesh_vec3_dot(n, m));
 }
 
-/* The columns of D are a tet's edges from its first corner. */
+/* Sets the columns of D to a tet's edges from its first corner. */
 static void edges_from_first(const double *x, const int node[4], double D[9])
 {
   for (int c = 0; c < 3; c++)
@@ -68,7 +68,7 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
   flesh_shared_edges_sum(&self->shared, sums);
 }
 
-/* The edges of every tet and what finding them takes, and three numbers by edge, of which a tet has six. */
+/* Bytes for the edges of every tet and for finding them, and three numbers for each edge, of which a tet has six. */
 size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work)
 {
   const size_t pieces = (size_t)flesh_mesh_piece_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
@@ -132,7 +132,7 @@ static void deformation(const flesh_mesh *mesh, const double *x, int t, double F
   flesh_mat3_multiply(d, inverse, F);
 }
 
-/* Between the nodes of a curved tet a piece can be flat or inverted at rest, and then says nothing. */
+/* A piece between the nodes of a curved tet can be flat or inverted at rest, and then tells nothing. */
 static int tells_nothing(const flesh_mesh *mesh, int piece)
 {
   int node[4];
@@ -144,10 +144,9 @@ static int tells_nothing(const flesh_mesh *mesh, int piece)
 
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
 {
-  /* tan(theta'/2) <= kappa tan(theta/2) for an angle theta that F with the singular values' ratio
-   * kappa takes to theta'; an edge that winds once more has a tet whose angle at least doubles,
-   * hence kappa >= 2, and among all F of that ratio tr(F^T F) / J^(2/3) is least, 7.5 / 10^(1/3),
-   * for (2, sqrt 2.5, 1). */
+  /* If F, with kappa the ratio of its largest to its least singular value, takes an angle theta to theta', then
+   * tan(theta'/2) <= kappa tan(theta/2). An edge that winds once more has a tet whose angle at least doubles, hence
+   * kappa >= 2; among all F of that ratio tr(F^T F) / J^(2/3) is least, 7.5 / 10^(1/3), for (2, sqrt 2.5, 1). */
   const double least = 7.5 / cbrt(10);
   for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
     double F[9];
@@ -197,7 +196,7 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
       if (fabs(self->now[e] - self->rest[e]) > pi) self->tangled[t] = 1;
     }
   }
-  /* Inverted where no piece shows it. */
+  /* inverted, although no piece shows it */
   for (int p = 0; flesh_mesh_order(self->mesh) == 2 && p < pieces;) {
     const int t = flesh_mesh_piece_tet(self->mesh, p), own = flesh_mesh_is_quadratic(self->mesh, t) ? 8 : 1;
     if (flesh_mesh_tet_jacobian_bound(self->mesh, x, t) <= 0) memset(self->tangled + p, 1, (size_t)own);
@@ -223,7 +222,7 @@ int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const
       for (int a = 0; a < 4; a++) reached |= !far[3 * node[a]];
       for (int a = 0; a < 4 && reached; a++) work[node[a]] = 1;
     }
-    flesh_team_sum_nodes(team, 1, work); /* nodes that other ranks have reached are so here, too */
+    flesh_team_sum_nodes(team, 1, work); /* nodes that other ranks have reached are reached here, too */
     for (int d = 0; d < n; d++) far[d] &= work[d / 3] == 0;
   }
   for (int d = 0; d < own; d++) count += far[d];

@@ -16,31 +16,32 @@
 
 typedef struct flesh_winding flesh_winding;
 
-/* Borrows the mesh and the team that shares out its body: windings are then those of the body, and creating and finding
- * collective. NULL: there is none. Returns new. FLESH_ERR_MEMORY, on all ranks or none. */
+/* Creates the search; borrows the mesh and the team that shares out its body (NULL: no ranks), with which windings are
+ * those of the whole body, and creating and finding are collective. Returns new. FLESH_ERR_MEMORY, on all ranks or
+ * none. */
 int flesh_winding_create(const flesh_mesh *mesh, const flesh_team *team, flesh_winding **winding);
 void flesh_winding_destroy(flesh_winding **winding);
-/* Bytes that one of the mesh, with all that it asks for in its life, takes in a reserve at most. `work` [nodes] is room,
- * where there is a team. Collective. */
+/* Returns the bytes that a winding of the mesh, with all that it requests in its life, takes in a reserve at most.
+ * `work` [nodes] is room, with a team. Collective. */
 size_t flesh_winding_room(const flesh_mesh *mesh, const flesh_team *team, double *work);
 
-/* Whether x [3*nodes] can hold a tangle at all: 0 when no tet is inverted, collapsed, or stretched
- * twice as much one way as another, without which no edge can wind once more. Needs no
- * flesh_winding. */
+/* Returns whether x [3*nodes] can hold a tangle at all: 0 if no tet is inverted, collapsed, or stretched twice as much
+ * one way as another, without which no edge can wind once more. Needs no flesh_winding. */
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
-/* Whether that of any rank can. Collective. */
+/* Returns whether the body of any rank can. Collective. */
 int flesh_body_may_be_tangled(const flesh_mesh *mesh, const flesh_team *team, const double *x);
 
-/* Whether every tet lies exactly (to rounding) on a line or in a point. */
+/* Returns whether every tet lies (to rounding) on a line or in a point. */
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
 
-/* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number, of this rank;
- * `tangled` [pieces] is theirs: eight flat pieces stand for each tet of ten nodes (mesh/pieces.h), all
- * of which are tangled where Bernstein bounds find J <= 0 in it. */
+/* Finds the tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number on this rank, and
+ * marks them in `tangled` [pieces]: eight flat pieces stand for each tet of ten nodes (mesh/pieces.h), and all eight
+ * are marked if Bernstein bounds find J <= 0 in it. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
-/* Finds the dofs [3*nodes] that are far from tangled tets: of nodes that neither they nor the tets two deep around them
- * have, on whichever rank. Returns their number, of nodes that this rank owns. `work` [nodes] is room. Collective. */
+/* Finds the dofs [3*nodes] that are far from tangled tets: those of nodes that belong to none of these tets nor of the
+ * two layers of tets around them, on any rank. Returns the number of such nodes that this rank owns. `work` [nodes] is
+ * room. Collective. */
 int flesh_winding_find_far(const flesh_mesh *mesh, const flesh_team *team, const uint8_t *tangled, double *work,
                            uint8_t *far);
 
