@@ -58,9 +58,9 @@
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
-/* Where errors choose the lengths of steps, all steps together may gain a hundredth of the motion's energy, at most
- * `tolerance`; else a fiftieth of the gain that ends the run. After that each step may still gain a thousandth of it,
- * as there are gains that no halving lessens. */
+/* Shares of the motion's energy that steps may gain: where errors choose their lengths, a hundredth, at most
+ * `tolerance`, by all steps together; else a fiftieth of the gain that ends the run. After that each step may still
+ * gain a thousandth, as there are gains that no halving lessens. */
 static const double gain_of_controlled = 0.01, gain_of_fixed = 0.02, least_of_step = 0.001;
 
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)

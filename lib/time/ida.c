@@ -48,12 +48,12 @@ static int apply_options(flesh_ida_steps *self)
   static const double usual = 0.33, gap = 3.3e-4; /* IDA's default; over the body's length, as gaps of contact are */
   const flesh_adaptive_options *options = &self->options;
   int failed = IDASetMaxOrd(self->ida, options->max_order);
-  /* By default IDA lengthens a step only where it can double it, so that errors lie up to eightfold below the
+  /* IDA by default lengthens a step only where it can double it, so that errors lie up to eightfold below the
    * tolerance; at order 2 a step longer by a fifth is worth the change. At higher orders such steps press against the
    * limit of stability, and fail. */
   failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
-  /* What Newton's iterations leave in the velocities would lead the next step through the obstacle, whose solve then
-   * fails. */
+  /* Newton's iterations leave errors in the velocities that would lead the next step through the obstacle, whose solve
+   * then fails. */
   const double deep = flesh_system_has_role(self->system, FLESH_ROLE_CONTACT) ? gap / local_tolerance(options) : usual;
   failed |= IDASetNonlinConvCoef(self->ida, fmin(usual, deep));
   failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);

@@ -225,7 +225,7 @@ static int check_observers(const flesh_run_options *options)
   return FLESH_OK;
 }
 
-/* Where a run's steps begin: at its start, or at the end of steps that were taken before. */
+/* The place where a run's steps begin: its start, or the end of steps that were taken before. */
 typedef struct origin {
   int fresh, step; /* 1: observers see the start as step 0; number of steps taken before */
   double begin;    /* s, start of the first step of all */
