@@ -1,4 +1,4 @@
-/* amplitude.c: the factor of a load in time. */
+/* amplitude.c: the factor of a load as a function of time. */
 #include "effect/amplitude.h"
 
 #include <math.h>

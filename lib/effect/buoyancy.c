@@ -4,11 +4,12 @@
  * 0. Its potential is the weight of the fluid that the body displaces, lifted to the surface: V = density g times the
  * integral of max(d, 0) over the body. As max(d, 0) = div(-max(d, 0)^2/2 e), V is the sum over the faces of
  *
- *   -density g/2 n M,   n = e.(area vector), M = the mean of max(d, 0)^2 over the face.
  *
- * n depends on the places across e alone, M on the depths of the nodes alone. On flat triangles M is a formula, also
- * where the surface of the fluid cuts them; on quarters of curved faces both are sums over points of a rule, which is
- * exact where they are wholly under water. Residual and Jacobian are the derivatives of that sum. */
+ *   -density g/2 n M, n = e.(area vector), M = the mean of max(d, 0)^2 over the face.
+ *
+ * n depends only on the positions orthogonal to e, M only on the depths of the nodes. On flat triangles M has a closed
+ * form, even if the fluid's surface cuts them. On quarters of curved faces both are computed by quadrature, which is
+ * exact for faces wholly under water. Residual and Jacobian are the derivatives of that sum. */
 #include <math.h>
 
 #include "base/error.h"
@@ -31,16 +32,17 @@ static const flesh_cells *buoyancy_cells(const flesh_effect *effect)
   return &self->faces.cells;
 }
 
-/* A face, or a point of one: n and its derivatives by the places of the nodes, M and those by their depths. */
+/* The term of a flat face or of a point of a curved one: n with its derivatives by the nodes' positions, and M with its
+ * first and second derivatives by their depths. */
 typedef struct term {
   const int *node;
-  int count; /* of nodes */
+  int count; /* number of nodes */
   const flesh_face_point *q;
   double n, by_x[NODES][3], M, by_d[NODES], by_dd[NODES][NODES];
 } term;
 
-/* The integral of d^2 over the part of a triangle of unit area where d, linear with the values d[] at its corners, has
- * the sign that it has at corner i alone: d_i^4 / (6 (d_i - d_j) (d_i - d_k)), times `sign`. */
+/* Adds `sign` times the integral of d^2 over the part of a triangle of unit area in which d, linear with the values d[]
+ * at its corners, has the sign that only corner i has: d_i^4 / (6 (d_i - d_j) (d_i - d_k)). */
 static void add_corner(const double d[3], int i, double sign, term *t)
 {
   const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -85,8 +87,8 @@ static void depths_at_point(const double *d, term *t)
   }
 }
 
-/* Makes the term at a point of a face. A flat face has one term, because the derivatives of places are the same at all
- * its points. */
+/* Computes the term at a point of a face. A flat face has one term, because the derivatives of its positions are the
+ * same at all its points. Returns whether M is positive. */
 static int term_at(const buoyancy *self, const double *x, int face, const flesh_face_point *q, term *t)
 {
   double along[2][3] = {{0}}, across[2][3], d[NODES];
@@ -131,20 +133,21 @@ static int buoyancy_residual(const flesh_effect *effect, const flesh_point *poin
   return FLESH_OK;
 }
 
-/* A term's second derivatives are the sum of three parts, of a factor f < 0:
+/* A term's second derivatives are the sum of three parts, with a factor f < 0:
  *
- *   f n M_ab e e^T                     of nodes that rise and sink
- *   -f (p m^T + m p^T)                 p_a = M_a e, m_a = dn/dx_a, so that p.m = 0
- *   f (M - gauge) w k_ab S             k = u v^T - v u^T, of the coordinates u, v along the face; S = -[e]x
  *
- * Over a closed surface the sum of k_ab is 0 for every pair of nodes, which makes `gauge` free: with the mean of M the
- * faces' parts, which cancel each other, are small before they are made positive. With size s, 1/2 or 1 where negative
- * eigenvalues are clamped or made positive, X becomes (1 - s) X + s |X|. */
+ *   f n M_ab e e^T vertical motion of the nodes
+ *   -f (p m^T + m p^T) with p_a = M_a e and m_a = dn/dx_a, so p.m = 0
+ *   f (M - gauge) w k_ab S with k = u v^T - v u^T for the coordinates u, v along the face, and S = -[e]x
+ *
+ * Over a closed surface the sum of k_ab is 0 for every pair of nodes, so `gauge` is arbitrary. Choosing the mean of M
+ * makes the faces' parts, which cancel each other, small before they are made positive. Each part X becomes (1 - s) X +
+ * s |X|, with s = `size` = 1/2 if negative eigenvalues are clamped and 1 if their absolute values are taken. */
 typedef struct parts {
   double size, f, gauge;
-  double S[9], across[9];      /* across: I - e e^T */
-  double p_over_m, m_over_p;   /* of lengths: |p m^T + m p^T| = (|m|/|p|) p p^T + (|p|/|m|) m m^T */
-  double skew, uu, uv, vv;     /* f (M - gauge) w; |k| = uu u u^T + uv (u v^T + v u^T) + vv v v^T */
+  double S[9], across[9];      /* `across` is I - e e^T */
+  double p_over_m, m_over_p;   /* ratios of lengths: |p m^T + m p^T| = (|m|/|p|) p p^T + (|p|/|m|) m m^T */
+  double skew, uu, uv, vv;     /* skew is f (M - gauge) w; |k| = uu u u^T + uv (u v^T + v u^T) + vv v v^T */
 } parts;
 
 static void measure(const term *t, parts *s)
@@ -182,7 +185,7 @@ static void block_of(const buoyancy *self, const term *t, const parts *s, int a,
   }
 }
 
-/* The mean of M. */
+/* Returns the mean of M over all terms. */
 static double mean_square_depth(const buoyancy *self, const double *x)
 {
   double sum = 0;

@@ -1,4 +1,4 @@
-/* carried_point.c: points that groups of nodes carry along. */
+/* carried_point.c: points that move with groups of nodes. */
 #include "effect/carried_point.h"
 
 #include <math.h>
@@ -10,16 +10,18 @@
 #include "math/eig3.h"
 #include "math/mat3.h"
 
-/* Eigenvalues of S below this part of its trace are 0: a plane or a line of nodes carries the points that it spans. */
+/* Eigenvalues of S below this fraction of its trace count as 0: the nodes lie in a plane or on a line, which can only
+ * carry its own points. */
 static const double least_spread = 1e-13;
-static const double carried = 1e-6; /* how well a point must be, in parts of the group's size */
+static const double carried = 1e-6; /* largest error of a carried point, relative to the group's size */
 
 static double share_of(const double *shares, int a) { return shares ? shares[a] : 1; }
 
 int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double *shares, const double p[3],
                           double sign, double *weights)
 {
-  const double *X = flesh_mesh_positions(mesh), *o = X + 3 * (size_t)nodes[0]; /* origin of sums: near, they keep their digits */
+  const double *X = flesh_mesh_positions(mesh), *o = X + 3 * (size_t)nodes[0]; /* sums are relative to a node, to limit
+                                                                                * rounding */
   double c[3] = {0}, S[9] = {0}, spread[3], axes[9], slope[3] = {0}, off[3] = {-p[0], -p[1], -p[2]};
   const double whole = shares ? 1 : count;
   for (int a = 0; a < count; a++)
@@ -31,7 +33,8 @@ int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, c
     }
   const double size = sqrt(flesh_mat3_trace(S));
   flesh_eigh3(S, spread, axes);
-  for (int refined = 0; refined < 3; refined++) { /* a flat group's small eigenvalue has few digits */
+  for (int refined = 0; refined < 3; refined++) { /* iterative refinement: the small eigenvalue of a flat group has few
+                                                   * correct digits */
     double there[3], left[3];
     flesh_mat3_times(S, slope, there);
     for (int i = 0; i < 3; i++) left[i] = p[i] - o[i] - c[i] - there[i];

@@ -1,4 +1,4 @@
-/* contact.c: forces of a barrier that keeps the body's nodes out of an obstacle, and of lagged friction on it. */
+/* contact.c: contact with an obstacle: a barrier that keeps the body's nodes out of it, and lagged friction. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -23,21 +23,21 @@ static const flesh_cells *contact_cells(const flesh_effect *effect)
   return self->core.points ? &self->core.faces : NULL;
 }
 
-/* Friction of a node: its normal force as the lagged state has it, and its tangential velocity relative to the obstacle. */
+/* Friction of a node: its normal force at the lagged state, and its tangential velocity relative to the obstacle. */
 typedef struct node_friction {
-  double force;              /* friction * normal force, N; 0: none */
+  double force;              /* friction coefficient times normal force, N; 0: no friction */
   double normal[3];
-  double u[3], speed, across; /* m/s; `across`: of the velocity along the normal */
+  double u[3], speed, across; /* m/s; `across`: normal component of the relative velocity */
 } node_friction;
 
-/* The velocity of the obstacle under a node that touched it at `was`, with `speed`, when lagged. Where it has turned since, a
- * node that stuck is carried along, and one that slipped is where its own velocity leads it by half of the time, as a step's
- * mean velocity counts: the place itself would turn friction as far as the obstacle turns. Statics take the mean of a step,
- * as at its end the obstacle may rest. */
+/* Computes the obstacle's velocity under a node that was in contact at `was`, moving with `speed`, at the lagged state.
+ * If the obstacle has turned since, a sticking node moves with it, and a slipping one is followed for half of the time
+ * with its own velocity, as the mean velocity of a step does; using `was` itself would turn the friction by as much as
+ * the obstacle turns. Statics use the mean velocity over a step, because the obstacle may be at rest at its end. */
 static void velocity_under(const contact *self, const flesh_frame *frame, const flesh_frame *lagged,
                            const flesh_point *point, const double was[3], const double speed[3], double v[3])
 {
-  /* At a keyframe a step ends, which the obstacle has moved along in, or one begins. */
+  /* At a keyframe the velocity jumps: take the value before it, unless a step starts here. */
   const double t = flesh_environment_of(point)->starts ? point->t : nextafter(point->t, -INFINITY);
   const double half = (point->t - point->lagged.t) / 2, past = flesh_environment_of(point)->past;
   double y[3];
@@ -77,22 +77,22 @@ static node_friction friction_of(const contact *self, const flesh_frame *frame, 
   return result;
 }
 
-/* One evaluation: a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
+/* One evaluation. The nodes are divided into parts, one for each task; the division does not depend on the number of
  * threads. */
 enum { MOST_PARTS = 64, NODES_OF_PART = 64 };
 
 typedef struct job {
   const contact *self;
   const flesh_point *point;
-  const flesh_shift *shift; /* of the matrix, and of the potential of friction */
+  const flesh_shift *shift; /* arguments of the Jacobian, and of the potential of friction */
   flesh_frame frame, lagged;
-  double *r;            /* NULL: not asked for */
-  int rubbing, summing; /* friction; what potentials are made of */
+  double *r;            /* NULL: the residual is not wanted */
+  int rubbing, summing; /* whether there is friction; whether potentials are wanted */
   flesh_block_matrix *K;
   int parts;
   struct {
     int undefined;
-    double energy, friction, size; /* of barriers; potential of friction, and the sizes of its terms */
+    double energy, friction, size; /* energy of the barriers; potential of friction and sum of the magnitudes of its terms */
   } found[MOST_PARTS];
 } job;
 
@@ -106,14 +106,14 @@ static void open_job(const flesh_effect *effect, const flesh_point *point, const
   flesh_obstacle_frame(j->self->obstacle, point->lagged.t, &j->lagged);
 }
 
-/* Whether the obstacle is at least `reach` away from nodes k ... end-1 at x. */
+/* Whether the obstacle is at least `reach` away from nodes k to end-1 at x. */
 static int is_far(const contact *self, const flesh_frame *frame, int k, int end, const double *x, double reach)
 {
   const flesh_bounds world = flesh_bounds_of(end - k, self->nodes + k, x), own = flesh_bounds_enter(frame, &world);
   return flesh_obstacle_is_far(self->obstacle, &own, reach);
 }
 
-/* Whether it is so neither now nor, where it has friction, at the lagged state: then it is not felt. */
+/* Whether nodes k to end-1 are out of reach now and, with friction, at the lagged state, so that they feel nothing. */
 static int is_unfelt(const job *j, int k, int end)
 {
   const contact *self = j->self;
@@ -123,13 +123,13 @@ static int is_unfelt(const job *j, int k, int end)
 
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
 
-/* The potential of the friction at a node. */
+/* Returns the potential of a node's friction. */
 static double friction_potential(const job *j, const node_friction *of_node, int i)
 {
   const flesh_shift *shift = j->shift;
   const double e = j->self->slip_speed;
   if (shift->v != 0) return of_node->force * flesh_slip_potential(of_node->speed, e) / shift->v;
-  double share = 0; /* an unknown that does not change velocities sees a constant force */
+  double share = 0; /* if the unknown does not change velocities, the force is constant */
   for (int c = 0; c < 3 && shift->x != 0; c++)
     share += of_node->force * flesh_slip_ratio(of_node->speed, e) * of_node->u[c] *
              (j->point->x[i + c] - j->point->lagged.x[i + c]) / shift->x;
@@ -173,7 +173,7 @@ static void residual_of_part(void *data, int task)
   j->found[task].size = size;
 }
 
-/* Adds to r and to the energy of the barriers what of them is not NULL. */
+/* Computes r and the energy of the barriers; either may be NULL. */
 static int residual_kernel(job *j, double *r, double *energy)
 {
   j->r = r;
@@ -227,7 +227,7 @@ static int contact_energy(const flesh_effect *effect, const flesh_point *point, 
   return residual_kernel(&j, NULL, energy);
 }
 
-/* K = R H R^T, with its negative eigenvalues filtered. */
+/* Computes K = R H R^T and filters its negative eigenvalues. */
 static void place_hessian(const flesh_frame *frame, int project, const double H[9], double K[9])
 {
   double half[9], w[3], Q[9];
@@ -248,11 +248,11 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
   }
 }
 
-/* d2 Psi / dv2, positive semi-definite as it is; or its secant to rest. */
+/* Adds d2 Psi / dv2, which is positive semi-definite, or its secant to rest. */
 static void add_friction(const contact *self, const node_friction *of_node, double scale, int to_rest, double *block)
 {
   const double e = self->slip_speed, y = of_node->speed, ratio = flesh_slip_ratio(y, e);
-  /* Its limit at rest is taken by no direction. */
+  /* At rest the limit is isotropic, so no direction is needed. */
   const double bend = y > 0 && !to_rest ? flesh_slip_fall(y, e) / (y * y) : 0;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
@@ -275,7 +275,7 @@ static void jacobian_of_part(void *data, int task)
     }
     double *block = j->K->values + 9 * (size_t)j->K->row_start[self->nodes[k]], placed[9];
     flesh_barrier barrier;
-    /* Within the obstacle there is no residual that this could belong to: nothing is added. */
+    /* Inside the obstacle the residual is undefined: nothing is added. */
     int status = flesh_contact_barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
     if (!status && barrier.distance < INFINITY && shift->x != 0) {
       place_hessian(&j->frame, shift->filter, barrier.hessian, placed);
@@ -300,7 +300,8 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
-/* w [9]: how the velocity of a node over the obstacle depends on the lagged state; it is linear on either side of a kink. */
+/* Computes w [9], the derivative of a node's velocity relative to the obstacle by the lagged state. It is linear on
+ * either side of a kink. */
 static void turn_velocity(const job *j, flesh_argument argument, int i, double w[9])
 {
   const flesh_lagged *lagged = &j->point->lagged;
@@ -317,8 +318,8 @@ static void turn_velocity(const job *j, flesh_argument argument, int i, double w
   }
 }
 
-/* The derivative of r = N f(|u|)/|u| u of a node's friction, where N goes with the gradient g of the barrier, and u is what the
- * plane across n = g/|g| leaves of the velocity w over the obstacle, by the lagged state. */
+/* Computes the derivative of a node's friction r = N f(|u|)/|u| u by the lagged state. N is proportional to the norm of
+ * the barrier's gradient g, and u is the part of the relative velocity w orthogonal to n = g/|g|. */
 static void turn_friction(const job *j, flesh_argument argument, int k, const node_friction *of_node, double block[9])
 {
   const double *n = of_node->normal, *u = of_node->u, e = j->self->slip_speed, speed = of_node->speed;
@@ -332,7 +333,7 @@ static void turn_friction(const job *j, flesh_argument argument, int k, const no
     push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
     place_hessian(&j->lagged, FLESH_FILTER_NONE, barrier.hessian, turned);
   }
-  for (int c = 0; c < 3; c++) { /* along this component of the state */
+  for (int c = 0; c < 3; c++) { /* derivative by component c of the lagged state */
     const double dg[3] = {turned[c], turned[3 + c], turned[6 + c]}, dw[3] = {w[c], w[3 + c], w[6 + c]};
     const double pushed = flesh_vec3_dot(n, dg) / push;
     double dn[3], du[3];
@@ -360,7 +361,8 @@ static int contact_couple(const flesh_effect *effect, const flesh_point *point, 
   return status;
 }
 
-/* The obstacle's points under the nodes, as far as they are within its reach: elsewhere there is no force. */
+/* Computes how far the obstacle carries its points under the nodes; nodes out of reach have no force, so theirs are
+ * irrelevant. */
 static int contact_carry(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to, double *dx)
 {
   const contact *self = effect->data;
@@ -388,8 +390,8 @@ static double contact_next_event(const flesh_effect *effect, double t)
 
 static const char *const contact_report_names[] = {"gap", "nodes", "force", NULL};
 
-/* Smallest distance to the obstacle, at most the thickness, with the minus sign; nodes nearer than that and the sum of
- * their normal forces. */
+/* Computes minus the least distance (at most the thickness), the number of nodes within the thickness, and their normal
+ * force. */
 static void contact_report_part(const flesh_effect *effect, const flesh_point *point, flesh_rank_numbers *numbers)
 {
   const contact *self = effect->data;
@@ -410,7 +412,7 @@ static void contact_report_part(const flesh_effect *effect, const flesh_point *p
   numbers->largest[0] = -gap;
 }
 
-/* Writes the least distance, the number of nodes in contact, and the size of the force. */
+/* Writes the least distance, the number of nodes in contact, and the magnitude of the force. */
 static void contact_report_whole(const flesh_effect *effect, const flesh_rank_numbers *numbers, double *values)
 {
   (void)effect;

@@ -1,4 +1,4 @@
-/* contact_barrier.c: where an obstacle lets the body go: feasible steps, pushing out, tunnelling, checks. */
+/* contact_barrier.c: feasible steps past an obstacle, pushing out, tunnelling, and checks of the start. */
 #include <math.h>
 
 #include "base/error.h"
@@ -10,7 +10,6 @@
 
 typedef flesh_contact contact;
 
-/* The barrier at the place of a node; FLESH_UNDEFINED within the obstacle. */
 int flesh_contact_barrier_at(const contact *self, const flesh_frame *frame, const double *x,
                       flesh_barrier *barrier)
 {
@@ -20,7 +19,7 @@ int flesh_contact_barrier_at(const contact *self, const flesh_frame *frame, cons
   return barrier->distance > 0 ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* Whether none of nodes k ... end-1 can meet it on straight paths in its frame. */
+/* Whether none of nodes k to end-1 can meet the obstacle on straight paths in its frame. */
 static int is_out_of_reach(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
                          const flesh_frame *to, const double *x_to)
 {
@@ -52,8 +51,8 @@ static double contact_max_feasible_step(const flesh_effect *effect, void *near, 
   return fmin(fraction, flesh_contact_core_max_feasible_step(&self->core, &from, x_from, &to, x_to));
 }
 
-/* Faces through the core; or nodes that touch neither before nor after: those that do slide around
- * corners, which a straight step cuts. */
+/* Whether a face has passed through the core, or a node has passed through the obstacle while it was out of reach
+ * before and after. Nodes in contact are excluded: they slide around corners, which a straight step cuts. */
 static int contact_tunnelled(const flesh_effect *effect, double t_from, const double *x_from,
                           double t_to, const double *x_to)
 {
@@ -80,11 +79,11 @@ static int contact_tunnelled(const flesh_effect *effect, double t_from, const do
   return flesh_contact_core_max_feasible_step(&self->core, &from, x_from, &to, x_to) < 1;
 }
 
-/* A node that would lose more than this part of its gap keeps all of it. */
+/* Fraction of its gap that a node may lose; beyond it, its old gap is restored. */
 static const double LOST = 0.9;
 
-/* Takes a node from y, in the obstacle's frame and outside of it, to the gap that it had at y0, where the barrier's force is
- * that of before, if its gap is far smaller. Whether it has. */
+/* Moves a node from y, outside the obstacle and in its frame, to the gap it had at y0, where the barrier's force is as
+ * before, if its gap is far smaller now. Returns whether it was moved. */
 static int lift(const contact *self, const double y0[3], double y[3])
 {
   flesh_barrier before, now;
@@ -98,7 +97,8 @@ static int lift(const contact *self, const double y0[3], double y[3])
   return 1;
 }
 
-/* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
+/* Stops nodes before they meet the obstacle. Paths are straight in the obstacle's frame, so a moving obstacle carries
+ * the nodes along. */
 static void contact_push_out(const flesh_effect *effect, double t_from, const double *x_from,
                           double t_to, double *x_to)
 {
@@ -113,7 +113,9 @@ static void contact_push_out(const flesh_effect *effect, double t_from, const do
     flesh_frame_enter(&from, x_from + i, y0);
     flesh_frame_enter(&to, x_to + i, y1);
     const double fraction = flesh_obstacle_max_feasible_step(self->obstacle, y0, y1);
-    const int barred = fraction < 1 || flesh_contact_barrier_at(self, &to, x_to + i, &barrier); /* it may just touch */
+    const int barred = fraction < 1 || flesh_contact_barrier_at(self, &to, x_to + i, &barrier); /* at fraction 1 the
+                                                                                                 * node may still
+                                                                                                 * touch */
     for (int c = 0; c < 3; c++)
       y[c] = barred ? y0[c] + flesh_feasible_step_kept * fraction * (y1[c] - y0[c]) : y1[c];
     if (lift(self, y0, y) || barred) flesh_frame_leave(&to, y, x_to + i);

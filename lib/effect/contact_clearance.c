@@ -1,11 +1,12 @@
-/* contact_clearance.c: how far a body is from an obstacle that it does not feel, and how far that is carried. */
+/* contact_clearance.c: lower bounds of a body's distance from an obstacle, and how far the obstacle moves towards
+ * it. */
 #include <math.h>
 
 #include "effect/contact.h"
 #include "geometry/obstacle_bounds.h"
 #include "math/nearest.h"
 
-/* So many nodes have a box. */
+/* Number of consecutive nodes that share a bounding box. */
 enum { NODES_OF_BOX = 64 };
 
 static double clearance_of(const flesh_contact *self, const flesh_frame *frame, int count, const int *nodes,
@@ -15,7 +16,7 @@ static double clearance_of(const flesh_contact *self, const flesh_frame *frame, 
   return flesh_obstacle_clearance(self->obstacle, &own) - self->thickness;
 }
 
-/* The faces are within the box of their corners, and what must stay out of them is within the obstacle. */
+/* Faces lie within the box of their corners, and the core lies within the obstacle, so boxes of nodes suffice. */
 double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x)
 {
   const flesh_contact *self = effect->data;
@@ -31,8 +32,8 @@ double flesh_contact_clearance(const flesh_effect *effect, double t, const doubl
   return least;
 }
 
-/* A place's ways in the obstacle's frame differ by an affine function of the place, whose size is largest at a corner.
- * The cores are compared in space, where the body's faces go straight. */
+/* Bounds the obstacle's motion. A point's displacement in the obstacle's frame is an affine function of its position,
+ * so its norm is largest at a corner of the box. Cores are compared in space, where the body's faces move straight. */
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                               const double high[3])
 {

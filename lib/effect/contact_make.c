@@ -1,5 +1,4 @@
-/* contact_make.c: makes and frees contact effects: which nodes touch, with which areas, and how hard they are pushed.
- * */
+/* contact_make.c: creates and frees contact effects with an obstacle: their nodes, areas and default parameters. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,8 +50,7 @@ void flesh_contact_options_default(flesh_contact_options *options)
   *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
 }
 
-/* Measures a triangle of the surface: its edges from the first corner; returns the size of its area vector, twice its
- * area. */
+/* Computes a triangle's edge from the first to the second corner. Returns twice its area. */
 static double measure_triangle(const double *X, const int *corner, double e[3])
 {
   double f[3], n[3];
@@ -64,8 +62,8 @@ static double measure_triangle(const double *X, const int *corner, double e[3])
   return sqrt(flesh_vec3_dot(n, n));
 }
 
-/* Measures the surface: means or, on a part, sums over the triangles of the rank's tets. One edge of each triangle is
- * enough for a mean. */
+/* Measures the surface: means or, on a part, sums over the triangles of the rank's tets. One edge of each triangle
+ * suffices for the mean length. */
 static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const flesh_rank_part *part)
 {
   int triangles;
@@ -82,8 +80,8 @@ static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const fles
   return m;
 }
 
-/* Sets the parameters that were not given, and the core's, from the measures of the whole; a mesh has half as many
- * nodes as triangles. */
+/* Sets the parameters that were not given, and those of the core, from the measures of the whole body. The core's
+ * weight takes the mean area of a triangle. */
 static void settle(flesh_contact *self)
 {
   const flesh_contact_measures *m = &self->measures;
@@ -109,8 +107,8 @@ void flesh_contact_take(flesh_effect *restricted, const flesh_rank_numbers *numb
   settle(self);
 }
 
-/* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
- * gives. These meet the obstacle only where the body is crushed, and must not pass it then. */
+/* Lists the nodes and their areas: shares of the rest surface or, for interior nodes, the 2/3 power of their share of
+ * the volume. Interior nodes meet the obstacle only if the body is crushed, and must not pass through it then. */
 static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self)
 {
   int triangles;
@@ -133,7 +131,7 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self)
   }
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
     int n[10], size = flesh_mesh_tet_nodes(mesh, t, n);
-    for (int a = 0; a < size; a++) /* of ten nodes the shares of the mass (Hinton, Rock & Zienkiewicz 1976) */
+    for (int a = 0; a < size; a++) /* ten nodes: shares of the lumped mass (Hinton, Rock & Zienkiewicz 1976) */
       volume[n[a]] += flesh_mesh_tet_volumes(mesh)[t] * (size == 4 ? 1. / 4 : a < 4 ? 1. / 36 : 4. / 27);
   }
   for (int i = 0; i < nodes; i++)
@@ -146,7 +144,6 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self)
   return FLESH_OK;
 }
 
-/* Three times the largest shear modulus, which is Young's modulus of what keeps its volume. */
 double flesh_contact_body_stiffness(const flesh_body *body)
 {
   int count = body->materials ? 1 : 0;
@@ -186,7 +183,7 @@ int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_op
   int status = flesh_check_needed(__func__, needed);
   if (!status) status = flesh_body_check(body);
   if (effect) *effect = NULL;
-  if (status) { /* the obstacle is taken all the same */
+  if (status) { /* the obstacle is consumed even then */
     flesh_obstacle_destroy(obstacle);
     return status;
   }
@@ -223,7 +220,7 @@ int flesh_effect_obstacle_contact(const flesh_body *body, const flesh_contact_op
   return flesh_effect_create_after(status, &flesh_contact_operations, body->mesh, self, effect);
 }
 
-/* The faces near the core that are of the rank's tets. */
+/* Restricts the core to the faces of the rank's tets. */
 static int restrict_core(const flesh_contact_core *whole, const flesh_rank_part *part, const flesh_body *body,
                          flesh_contact_core *core)
 {
@@ -235,7 +232,7 @@ static int restrict_core(const flesh_contact_core *whole, const flesh_rank_part 
   return status;
 }
 
-/* The nodes that the rank owns. */
+/* Restricts the effect to the nodes that the rank owns. */
 int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                            flesh_effect **restricted)
 {

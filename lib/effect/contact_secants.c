@@ -1,4 +1,4 @@
-/* contact_secants.c: the gaps to an obstacle at which a solve is expected to end (geometry/contact_secant.h). */
+/* contact_secants.c: predicts the gaps to an obstacle at which a solve will end (geometry/contact_secant.h). */
 #include <math.h>
 
 #include "effect/contact.h"
@@ -11,7 +11,7 @@
 typedef flesh_contact contact;
 
 typedef struct predictions {
-  int update; /* the last */
+  int update; /* number of the last update */
   flesh_contact_secant_node nodes[]; /* [count] */
 } predictions;
 
@@ -37,7 +37,7 @@ static void predict_node(const job *j, int k)
   flesh_barrier now, before = {.distance = INFINITY};
   if (flesh_contact_barrier_at(self, &j->frame, x, &now) || !(now.distance < self->thickness)) return;
   const double gap = now.distance / self->thickness;
-  if (expects && node->gap == gap) node->known = update; /* another matrix of the same place */
+  if (expects && node->gap == gap) node->known = update; /* another matrix at the same position */
   else if (expects || !flesh_contact_barrier_at(self, &j->lagged, x_lag, &before))
     flesh_contact_secant_expect(node, update, gap, before.distance / self->thickness);
 }
@@ -71,5 +71,5 @@ double flesh_contact_softness(const contact *self, const void *predicted, int k,
   if (!node || !node->known || node->known != all->update || node->gap != gap) return 1;
   double value, first, second;
   flesh_barrier_law(gap, &value, &first, &second);
-  return fmin(1, node->slope / second); /* nodes to be pressed deeper have the tangent (lib/newton/history.md) */
+  return fmin(1, node->slope / second); /* nodes that will be pressed deeper keep the tangent (lib/newton/history.md) */
 }

@@ -1,9 +1,10 @@
 /* damping.c: Rayleigh damping, r = a M v + b K v with K the stiffness at rest or at the lagged state.
  *
  * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that it never adds energy. At rest, where
- * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
- * lambda counts as LARGEST_RATIO mu at most. A larger one would damp nothing that moves, as the rate of J goes to 0; yet K
- * of one state sees a change of volume, of second order in the step, where a step keeps it, and would multiply that.
+ * the Hessian of psi(I_C, J) is isotropic, this is a viscosity of the rest shape. lambda is limited to LARGEST_RATIO
+ * mu. A larger lambda would damp no real motion, because the rate of J goes to 0; but K of one state takes a change of
+ * volume that is of second order in the step for a real one, and would multiply it.
+ *
  * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>
 #include <string.h>
@@ -15,16 +16,16 @@
 #include "element/mass.h"
 #include "element/tet_batches.h"
 
-/* lambda/mu of Poisson's ratio 0.45. */
+/* lambda/mu for a Poisson's ratio of 0.45. */
 static const double LARGEST_RATIO = 9;
 
 typedef struct damping {
-  double mass, stiffness; /* 1/s, s */
-  flesh_mass_matrix M;    /* where mass > 0 */
-  flesh_tets tets;        /* where stiffness > 0 */
-  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K at the lagged state */
-  double *excess;         /* Pa, of every material, of lambda above LARGEST_RATIO mu; where stiffness > 0 */
-  flesh_body body;        /* whose tets they are */
+  double mass, stiffness; /* coefficients a and b: 1/s, s */
+  flesh_mass_matrix M;    /* set if mass > 0 */
+  flesh_tets tets;        /* set if stiffness > 0 */
+  flesh_viscous *rest;    /* [materials] stiffness at rest; NULL: K is that of the lagged state */
+  double *excess;         /* [materials] Pa, the part of lambda above LARGEST_RATIO mu; set if stiffness > 0 */
+  flesh_body body;        /* the body it was created for */
 } damping;
 
 static const flesh_cells *damping_cells(const flesh_effect *effect)
@@ -105,7 +106,7 @@ static int damping_is_same(const flesh_effect *effect, const flesh_effect *other
          (!self->rest || !memcmp(self->rest, its->rest, (size_t)self->tets.materials * sizeof *self->rest));
 }
 
-/* The mass reads neither a lagged state nor a material. */
+/* Tears only the stiffness: the mass depends on neither a lagged state nor a material. */
 static int damping_tear(const flesh_effect *effect, const flesh_body *body, const flesh_mesh *torn, flesh_effect **torn_effect)
 {
   const damping *self = effect->data;
@@ -143,7 +144,7 @@ static void damping_destroy(void *data)
                                                .instructions = damping_instructions, __VA_ARGS__},                     \
       .figures = &(const flesh_effect_figures){.memory = damping_memory},                                              \
   }
-/* K at rest, and at the lagged shape. */
+/* Operations for damping by mass alone, and with K at rest or at the lagged shape. */
 static const flesh_effect_partials partials = {.tear = damping_tear};
 static const flesh_effect_operations mass_operations = OPERATIONS(0, .partials = NULL),
                                      rest_operations = OPERATIONS(0, .partials = &partials),
@@ -164,12 +165,12 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
   for (int m = 0; m < count; m++) {
     flesh_material finite = body->materials[m];
     double mu, lambda, stress;
-    finite.incompressible = 0; /* lambda of the penalty */
+    finite.incompressible = 0; /* to get lambda of the penalty */
     if (flesh_material_small_strain(&finite, &mu, &lambda, &stress))
       return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has no stiffness at rest", m);
     const double taken = fmin(lambda, LARGEST_RATIO * mu);
     self->excess[m] = lambda - taken;
-    if (self->rest) /* the eigenvalues of changes of shape and of volume, and of turning */
+    if (self->rest) /* eigenvalues for changes of shape, for changes of volume, and for rotation */
       self->rest[m] = (flesh_viscous){fmax(mu, 0), fmax(taken + 2 * mu / 3, 0), fmax(stress / 2, 0)};
   }
   return FLESH_OK;

@@ -1,4 +1,4 @@
-/* dead_load.c: sums over the nodes of a dead load, by threads. */
+/* dead_load.c: sums over the nodes of a dead load, computed by threads. */
 #include "effect/dead_load.h"
 
 #include <math.h>
@@ -9,15 +9,15 @@
 #include "base/memory.h"
 #include "effect/rank_share.h"
 
-/* Tasks, and sums of each task, are added up one by one, however many threads there are: additions wait for each
- * other. */
+/* Numbers of tasks, and of interleaved partial sums in each, because a single sum would wait for each addition. Both
+ * are fixed, so results do not depend on the number of threads. */
 enum { TASKS = 32, SUMS = 8 };
 
 typedef struct node_sums {
   const flesh_dead_load *load;
   const double *x;
   double factor, *r;
-  double values[TASKS], sizes[TASKS]; /* of f.(x - X) */
+  double values[TASKS], sizes[TASKS]; /* sums of the terms f.(x - X) and of their magnitudes */
 } node_sums;
 
 static double factor_at(const flesh_dead_load *self, const flesh_point *point)
@@ -25,7 +25,7 @@ static double factor_at(const flesh_dead_load *self, const flesh_point *point)
   return point->load * flesh_amplitude_at(&self->amplitude, point->t) * self->scale;
 }
 
-/* A list may have a node twice, which two threads must not touch at once. */
+/* Runs the tasks; with a list serially, because it may repeat a node, which two threads must not write at once. */
 static void run(const flesh_point *point, flesh_task *task, node_sums *sums)
 {
   flesh_threads_run(sums->load->nodes ? NULL : point->threads, TASKS, task, sums);
@@ -38,7 +38,7 @@ static void range(const flesh_dead_load *self, int task, int *begin, int *end)
   *end = (int)(dofs * (task + 1) / TASKS);
 }
 
-/* The dof of force[d] in vectors of the mesh. */
+/* Returns the degree of freedom of force[d] in vectors of the mesh. */
 static inline size_t place(const flesh_dead_load *self, int d)
 {
   return self->nodes ? 3 * (size_t)self->nodes[d / 3] + (size_t)(d % 3) : (size_t)d;
@@ -52,7 +52,7 @@ static void residual_part(void *data, int task)
   for (int d = begin; d < end; d++) s->r[place(s->load, d)] -= s->factor * s->load->force[d];
 }
 
-/* x - X of `count` dofs from `first` on: of all nodes those of x itself, of a list copies in `copy`. */
+/* Returns x - X of `count` degrees of freedom from `first` on, computed in `copy`; without a list, x itself. */
 static inline const double *moves(const node_sums *s, int first, int count, double *copy)
 {
   const flesh_dead_load *load = s->load;
@@ -153,7 +153,7 @@ int flesh_dead_load_create(const char *name, const char *unit, const double vect
   return FLESH_OK;
 }
 
-/* Takes the nodes that the rank owns, with the whole's forces on them. */
+/* Restricts the load to the nodes that the rank owns, with their forces. */
 static int restrict_to_part(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                             flesh_effect **restricted)
 {
@@ -181,7 +181,7 @@ static int restrict_to_part(const flesh_effect *whole, const flesh_rank_part *pa
   return status;
 }
 
-/* Counts the nodes that share a force: a part of a split mesh knows only its own. */
+/* Counts the nodes that share a force, because a part of a split mesh knows only its own. */
 static void count_nodes(const flesh_effect *restricted, flesh_rank_numbers *numbers)
 {
   const flesh_dead_load *self = restricted->data;

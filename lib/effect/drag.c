@@ -1,12 +1,12 @@
 /* drag.c: the resistance of air or water, face by face.
  *
- * A part of the surface of area A and outward normal n that goes at v through a fluid that goes at w meets it with the
- * speed s = (v - w).n. Where s > 0 the fluid presses with coefficient density/2 s^2 (Newton's law of resistance,
- * Principia II, 34); where s <= 0, on the lee, nothing acts. A plate square to the stream has the drag coefficient
- * `coefficient`, a sphere half of that.
+ * A part of the surface with area A and outward normal n moves at v through a fluid that moves at w; the normal
+ * component of its relative velocity is s = (v - w).n. If s > 0 the fluid exerts the pressure density/2 coefficient s^2
+ * (Newton's law of resistance, Principia II, 34); if s <= 0, on the lee side, nothing acts. A plate normal to the
+ * stream has the drag coefficient `coefficient`, a sphere half of that.
  *
  * A and n are lagged. Then r = density coefficient/2 A s^2 n has the convex potential density coefficient/6 A s^3 /
- * shift.v, and r.(x - x_lag)/shift.x where velocities do not move. */
+ * shift.v, and r.(x - x_lag)/shift.x if the unknown does not change velocities. */
 #include <math.h>
 
 #include "base/error.h"
@@ -18,7 +18,7 @@
 
 typedef struct drag {
   flesh_faces faces;
-  double factor, velocity[3]; /* density coefficient/2, kg/m^3; of the fluid, m/s */
+  double factor, velocity[3]; /* density coefficient/2, kg/m^3; velocity of the fluid, m/s */
 } drag;
 
 static const flesh_cells *drag_cells(const flesh_effect *effect)
@@ -27,7 +27,8 @@ static const flesh_cells *drag_cells(const flesh_effect *effect)
   return &self->faces.cells;
 }
 
-/* The stream against a point of a face: factor times its area, unit normal, speed. 0: it is in the lee. */
+/* Computes the flow at a point of a face: `factor` times its area, its unit normal, and its speed against the fluid.
+ * Returns 0 on the lee side. */
 static int stream_at(const drag *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
                      double *factor, double *speed)
 {
@@ -48,7 +49,7 @@ static int drag_residual(const flesh_effect *effect, const flesh_point *point, d
   return FLESH_OK;
 }
 
-/* dr_a/dv_b = 2 factor s N_a N_b n n^T, positive semi-definite as it is. */
+/* Adds dr_a/dv_b = 2 factor s N_a N_b n n^T, which is positive semi-definite. */
 static int drag_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                          flesh_block_matrix *K, const int *slots)
 {

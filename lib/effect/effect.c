@@ -1,4 +1,4 @@
-/* effect.c: making and destroying effects. */
+/* effect.c: creates and destroys effects. */
 #include "effect/effect.h"
 #include "effect/environment.h"
 

@@ -1,28 +1,30 @@
-/* effect.h: what the built-in effects share in being made. */
+/* effect.h: helpers shared by the built-in effects. */
 #ifndef FLESH_EFFECT_EFFECT_H
 #define FLESH_EFFECT_EFFECT_H
 
 #include "effect/private.h"
 #include "flesh/effects.h"
 
-/* The fraction of a feasible step that is taken: less than 1, so that the body stays apart from obstacles. */
+/* Fraction of a feasible step that is taken; below 1, so that the body stays apart from obstacles. */
 static const double flesh_feasible_step_kept = 0.9;
 
-/* The penalties of incompressible tets are raised by this factor at least, wherever multipliers are solved for. */
+/* Least factor by which the penalties of incompressible tets are raised while multipliers are solved for. */
 enum { FLESH_LEAST_PENALTY = 5 };
 
-/* flesh_effect_create; where `status` is not FLESH_OK, the data are destroyed, and that is returned. */
+/* Calls flesh_effect_create; but if `status` is not FLESH_OK, destroys the data and returns `status`. */
 int flesh_effect_create_after(int status, const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
                               flesh_effect **effect);
 
-/* FLESH_ERR_ARGUMENT where the effect is made for a mesh of other counts of nodes or tets: its arrays have other lengths. */
+/* Checks that the mesh has as many nodes and tets as the one the effect was created for; otherwise
+ * FLESH_ERR_ARGUMENT. */
 int flesh_effect_check_mesh(const flesh_effect *effect, const flesh_mesh *mesh);
 
-/* The status that an operation of the effect returned. Where it is negative and no sentence was recorded since the thread's
- * flesh_fail_count() was `said`, one that names the effect is: effects from outside of the library cannot record any. */
+/* Returns the status that an operation of the effect returned. If it is negative and no message was recorded since the
+ * thread's flesh_fail_count() was `said`, records one that names the effect, because effects from outside the library
+ * cannot. */
 int flesh_effect_returned(const flesh_effect *effect, unsigned long said, int status);
 
-/* The optional tables of an effect's kind, which are never NULL here: what a kind has not is NULL or 0 in them. */
+/* The functions below return the optional tables of an effect's kind, never NULL: missing entries are NULL or 0. */
 static inline const flesh_effect_time *flesh_effect_in_time(const flesh_effect *effect)
 {
   static const flesh_effect_time none = {0};
@@ -51,24 +53,25 @@ static inline int flesh_effect_has_trait(const flesh_effect *effect, flesh_trait
   return (effect->operations->traits & (unsigned)trait) != 0;
 }
 
-/* Contact is reported where the forces of a step balance: between these stages, the ends of steps may lie deep in the
- * barrier or out of it, and the forces there do not average to those that moved the body. */
+/* Whether the effect is reported at the stage where the forces of a step balance. Contact is: between these stages, the
+ * ends of steps may lie deep in the barrier or out of it, and the forces there do not average to those that moved the
+ * body. */
 static inline int flesh_effect_reports_stage(const flesh_effect *effect)
 {
   return effect->operations->role == FLESH_ROLE_CONTACT;
 }
 
-/* Parts of an interval [from, until) as the next event after t. */
+/* Returns the next event after t of an interval [from, until): one of its ends, or INFINITY. */
 double flesh_interval_next_event(double from, double until, double t);
 
-/* The acceleration of a gravity effect, [3], borrowed; NULL for every other effect. */
+/* Returns the acceleration [3] of a gravity effect, borrowed; NULL for every other effect. */
 const double *flesh_effect_acceleration(const flesh_effect *effect);
 
-/* The vector instructions that an effect uses; AUTO for one that leaves them to the compiler. */
+/* Returns the instruction set that the effect uses; AUTO if it is not vectorised by hand. */
 flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
 
-/* The radius of a spring, m, and in point [3] (may be NULL) where it is attached; NaN, with point
- * untouched, for every other effect. */
+/* Returns the radius of a spring, m, and copies its point of attachment to point [3] (may be NULL). For every other
+ * effect returns NaN and leaves `point` unchanged. */
 double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
 
 #endif

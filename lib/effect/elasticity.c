@@ -1,4 +1,4 @@
-/* elasticity.c: V(x) = sum over tets of volume * psi(F), its gradient and (projected) Hessian. */
+/* elasticity.c: V(x) = sum over tets of volume * psi(F), its gradient and its (projected) Hessian. */
 #include <math.h>
 #include <string.h>
 
@@ -13,9 +13,9 @@
 typedef struct elasticity {
   flesh_tets tets;
   double stiffness_ratio; /* lambda/mu of the stiffest material at rest */
-  /* [materials] of a softened effect, whose tets are another's but for them; else NULL. */
+  /* [materials] softened materials of an effect that borrows another's tets; else NULL. */
   flesh_material *soft;
-  flesh_volume_share *soft_shares; /* NULL too where the element takes none */
+  flesh_volume_share *soft_shares; /* NULL also if the element needs none */
 } elasticity;
 
 static const flesh_cells *elasticity_cells(const flesh_effect *effect)
@@ -24,7 +24,7 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
   return &tets->cells;
 }
 
-/* Computes r and sums {V, size of its terms}; either may be NULL. */
+/* Computes r and the sums {V, magnitude of its terms}; either may be NULL. */
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
   const flesh_tets *tets = effect->data;
@@ -113,7 +113,7 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
 
 static int elasticity_cell_nodes(const flesh_effect *effect, int cell, int nodes[10])
 {
-  static const int place[10] = {0, 1, 2, 3, 4, 6, 7, 5, 8, 9}; /* of the batches' nodes in the mesh's order */
+  static const int place[10] = {0, 1, 2, 3, 4, 6, 7, 5, 8, 9}; /* position in the mesh's order of each of the batches' nodes */
   const flesh_tets *tets = effect->data;
   const flesh_tet_group *group = &tets->groups[tets->group_count > 1 && cell >= tets->groups[1].first];
   const int size = group->batches.nodes_per_tet;
@@ -185,7 +185,7 @@ static int elasticity_gaps(const flesh_effect *effect, const flesh_point *point,
 static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_batches *batches = &tets->groups[tets->group_count - 1].batches; /* of ten nodes */
+  const flesh_batches *batches = &tets->groups[tets->group_count - 1].batches; /* the batches of ten-node tets */
   for (int b = 0; b < batches->count; b++)
     for (int k = batches->first[b]; k < batches->first[b + 1]; k++) {
       const flesh_volume_share *share = &batches->volume_shares[batches->material[b]];
@@ -193,8 +193,8 @@ static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
     }
 }
 
-/* S of the same shear modulus at rest and the given ratio lambda/mu, or less where it is: it has a value and leads back
- * everywhere, whatever the material's form does. */
+/* Makes a material of form S with the same shear modulus at rest and at most the given ratio lambda/mu. Its energy is
+ * finite and restoring everywhere, whatever the original form does. */
 static void soften_material(const flesh_material *material, double ratio, flesh_material *soft)
 {
   double mu, lambda;
@@ -205,7 +205,8 @@ static void soften_material(const flesh_material *material, double ratio, flesh_
     *soft = *material;
 }
 
-/* Looks at each material at rest, so that a form of one's own that is wrong is told where the effect is made. */
+/* Returns the largest lambda/mu. It evaluates each material at rest, so a faulty user-defined form is reported when the
+ * effect is created. */
 static double find_stiffness_ratio(const flesh_tets *tets)
 {
   double mu, lambda, most = 0;
@@ -220,11 +221,11 @@ static double elasticity_stiffness_ratio(const flesh_effect *effect)
   return ((const elasticity *)effect->data)->stiffness_ratio;
 }
 
-/* The tets stay those of `whole`. */
+/* Copies `whole` with softened materials; the tets are shared. */
 static int take_soft_materials(const flesh_tets *whole, double ratio, elasticity *self)
 {
   const size_t count = (size_t)whole->materials;
-  const flesh_volume_share *shares = NULL; /* those of ten nodes have some */
+  const flesh_volume_share *shares = NULL; /* only ten-node tets have shares */
   int status = FLESH_OK;
   for (int g = 0; g < whole->group_count && !shares; g++) shares = whole->groups[g].batches.volume_shares;
   self->tets = *whole;
@@ -256,7 +257,7 @@ static int elasticity_soften(const flesh_effect *effect, double ratio, flesh_eff
     made->data = self;
     return FLESH_OK;
   }
-  if (self && !self->soft) self->tets = (flesh_tets){0}; /* they are the other's */
+  if (self && !self->soft) self->tets = (flesh_tets){0}; /* the tets belong to the other effect */
   elasticity_destroy(self);
   flesh_free(made);
   *softened = NULL;

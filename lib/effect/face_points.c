@@ -1,4 +1,4 @@
-/* face_points.c: faces of the surface with the points of a rule of quadrature on them. */
+/* face_points.c: faces of the surface and the quadrature points on them. */
 #include "effect/face_points.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include "effect/rank_share.h"
 #include "math/mat3.h"
 
-/* Barycentric coordinates and weight. Degree 2, and degree 6 (Dunavant 1985). */
+/* Barycentric coordinates and weight of a point. The rules have degree 2 and degree 6 (Dunavant 1985). */
 typedef struct rule_point {
   double L[3], weight;
 } rule_point;
@@ -59,7 +59,7 @@ static void make_points(int quarter, flesh_face_point points[FLESH_FACE_POINTS])
   }
 }
 
-/* Nodes of a face ascending, the last one repeated. */
+/* Sorts the nodes of a face into its cell, ascending and padded with the last one. */
 static void make_cell(int own, int size, const int *node, int *cell, signed char *rank)
 {
   for (int a = 0; a < own; a++) {
@@ -92,7 +92,7 @@ int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, 
 int flesh_faces_restrict(const flesh_faces *whole, const flesh_rank_part *part, const flesh_mesh *mesh,
                          flesh_faces *faces)
 {
-  /* A face's corners and, after each, the node of the edge from it: the triangles that are its quarters, and itself. */
+  /* Corners, in the face's node order, of the triangle of each quarter, and of a flat face. */
   static const int corners[FLESH_FACE_KINDS][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}, {0, 1, 2}};
   int found = 0, *kept = NULL, *local = NULL;
   int *triangles = flesh_malloc((3 * (size_t)whole->count + 1) * sizeof *triangles);

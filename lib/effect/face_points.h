@@ -1,4 +1,4 @@
-/* face_points.h: the points of quadrature on the surface: flat triangles, quarters of faces of six nodes. */
+/* face_points.h: quadrature points on the surface: on flat triangles and on quarters of six-node faces. */
 #ifndef FLESH_EFFECT_FACE_POINTS_H
 #define FLESH_EFFECT_FACE_POINTS_H
 
@@ -10,11 +10,11 @@
 #include "flesh/effect.h"
 #include "flesh/ranks.h"
 
-/* A rule that is exact for degree 6 has 12 points; a flat triangle has 3 of degree 2. */
+/* Rules: a quarter has 12 points, exact for degree 6; a flat triangle has 3, exact for degree 2. */
 enum { FLESH_FACE_NODES = 6, FLESH_FACE_POINTS = 12, FLESH_FLAT_POINTS = 3 };
 
-/* Shape functions N_a at a point of a face and their derivatives along its two coordinates. weight * (t_0 x t_1), with
- * t_k = sum of by[k][a] x_a, is the point's part of the face's area vector. */
+/* A quadrature point: weight, shape functions N_a, and their derivatives `by` along the face's two coordinates. weight
+ * * (t_0 x t_1), with t_k = sum of by[k][a] x_a, is the point's part of the face's area vector. */
 typedef struct flesh_face_point {
   double weight, N[FLESH_FACE_NODES], by[2][FLESH_FACE_NODES];
 } flesh_face_point;
@@ -22,21 +22,21 @@ typedef struct flesh_face_point {
 typedef struct flesh_faces {
   int count;
   flesh_face_quarter *faces; /* [count] */
-  flesh_cells cells;         /* their nodes, of 3 or 6; padded at order 2 */
-  signed char *rank;         /* [6*count] the place of a face's node within its cell */
+  flesh_cells cells;         /* nodes of the faces, 3 or 6 each; padded at order 2 */
+  signed char *rank;         /* [6*count] index of each of a face's nodes within its cell */
   flesh_face_point points[FLESH_FACE_KINDS][FLESH_FACE_POINTS];
 } flesh_faces;
 
-/* The faces that triangles [3*count] are, as flesh_face_shares takes them. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; _clear
- * frees what was made in any case. */
+/* Creates the faces that the triangles [3*count] are or belong to (see flesh_face_quarters). FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY; call flesh_faces_clear also after an error. */
 int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, flesh_faces *faces);
-/* The faces that belong to a rank's tets, in the numbers of its part, whose mesh is `mesh`. The same errors. */
+/* Restricts the faces to those of a rank's tets, numbered as in its part, whose mesh is `mesh`. Errors as above. */
 int flesh_faces_restrict(const flesh_faces *whole, const flesh_rank_part *part, const flesh_mesh *mesh,
                          flesh_faces *faces);
 void flesh_faces_clear(flesh_faces *faces);
 size_t flesh_faces_memory(const flesh_faces *faces);
 
-/* How many nodes and points a face has, and its points. */
+/* The functions below return whether a face is flat, and the numbers of its nodes and points. */
 static inline int flesh_face_is_flat(const flesh_faces *faces, int face)
 {
   return faces->faces[face].quarter == FLESH_FACE_FLAT;
@@ -53,27 +53,28 @@ static inline int flesh_face_points(const flesh_faces *faces, int face, const fl
   return flesh_face_is_flat(faces, face) ? FLESH_FLAT_POINTS : FLESH_FACE_POINTS;
 }
 
-/* Point q of the rule on the part of a triangle whose corners have the barycentric coordinates corners [3][3]: its own
- * coordinates into `at` and its weight, of sum 1; 0 behind the last point. `flat`: the rule of degree 2, else of 6. */
+/* Returns the weight of point q of the rule on a part of a triangle, whose corners have the barycentric coordinates
+ * corners [3][3], and its coordinates `at`. The weights sum to 1; 0 after the last point. `flat`: the rule of degree 2,
+ * else that of degree 6. */
 double flesh_face_rule(int flat, int q, const double corners[9], double at[3]);
 
-/* Adds B to the block of a face's nodes a and b of a matrix whose slots are those of the faces' cells: its transpose
- * where the block of the upper triangle is that of b and a. One of (a,b) and (b,a) is to
- * be added. */
+/* Adds B to the block of a face's nodes a and b in a matrix whose slots are those of the faces' cells, transposed if
+ * the upper triangle holds the block of b and a. Call it for only one of (a,b) and (b,a). */
 void flesh_face_add_block(const flesh_faces *faces, int face, int a, int b, const double B[9],
                           flesh_block_matrix *K, const int *slots);
 
-/* A point of a face in a fluid that goes at `velocity`, m/s: its unit normal on the lagged surface, and its speed along
- * that against the fluid. Returns how much lagged area there is by q->weight; where it is 0, so are normal and speed. */
+/* Computes, for a point of a face in a fluid that moves at `velocity` [m/s], the unit normal of the lagged surface and
+ * the speed along it relative to the fluid. Returns the lagged area per q->weight; if it is 0, so are normal and
+ * speed. */
 double flesh_face_flow(const flesh_faces *faces, int face, const flesh_face_point *q, const flesh_point *point,
                        const double velocity[3], double normal[3], double *speed);
-/* r_a += f N_a n, for the force f n at the point. */
+/* Adds f N_a n to r_a, for the force f n at the point. */
 void flesh_face_add_force(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
                           double *r);
-/* Its work from the lagged positions on. */
+/* Returns the work of the force f n from the lagged positions on. */
 double flesh_face_work(const flesh_faces *faces, int face, const flesh_face_point *q, double f, const double n[3],
                        const flesh_point *point);
-/* K_ab += k N_a N_b n n^T, for a force that changes by k n times the velocity along n. */
+/* Adds k N_a N_b n n^T to K_ab, for a force that changes by k n times the velocity along n. */
 void flesh_face_add_stiffness(const flesh_faces *faces, int face, const flesh_face_point *q, double k, const double n[3],
                               flesh_block_matrix *K, const int *slots);
 

@@ -1,4 +1,4 @@
-/* face_shares.c: integrals of shape functions over flat triangles, and over the quarters of the curved faces of ten-node
+/* face_shares.c: integrals of shape functions over flat triangles and over quarters of the curved faces of ten-node
  * tets. */
 #include "effect/face_shares.h"
 
@@ -20,7 +20,7 @@ static void add_flat(const double *X, const int n[3], double *shares)
   for (int a = 0; a < 3; a++) shares[n[a]] += sqrt(flesh_vec3_dot(normal, normal)) / 6;
 }
 
-/* The rule of seven points that is exact for degree 5 (Radon 1948): barycentric coordinates and weights. */
+/* Quadrature rule of seven points, exact for degree 5 (Radon 1948): barycentric coordinates and weights. */
 enum { RULE = 7 };
 static const double rule[RULE][4] = {
     {1. / 3, 1. / 3, 1. / 3, 0.225},
@@ -31,15 +31,15 @@ static const double rule[RULE][4] = {
     {.10128650732345634, .79742698535308732, .10128650732345634, .12593918054482715},
     {.10128650732345634, .10128650732345634, .79742698535308732, .12593918054482715}};
 
-/* Coordinates in a face of the corners of its quarters, at its corners and then between its edges' nodes, and of its
- * own corners. */
+/* Barycentric coordinates, within a face, of the corners of its quarters (the three at its corners, then the one
+ * between its edge nodes), and of the face itself. */
 static const double quarters[FLESH_FACE_KINDS][3][3] = {{{1, 0, 0}, {.5, .5, 0}, {.5, 0, .5}},
                                          {{.5, .5, 0}, {0, 1, 0}, {0, .5, .5}},
                                          {{.5, 0, .5}, {0, .5, .5}, {0, 0, 1}},
                                          {{.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}},
                                          {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-/* At the face's coordinates L. */
+/* Computes the shape functions at the face's coordinates L. */
 static void shapes(int quarter, const double L[3], double N[6], double by_L[6][3])
 {
   if (quarter == FLESH_FACE_FLAT) {
@@ -84,7 +84,7 @@ static void add_quarter(const double *X, const int node[6], int quarter, double 
   }
 }
 
-/* Triangles as they are found: the lowest node first, the winding kept. */
+/* A triangle as it is searched for: rotated so that its lowest node comes first, with the winding kept. */
 typedef struct entry {
   int node[3], number;
 } entry;
@@ -116,16 +116,16 @@ int flesh_face_numbers(const flesh_mesh *mesh, int count, const int *triangles, 
   return status;
 }
 
-/* The face that triangle `number` of the surface is of. */
+/* Finds the face that triangle `number` of the surface belongs to. */
 static flesh_face_quarter quarter_of(const flesh_mesh *mesh, const int n[3], int number)
 {
   int all, first = number, last = number;
   const int *surface = flesh_mesh_surface(mesh, &all);
   if (flesh_mesh_face_parts(mesh, mesh->surface_tets[number]) == 1)
     return (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
-  /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
+  /* The triangles of a face are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
   while (first > 0 && mesh->surface_tets[first - 1] == mesh->surface_tets[first]) first--;
-  first += (last - first) / 4 * 4; /* a tet's faces follow one another */
+  first += (last - first) / 4 * 4; /* a tet's faces are consecutive */
   const int *face = surface + 3 * (size_t)first;
   return (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, last - first};
 }
@@ -183,7 +183,7 @@ const signed char flesh_face_triple[FLESH_FACE_TRIPLES][3] = {
     {0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 1, 5}, {0, 2, 3}, {0, 2, 4}, {0, 2, 5}, {0, 3, 4}, {0, 3, 5}, {0, 4, 5},
     {1, 2, 3}, {1, 2, 4}, {1, 2, 5}, {1, 3, 4}, {1, 3, 5}, {1, 4, 5}, {2, 3, 4}, {2, 3, 5}, {2, 4, 5}, {3, 4, 5}};
 
-/* The integrand has degree 4. */
+/* Computes the volume's coefficients; the integrand has degree 4, for which the rule is exact. */
 static void volume_form(int quarter, double volume[FLESH_FACE_TRIPLES])
 {
   memset(volume, 0, FLESH_FACE_TRIPLES * sizeof *volume);
@@ -202,7 +202,7 @@ static void volume_form(int quarter, double volume[FLESH_FACE_TRIPLES])
   }
 }
 
-/* Along the sides; the integrand has degree 5, for which three points of Gauss are exact. */
+/* Computes the rim's coefficients, side by side; the integrand has degree 5, for which three Gauss points are exact. */
 static void rim_form(int quarter, double rim[6][FLESH_FACE_PAIRS])
 {
   static const double at[3] = {.11270166537925831, .5, .88729833462074169}, weight[3] = {5. / 18, 8. / 18, 5. / 18};

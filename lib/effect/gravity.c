@@ -1,4 +1,5 @@
-/* gravity.c: a uniform acceleration g: r = -M g with the lumped or the consistent mass M, so that a free fall is rigid. */
+/* gravity.c: a uniform acceleration g: r = -M g with the lumped or the consistent mass M, so that a free fall causes no
+ * deformation. */
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/dead_load.h"
@@ -15,7 +16,7 @@ static const flesh_effect_operations gravity_operations = {
     .figures = &flesh_dead_load_figures,
 };
 
-/* M g into force [3*nodes]; `work` as long. On linear tets both masses give the same. */
+/* Computes M g in `force` [3*nodes], with `work` of the same size. On linear tets both masses give the same. */
 static void weigh(const flesh_body *body, const double acceleration[3], double *work, double *force)
 {
   const int dofs = 3 * flesh_mesh_node_count(body->mesh);

@@ -1,4 +1,4 @@
-/* joint.c: balls and hinges: ties of points that two groups of nodes carry along (carried_point.h). */
+/* joint.c: ball joints and hinges: ties between points carried by two groups of nodes (carried_point.h). */
 #include "element/body.h"
 #include "flesh/effects.h"
 
@@ -13,8 +13,8 @@
 #include "math/mat3.h"
 
 typedef struct joint {
-  flesh_ties ties; /* first: flesh_tied_ */
-  flesh_carried_groups groups; /* none on a rank's part */
+  flesh_ties ties; /* must come first, for the flesh_tied_ functions */
+  flesh_carried_groups groups; /* empty on a rank's part */
 } joint;
 
 static size_t joint_memory(const flesh_effect *effect)

@@ -1,9 +1,10 @@
-/* joint_spring.c: a spring between two points that groups of nodes carry along: V = k/2 (|d| - L)^2, d = p_1 - p_2.
+/* joint_spring.c: a spring between two points carried by groups of nodes: V = k/2 (|d| - L)^2, d = p_1 - p_2.
  *
- * With the weights c_a of carried_point.h, of the second group negative, d = sum of c_a x_a and sum of c_a = 0: the
- * force on node a is -c_a k (|d| - L) n, n = d/|d|. They sum to 0, and their torque is that of d and n, 0. The Hessian
- * is c_a c_b H, H = k n n^T + k (1 - L/|d|)(I - n n^T), whose eigenvalue across, k (1 - L/|d|), twice, is negative where
- * the spring is shorter than L. As c c^T is positive, filtering H filters all of it. */
+ * With the weights c_a of carried_point.h, negative for the second group, d = sum of c_a x_a and sum of c_a = 0. The
+ * force on node a is -c_a k (|d| - L) n, n = d/|d|. The forces sum to 0, and so does their torque, d x n. The Hessian
+ * is c_a c_b H with H = k n n^T + k (1 - L/|d|)(I - n n^T). Its double eigenvalue across the spring, k (1 - L/|d|), is
+ * negative if the spring is shorter than L. As c c^T is positive semi-definite, filtering H filters the whole
+ * Hessian. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,16 +19,16 @@
 #include "flesh/ranks.h"
 #include "math/mat3.h"
 
-/* The least length in the curvature across the spring, which stays finite when the points meet. */
+/* Least length, over L, in the curvature across the spring, which thus stays finite when the points meet. */
 static const double nearest = 1e-8;
 
 typedef struct joint_spring {
-  int count;       /* nodes of both groups, each once */
+  int count;       /* number of nodes of both groups, without duplicates */
   int *nodes;      /* [count] ascending */
   double *weights; /* [count] c_a */
   double stiffness, length;
-  flesh_cells cells; /* one, of all nodes */
-  flesh_carried_groups groups; /* of one whose points are one; none on a rank's part */
+  flesh_cells cells; /* one cell of all nodes */
+  flesh_carried_groups groups; /* set for a spring of length 0 whose points coincide; empty on a rank's part */
 } joint_spring;
 
 static size_t joint_spring_memory(const flesh_effect *effect)
@@ -53,8 +54,8 @@ static const flesh_cells *joint_spring_cells(const flesh_effect *effect)
   return &self->cells;
 }
 
-/* The direction of d, 0 where |d| = 0; returns its length. d is summed as differences from the first node, to keep
- * rounding small. The terms' sizes go into *size. */
+/* Computes the direction n of d (0 if d is 0) and the sum *size of the magnitudes of its terms. Returns the length of
+ * d, which is summed relative to the first node to limit rounding. */
 static double measure(const joint_spring *self, const double *x, double n[3], double *size)
 {
   const double *origin = x + 3 * (size_t)self->nodes[0];
@@ -83,7 +84,7 @@ static int joint_spring_residual(const flesh_effect *effect, const flesh_point *
   return FLESH_OK;
 }
 
-/* The 3 x 3 H, filtered, times `factor`. */
+/* Computes `factor` times the filtered 3 x 3 matrix H. */
 static void hessian(const joint_spring *self, const double *x, flesh_eigenvalue_filter filter, double factor,
                     double H[9])
 {
@@ -127,12 +128,12 @@ static int joint_spring_potential(const flesh_effect *effect, const flesh_point 
   const double longer = measure(self, point->x, n, &size) - self->length;
   const double energy = self->stiffness / 2 * longer * longer;
   *phi += energy / shift->x;
-  /* Rounding of the terms moves |d| - L by their size. */
+  /* Rounding of the terms changes |d| - L in proportion to their magnitudes. */
   *magnitude += (energy + self->stiffness * fabs(longer) * (size + self->length)) / shift->x;
   return FLESH_OK;
 }
 
-/* Nodes ascending, each once, with the sum of its weights. */
+/* Sorts the nodes, and merges duplicates by summing their weights. */
 static void sum_up(joint_spring *self)
 {
   int kept = 0;
@@ -161,7 +162,8 @@ static int joint_spring_restrict(const flesh_effect *whole, const flesh_rank_par
   joint_spring *self = flesh_calloc(1, sizeof *self);
   if (self) {
     *self = (joint_spring){.count = (int)count, .stiffness = here ? from->stiffness : 0, .length = from->length};
-    self->nodes = flesh_calloc(count + 1, sizeof *self->nodes); /* node 0 without a weight where there is none */
+    self->nodes = flesh_calloc(count + 1, sizeof *self->nodes); /* node 0 without a weight if the spring belongs to
+                                                                 * another rank */
     self->weights = flesh_calloc(count + 1, sizeof *self->weights);
   }
   if (!self || !self->nodes || !self->weights) {
@@ -223,7 +225,7 @@ static int attach(joint_spring *self, const flesh_body *body, int first_count, c
   return FLESH_OK;
 }
 
-/* *length NAN: the distance. */
+/* Checks *length, and replaces NaN by the distance of the points. */
 static int check_length(const double first_point[3], const double second_point[3], double *length)
 {
   double d[3];
@@ -265,7 +267,9 @@ int flesh_effect_joint_spring(const flesh_body *body, const flesh_carried_point 
   for (size_t k = 0; k < count; k++)
     self->nodes[k] = k < (size_t)first_count ? nodes[0][k] : nodes[1][k - (size_t)first_count];
   status = attach(self, body, first_count, first_point, second_point);
-  if (!status && length == 0 && !memcmp(first_point, second_point, 3 * sizeof *first_point)) /* as a ball does */
+  if (!status && length == 0 && !memcmp(first_point, second_point, 3 * sizeof *first_point)) /* this spring holds its
+                                                                                              * surfaces together as a
+                                                                                              * ball joint does */
     status = flesh_carried_groups_copy(first->nodes, second->nodes, &self->groups);
   return flesh_effect_create_after(status, &joint_spring_operations, body->mesh, self, effect);
 }

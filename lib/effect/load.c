@@ -21,11 +21,11 @@
 static const flesh_effect_operations force_operations = OPERATIONS("force"), traction_operations = OPERATIONS("traction");
 #undef OPERATIONS
 
-/* A dead load with a list of `count` nodes, which is to be filled in. */
+/* Creates a dead load with a list of `count` nodes, which the caller fills in. */
 static int create(const flesh_body *body, int count, const double vector[3], const char *name, const char *unit,
                   const flesh_amplitude *amplitude, flesh_dead_load **load)
 {
-  if (count < 1 && !body->mesh->split) /* a part of a split mesh may have none */
+  if (count < 1 && !body->mesh->split) /* a part of a split mesh may have no loaded nodes */
     return flesh_fail(FLESH_ERR_ARGUMENT, "a %s acts on nothing; it must be given at least one node or triangle", name);
   const int status = flesh_dead_load_create(name, unit, vector, count, amplitude, load);
   if (status) return status;

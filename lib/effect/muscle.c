@@ -1,12 +1,12 @@
-/* muscle.c: fibres that pull: V(x,t) = sum over tets of volume * W(|F a|), W as fibre.h says, with an activation that
+/* muscle.c: contracting fibres: V(x,t) = sum over tets of volume * W(|F a|), with W of fibre.h and an activation that
  * changes in time.
  *
- * At a fixed shape the activation changes V: dV/dt is the power that the activation puts in, the volume times its rate
- * times the active energy W(L), which a fibre could do as work if it shortened to nothing at full activation. The energy
- * balance counts it as external work, as the effect is not passive and has an energy.
+ * At a fixed shape the activation changes V: dV/dt is the power that the activation supplies, the volume times its rate
+ * times the active energy W(L), which is the work of a fibre that shortens to nothing at full activation. The effect is
+ * not passive and has an energy, so the energy balance counts this as external work.
  *
- * Where the tension depends on the speed, what that takes off or adds is a dissipation with a potential in the rate, as
- * that of viscosity.c: no energy, never more than the fibres' own tension, and of a frozen state. */
+ * If the tension depends on the speed, the difference is a dissipation with a potential in the rate, as in viscosity.c.
+ * It has no energy, is never larger than the fibres' own tension, and uses a frozen state. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,10 +22,10 @@
 #include "mesh/mesh.h"
 
 typedef struct muscle {
-  flesh_body body; /* what it has is borrowed */
+  flesh_body body; /* borrowed members */
   flesh_tets tets;
   int mesh_tets;
-  double *directions; /* [3 * mesh_tets] of length 1, at rest; 0 in tets without fibres */
+  double *directions; /* [3 * mesh_tets] unit directions at rest; 0 in tets without fibres */
   flesh_fibre_constants fibre;
   flesh_amplitude_copy activation;
 } muscle;
@@ -36,7 +36,8 @@ static const flesh_cells *muscle_cells(const flesh_effect *effect)
   return &self->tets.cells;
 }
 
-/* The activation is the load; what the fibres do passively is not scaled by it. At no speed. */
+/* Returns the arguments of the kernel at zero speed. The load factor scales the activation, but not the passive
+ * tension. */
 static flesh_tet_point still_at(const muscle *self, const flesh_point *point)
 {
   return (flesh_tet_point){.x = point->x,
@@ -44,7 +45,7 @@ static flesh_tet_point still_at(const muscle *self, const flesh_point *point)
                            .activation = point->load * flesh_amplitude_at(&self->activation, point->t)};
 }
 
-/* Frozen at the point itself is not frozen. */
+/* Returns the arguments with speeds. A state frozen at the point itself does not count as frozen. */
 static flesh_tet_point point_of(const muscle *self, const flesh_point *point, const flesh_shift *shift)
 {
   flesh_tet_point at = still_at(self, point);
@@ -57,7 +58,7 @@ static flesh_tet_point point_of(const muscle *self, const flesh_point *point, co
   return at;
 }
 
-/* Whether the fibres have no tension at all, so that nothing is computed. */
+/* Whether the fibres have no tension at all, so that nothing needs to be computed. */
 static int is_slack(const muscle *self, const flesh_tet_point *at)
 {
   return at->activation * self->fibre.peak_stress == 0 && self->fibre.passive_stress == 0;
@@ -157,8 +158,8 @@ static void muscle_destroy(void *data)
   flesh_free(self);
 }
 
-/* The fibres of `whole` in the tets of `body`, which have these numbers there, NULL: the same; where none has any, a tet
- * without pulls at nothing. */
+/* Creates the same effect for the tets of `body`, which have these numbers in `whole` (NULL: the same). If no tet has
+ * fibres, it gets one tet without fibres, which exerts no force. */
 static int make_of(const flesh_effect *whole, const int *numbers, const flesh_body *body, flesh_effect **made)
 {
   const muscle *from = whole->data;
@@ -202,7 +203,7 @@ static int muscle_tear(const flesh_effect *effect, const flesh_body *body, const
   return make_of(effect, NULL, &own, torn_effect);
 }
 
-/* Operations of fibres whose tension does not depend on the speed, and of those whose tension does. */
+/* Operations of fibres whose tension is independent of the speed, and of those whose tension depends on it. */
 #define OPERATIONS(own_traits, own_partials)                                                                          \
   {                                                                                                                   \
     .name = "muscle", .role = FLESH_ROLE_LOAD, .traits = own_traits, .cells = muscle_cells,                           \
@@ -220,7 +221,8 @@ static const flesh_effect_partials fast_partials = {.tear = muscle_tear};
 static const flesh_effect_operations muscle_operations = OPERATIONS(0, NULL),
                                      fast_muscle_operations = OPERATIONS(FLESH_FREEZES, &fast_partials);
 
-/* Checks that the activation is from 0 to 1, and that the tets are some of the mesh's, each once, ascending. */
+/* Checks that the activation is within 0 to 1, and that the tets belong to the mesh, ascending and without
+ * duplicates. */
 static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)
 {
   for (int k = 0; activation && k < activation->count; k++)
@@ -237,8 +239,8 @@ static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh
   return FLESH_OK;
 }
 
-/* Makes unit directions for all the mesh's tets, [3 * tets] new, from `fibres` [3 * count] of the chosen ones; 0 stays
- * 0. */
+/* Creates unit directions for all tets of the mesh, [3 * tets], from `fibres` [3 * count] of the chosen ones;
+ * directions of 0 stay 0. */
 static int take_directions(const flesh_mesh *mesh, int count, const int *tets, const double *fibres, double **directions)
 {
   double *all = *directions = flesh_calloc(3 * (size_t)mesh->tets, sizeof *all);
@@ -266,7 +268,7 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   if (!status) status = flesh_amplitude_take(activation, &self->activation);
   self->mesh_tets = body->mesh->tets;
   if (!status) status = take_directions(body->mesh, count, tets, fibres, &self->directions);
-  if (!count) tets = &none, count = 1; /* here of a part of a split mesh: a tet without fibres pulls at nothing */
+  if (!count) tets = &none, count = 1; /* only for a part of a split mesh: a tet without fibres exerts no force */
   if (!status)
     status = flesh_tets_create_fibres(
         body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);

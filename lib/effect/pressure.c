@@ -1,14 +1,14 @@
-/* pressure.c: a pressure on the deformed surface (a follower load), flat or curved: r_k = p times the integral of the
- * shape function N_k over the normals of the deformed area, exactly.
+/* pressure.c: a pressure on the deformed surface (a follower load), flat or curved: r_k is p times the exact integral
+ * of the shape function N_k over the normals of the deformed area.
  *
- * That integral is dW/dx_k + sum of e_kab y_a x y_b, by the volume W between a point c and the surface and by what is
- * lacking along its rim (pressure_pairs.h), if it has one. So a closed surface has the potential p W and exact
- * derivatives. What the rim adds has no potential (Sewell 1967): it is expanded about the lagged state, without the
- * antisymmetric part of its derivative. The part left out is of the size of an edge; statics repeat a solve until it no
- * longer changes.
+ * That integral is dW/dx_k + sum of e_kab y_a x y_b, with the volume W between a point c and the surface and, if the
+ * surface is open, a contribution of its rim (pressure_pairs.h). So a closed surface has the potential p W and exact
+ * derivatives. The rim's contribution has no potential (Sewell 1967): it is expanded about the lagged state, without
+ * the antisymmetric part of its derivative. The omitted part is of the size of an edge; statics repeat a solve until it
+ * no longer changes.
  *
- * All goes pair by pair of nodes k < l: W is a third of the sum of G.(y_k x y_l), dW/dx_k half of that of y_l x G, and
- * the Jacobian's block is minus the skew matrix of G + h. */
+ * All sums run over pairs of nodes k < l: W is a third of the sum of G.(y_k x y_l), dW/dx_k half of that of y_l x G,
+ * and the Jacobian's block is minus the skew matrix of G + h. */
 #include <math.h>
 
 #include "base/error.h"
@@ -25,9 +25,9 @@
 
 typedef struct pressure {
   flesh_pressure_pairs pairs;
-  int is_open;     /* there is a rim, maybe on another rank */
+  int is_open;     /* whether the surface has a rim, possibly on another rank */
   double pressure; /* Pa */
-  double volume;   /* W at rest of a closed surface; 0 of an open one */
+  double volume;   /* W at rest for a closed surface; 0 for an open one */
   const double *X; /* rest positions, borrowed */
   flesh_amplitude_copy amplitude;
 } pressure;
@@ -43,7 +43,7 @@ static double pressure_at(const pressure *self, const flesh_point *point)
   return point->load * self->pressure * flesh_amplitude_at(&self->amplitude, point->t);
 }
 
-/* The sum of the nodes whose mean is c, those of the rim or of all pairs, and their number. */
+/* Adds the nodes whose mean is c, those of the rim or of all pairs, and their number. */
 static void add_nodes(const pressure *self, const double *x, double sums[4])
 {
   const int count = self->is_open ? self->pairs.rim_count : 2 * self->pairs.cells.count;
@@ -59,7 +59,7 @@ static void mean(const double sums[4], double c[3])
   for (int i = 0; i < 3; i++) c[i] = sums[3] > 0 ? sums[i] / sums[3] : 0;
 }
 
-/* c at the lagged state. */
+/* Computes c at the lagged state. */
 static void middle(const pressure *self, const flesh_point *point, double c[3])
 {
   const double *of_ranks = flesh_environment_of(point)->sums;
@@ -73,7 +73,7 @@ static inline void relative(const double *x, const double c[3], int node, double
   for (int i = 0; i < 3; i++) y[i] = x[3 * (size_t)node + i] - c[i];
 }
 
-/* The two nodes of a pair at y, and G. */
+/* The two nodes of a pair relative to c, and G. */
 typedef struct at_pair {
   const int *node;
   double y[2][3], G[3];
@@ -91,9 +91,9 @@ static inline void find_pair(const pressure *self, int k, const double *x, const
   for (int i = 0; i < 3; i++) p->G[i] = G[i];
 }
 
-/* Forces by a unit pressure of a term of the rim: e y_a x y_b at its node k in the lagged state and, with the moves d
- * from there, the symmetric part of the change: half of e (y_a x d_b - y_b x d_a) at k, of e y_b x d_k at a and of
- * -e y_a x d_k at b. */
+/* Forces of a rim term per unit pressure: `lagged` is e y_a x y_b at its node k in the lagged state. `change` is the
+ * symmetric part of the change by the displacements `move` from there: half of e (y_a x d_b - y_b x d_a) at k, of e y_b
+ * x d_k at a and of -e y_a x d_k at b. */
 typedef struct rim_force {
   int node[3];
   double move[3][3], lagged[3], change[3][3];
@@ -118,8 +118,8 @@ static void find_rim(const flesh_pressure_rim *t, const flesh_point *point, cons
   }
 }
 
-/* Adds p times the forces to r, unless that is NULL, and W with what the rim adds to the potential of a unit pressure to
- * sums[0], the sizes of its terms to sums[1]. */
+/* Adds p times the forces to r, unless that is NULL; adds the potential per unit pressure, W plus the rim's
+ * contribution, to sums[0], and the magnitudes of its terms to sums[1]. */
 static void add_all(const pressure *self, const flesh_point *point, const double c[3], double p, double *r,
                     double sums[2])
 {
@@ -172,8 +172,8 @@ static int pressure_potential(const flesh_effect *effect, const flesh_point *poi
   return pressure_evaluate(effect, point, shift, NULL, phi, magnitude);
 }
 
-/* With the skew matrix B of s, [[0,B],[B^T,0]] has the eigenvalues +-|s| and the absolute value diag(|s| (1 - s
- * s^T/s.s)), half the sum with which is its positive part. */
+/* Adds a block B = [s]x and its transpose for each pair, filtered. [[0,B],[B^T,0]] has the eigenvalues +-|s| and the
+ * absolute value diag(|s| (1 - s s^T/s.s)); half the sum of both is its positive part. */
 static int pressure_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                              flesh_block_matrix *K, const int *slots)
 {
@@ -211,7 +211,7 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
   return FLESH_OK;
 }
 
-/* How the forces of a pair by a unit pressure change where c moves by dc. */
+/* Computes the change of a pair's forces per unit pressure if c moves by dc. */
 static void move_pair(const pressure *self, int k, const at_pair *at, const double dc[3], double f[2][3])
 {
   double sum = 0, change[3], by[3];
@@ -223,7 +223,7 @@ static void move_pair(const pressure *self, int k, const at_pair *at, const doub
   }
 }
 
-/* How the forces of a term of the rim by a unit pressure change where its lagged nodes and c move. */
+/* Computes the change of a rim term's forces per unit pressure if its lagged nodes and c move. */
 static void move_rim(const flesh_pressure_rim *t, const flesh_point *point, const double c[3], const double moves[12],
                      double f[3][3])
 {
@@ -247,14 +247,15 @@ static void move_rim(const flesh_pressure_rim *t, const flesh_point *point, cons
   }
 }
 
-/* A product with the derivative by lagged nodes and by c, whose moves or weights are `c`. */
+/* A product with the derivative by the lagged nodes and by c; the member c holds the displacement of c or, transposed,
+ * the sum for it. */
 typedef struct by_lagged {
   int transposed;
   const double *w;
   double *y, c[3];
 } by_lagged;
 
-/* The derivative D of the dof `row` by the dof `column`, of the lagged state or of c. */
+/* Adds the derivative D of the degree of freedom `row` by `column`, of the lagged state or of c. */
 static inline void add_entry(by_lagged *s, double D, size_t row, size_t column, int of_c)
 {
   if (s->transposed) *(of_c ? s->c + column : s->y + column) += D * s->w[row];
@@ -325,7 +326,7 @@ static void pressure_destroy(void *data)
   flesh_free(self);
 }
 
-/* `whole` and `part` as in flesh_pressure_pairs_create; what was made is to be destroyed also where this fails. */
+/* Creates the data, with `whole` and `part` as for flesh_pressure_pairs_create. Destroy *result also after an error. */
 static int create(const flesh_mesh *mesh, int count, const int *triangles, double value, const pressure *whole,
                   const flesh_rank_part *part, pressure **result)
 {
@@ -356,7 +357,7 @@ static void pressure_sum(const flesh_effect *effect, const flesh_point *point, d
   add_nodes(effect->data, point->lagged.x, sums);
 }
 
-/* Whether there is a rim, and the middle of what has none. */
+/* Provides the size of the rim and, for a closed surface, its middle. */
 static void pressure_count(const flesh_effect *effect, flesh_rank_numbers *numbers)
 {
   const pressure *self = effect->data;

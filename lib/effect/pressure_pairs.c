@@ -1,4 +1,4 @@
-/* pressure_pairs.c: makes the pairs of nodes of a pressure from the faces that it acts on. */
+/* pressure_pairs.c: computes the pairs of nodes of a pressure from the faces that it acts on. */
 #include "effect/pressure_pairs.h"
 
 #include <math.h>
@@ -10,14 +10,14 @@
 #include "base/sort.h"
 #include "effect/face_shares.h"
 
-/* Sums of terms of the size of 1 that are smaller than this are 0 but for rounding. */
+/* Sums of terms of order 1 with a smaller magnitude are rounding errors of 0. */
 static const double rounding = 1e-12;
 
 typedef flesh_pressure_wing wing;
 typedef flesh_pressure_rim rim_term;
 typedef flesh_pressure_pairs pairs;
 
-/* Adds up terms of the same nodes and drops those that come to nothing. */
+/* Merges terms of the same nodes, and drops those that cancel. */
 static void merge_rim(pairs *self)
 {
   int kept = 0;
@@ -46,7 +46,7 @@ static void merge_wings(pairs *self)
   self->wing_count = kept;
 }
 
-/* A part of G_kl or h_kl, which change their sign with the order of k and l. */
+/* Adds a wing for a part of G_kl or h_kl, which change sign if k and l are exchanged. */
 static wing *add_wing(pairs *self, int k, int l, int node)
 {
   wing *w = &self->wings[self->wing_count++];
@@ -54,7 +54,7 @@ static wing *add_wing(pairs *self, int k, int l, int node)
   return w;
 }
 
-/* flesh_face_forms of every kind of face, and how many of its values are not 0. */
+/* Coefficients of flesh_face_forms for every kind of face, and their numbers of non-zero values. */
 typedef struct forms {
   double volume[FLESH_FACE_KINDS][FLESH_FACE_TRIPLES], rim[FLESH_FACE_KINDS][6][FLESH_FACE_PAIRS];
   int triples[FLESH_FACE_KINDS], rims[FLESH_FACE_KINDS];
@@ -104,7 +104,7 @@ static void take_lagged(pairs *self)
   }
 }
 
-/* Leaves of the rim of a part's faces that of the whole's. */
+/* Restricts the rim of a part's faces to that of the whole body. */
 static int keep_rim(pairs *self, const pairs *whole, const flesh_rank_part *part)
 {
   int found = 0, kept = 0;
@@ -140,7 +140,7 @@ static int take_pairs(pairs *self)
   return FLESH_OK;
 }
 
-/* `whole` NULL: the faces are those of the whole. */
+/* Computes rim, wings and pairs of the faces; `whole` is NULL for a whole body. */
 static int take_faces(pairs *self, const flesh_face_quarter *faces, const pairs *whole,
                       const flesh_rank_part *part)
 {

@@ -31,7 +31,7 @@ int flesh_rank_share_tet(const flesh_rank_part *part, int tet)
   return flesh_rising_find(flesh_rank_part_tets(part), 0, flesh_mesh_tet_count(flesh_rank_part_mesh(part)), tet);
 }
 
-/* Corners, ascending. */
+/* The corners of a face, ascending. */
 typedef struct face {
   int node[3];
 } face;
@@ -55,8 +55,8 @@ static int is_there(int count, const face *faces, const face *wanted)
   return 0;
 }
 
-/* The surface of the part has the faces of the whole's that are of its tets, and those between ranks, which are no faces
- * of the whole's. */
+/* Compares with the surface of the part, which consists of the whole surface's faces of its tets, and of faces between
+ * ranks, which are not on the whole surface. */
 int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *triangles, int *found, int **kept,
                            int **local)
 {

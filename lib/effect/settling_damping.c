@@ -1,9 +1,8 @@
-/* settling_damping.c: winds a motion down: mass-proportional damping r = rate w M v that is on while the body moves and
- * while from <= t < until.
+/* settling_damping.c: artificial damping, to reach equilibrium sooner: mass-proportional damping r = rate w M v that is
+ * on while the body moves and from <= t < until.
  *
- * w goes from 0 to 1 (3 s^2 - 2 s^3) as the root of the mean square speed of the lagged state, weighed by mass, goes
- * from half of `speed` to `speed`: a slow motion is left alone, and r stays linear in v with the potential v.Cv/(2 shift.v).
- */
+ * w goes from 0 to 1 as 3 s^2 - 2 s^3 while the mass-weighted root mean square speed of the lagged state goes from half
+ * of `speed` to `speed`. So slow motion is not damped, and r stays linear in v with the potential v.Cv/(2 shift.v). */
 #include <math.h>
 #include <stdlib.h>
 
@@ -16,7 +15,7 @@
 
 typedef struct settling_damping {
   double rate, speed, from, until; /* 1/s, m/s, s, s */
-  double total, own;               /* kg, of the body, and of this part of it */
+  double total, own;               /* kg, mass of the body and of this rank's part */
   flesh_mass_matrix M;
 } settling_damping;
 
@@ -91,7 +90,7 @@ static void settling_destroy(void *data)
   free(self);
 }
 
-/* The body's kinetic energy at the lagged state, for the speed that all ranks go by. */
+/* Computes the part's kinetic energy at the lagged state, for the speed over all ranks. */
 static void settling_sum(const flesh_effect *effect, const flesh_point *point, double *sums)
 {
   const settling_damping *self = effect->data;
@@ -122,9 +121,9 @@ static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *p
                              flesh_effect **restricted)
 {
   settling_damping *self = malloc(sizeof *self);
-  (void)part; /* the body is its */
+  (void)part; /* `body` is that of the part */
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a settling damping effect");
-  *self = *(const settling_damping *)whole->data; /* the mass of the whole with it */
+  *self = *(const settling_damping *)whole->data; /* includes the mass of the whole body */
   self->own = mass_of(body);
   const int status = flesh_mass_matrix_create(body, &self->M);
   return flesh_effect_create_after(status, whole->operations, body->mesh, self, restricted);

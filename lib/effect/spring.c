@@ -1,10 +1,10 @@
-/* spring.c: a spring from a point of the body, or from all of it within a radius, to a moving target.
+/* spring.c: a spring from a point of the body, or from the body within a radius of it, to a moving target.
  *
- * V = k/2 |p(x) - target|^2, p(x) = sum of w_a x_a: one force at p, shared out by the weights, without a torque about p.
- * At the point alone the weights are the shape functions of its tet. The displacement under a force at a point grows
- * without limit as the mesh is refined (Kelvin 1848). Within a radius the weights are those by which all nodes there
- * carry the point (carried_point.h), with the integrals of spring_weights.h as shares. The Jacobian k w w^T couples each
- * node with every other. */
+ * V = k/2 |p(x) - target|^2, p(x) = sum of w_a x_a: one force at p, distributed by the weights, without a torque about
+ * p. At a point the weights are the shape functions of its tet. The displacement under a point force grows without
+ * limit as the mesh is refined (Kelvin 1848). With a radius, the weights are those with which all nodes within it carry
+ * the point (carried_point.h), with the integrals of spring_weights.h as shares. The Jacobian k w w^T couples all of
+ * these nodes. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -24,13 +24,13 @@
 #include "skin/locator.h"
 
 typedef struct spring {
-  int count;       /* 4 or 10 nodes of a tet, or 3 of a surface triangle; within a radius any number */
+  int count;       /* 4 or 10 nodes of a tet, or 3 of a surface triangle; with a radius any number */
   int *nodes;      /* [count] ascending */
-  double *weights; /* [count] w_a, of sum 1 */
-  int tet;         /* one that the point is in or on */
-  double point[3]; /* in or on the body, m */
-  double radius;   /* 0: at the point alone */
-  flesh_cells cells; /* one, of all nodes */
+  double *weights; /* [count] w_a; they sum to 1 */
+  int tet;         /* a tet that contains the point */
+  double point[3]; /* m, point in or on the body where the spring is attached */
+  double radius;   /* m; 0: attached to a point */
+  flesh_cells cells; /* one cell of all nodes */
   double stiffness, from, until;
   flesh_motion target;
 } spring;
@@ -43,7 +43,7 @@ static const flesh_cells *spring_cells(const flesh_effect *effect)
 
 static int active(const spring *self, double t) { return self->from <= t && t < self->until; }
 
-/* p(x) - target(t). */
+/* Computes p(x) - target(t). */
 static void extension(const spring *self, const flesh_point *point, double d[3])
 {
   flesh_motion_at(&self->target, point->t, d);
@@ -136,7 +136,7 @@ static void sort_nodes(spring *self)
     }
 }
 
-/* The rank that owns the first node has the whole spring. */
+/* Gives the whole spring to the rank that owns its first node. */
 static int spring_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                            flesh_effect **restricted)
 {
@@ -190,7 +190,7 @@ static const flesh_effect_operations spring_operations = {
     .library = &(const flesh_effect_private){.ranks = &spring_ranks},
 };
 
-/* Barycentric weights of p in the tet with corners X0..X3. */
+/* Computes the barycentric weights of p in the tet with the corners X[0] to X[3]. */
 static void barycentric(const double *X[4], const double p[3], double weights[4])
 {
   double e[3][3], d[3];
@@ -209,7 +209,7 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-/* The tet that holds p, of four nodes; none where p lies outside. */
+/* Attaches the spring to the four-node tet that contains p; to none if p lies outside the body. */
 static void attach_inside(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
@@ -226,7 +226,7 @@ static void attach_inside(const flesh_mesh *mesh, const double p[3], spring *sel
   }
 }
 
-/* The point of the surface that is nearest to p, and the triangle it is on. */
+/* Attaches the spring to the point of the surface nearest to p, and to its triangle. */
 static void attach_surface(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[3];
@@ -247,7 +247,7 @@ static void attach_surface(const flesh_mesh *mesh, const double p[3], spring *se
   }
 }
 
-/* Attaches the spring to a point of a mesh whose tets have ten nodes: the point goes with their quadratic map. */
+/* Attaches the spring to a point of a mesh of ten-node tets: the point moves with their quadratic map. */
 static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   flesh_locator *locator;
@@ -269,7 +269,7 @@ static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *s
   return FLESH_OK;
 }
 
-/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
+/* Attaches the spring to the tet that contains p or, if p lies outside the body, to the nearest point of its
  * surface. */
 static int attach(const flesh_mesh *mesh, const double p[3], spring *self)
 {
@@ -285,8 +285,8 @@ static int attach(const flesh_mesh *mesh, const double p[3], spring *self)
   return status;
 }
 
-/* The shares [nodes] of what is within the radius. Returns in *count how many nodes have one. A radius that may shrink
- * does so until they are no more than FLESH_SPRING_NODES. */
+/* Computes the shares [nodes] of the nodes within the radius, and in *count the number of non-zero ones. If
+ * `may_shrink`, the radius is reduced until they are at most FLESH_SPRING_NODES. */
 static int share_out(const flesh_mesh *mesh, spring *self, int may_shrink, double *shares, int *count)
 {
   const int nodes = flesh_mesh_node_count(mesh);
@@ -304,7 +304,7 @@ static int share_out(const flesh_mesh *mesh, spring *self, int may_shrink, doubl
   }
 }
 
-/* Takes all nodes that have a share in what is within the radius around the point, by the weights that carry it. */
+/* Attaches the spring to all nodes with a share within the radius, with the weights that carry the point. */
 static int widen(const flesh_mesh *mesh, int may_shrink, spring *self)
 {
   const int nodes = flesh_mesh_node_count(mesh);

@@ -1,4 +1,4 @@
-/* spring_weights.c: integrals of shape functions over what lies within a radius, with a smooth kernel. */
+/* spring_weights.c: integrals of shape functions, with a smooth kernel, over the part of a body within a radius. */
 #include "effect/spring_weights.h"
 
 #include <math.h>
@@ -12,10 +12,10 @@
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
 
-static const double default_share = 0.05; /* of the body's longest side */
-/* Tets are cut until their corners are no farther from their middle than this fraction of the radius. */
+static const double default_share = 0.05; /* fraction of the body's longest side */
+/* Tets are subdivided until no corner is farther from their middle than this fraction of the radius. */
 static const double finest = 0.3;
-enum { CUTS = 12 }; /* at most, in halves; none but those near the centre are cut so often */
+enum { CUTS = 12 }; /* largest number of subdivisions; only tets near the centre need as many */
 
 double flesh_spring_radius(const flesh_body *body, int tet)
 {
@@ -38,10 +38,10 @@ double flesh_spring_radius(const flesh_body *body, int tet)
   return default_share * longest;
 }
 
-/* A tet, and what has been summed up over it. */
+/* A tet and the sums over it. */
 typedef struct region {
   const double *X;
-  int count, node[10]; /* 4 or 10 */
+  int count, node[10]; /* `count` is 4 or 10 */
   const double *centre;
   double radius, whole, sums[10];
 } region;
@@ -62,7 +62,7 @@ static void place(const region *self, const double L[4], double x[3])
   }
 }
 
-/* Integrates over a tet by the four points of degree 2. */
+/* Integrates over a tet with four points, exact for degree 2. */
 static void add_up(region *self, const double L[4][4], double volume)
 {
   const double near = .58541019662496845446, far = .13819660112501051518;
@@ -80,7 +80,7 @@ static void add_up(region *self, const double L[4][4], double volume)
   }
 }
 
-/* Over the part with the corners L, in barycentric coordinates of the tet. */
+/* Integrates over the part of the tet whose corners have the barycentric coordinates L, subdividing it if necessary. */
 static void integrate(region *self, const double L[4][4], int cuts)
 {
   static const signed char parts[8][4] = {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3},
@@ -92,7 +92,7 @@ static void integrate(region *self, const double L[4][4], int cuts)
     place(self, L[k], x[k]);
     extent = fmax(extent, flesh_distance(x[k], m));
   }
-  /* A curved one reaches beyond its corners, by less than its extent. */
+  /* A curved part reaches beyond its corners by less than its extent. */
   if (flesh_distance(m, self->centre) > self->radius + (self->count == 4 ? 1 : 2) * extent) return;
   if (extent <= finest * self->radius || cuts == CUTS) {
     for (int k = 0; k < 9; k++) e[k / 3][k % 3] = x[k / 3 + 1][k % 3] - x[0][k % 3];
@@ -110,7 +110,7 @@ static void integrate(region *self, const double L[4][4], int cuts)
   }
 }
 
-/* Whether some of the box round a tet's nodes is within the radius. */
+/* Whether the box around a tet's nodes meets the sphere. */
 static int is_near(const region *self)
 {
   double squares = 0;
@@ -126,7 +126,7 @@ static int is_near(const region *self)
   return squares < self->radius * self->radius;
 }
 
-/* Marks in `reached` the nodes that `tet` leads to over tets near the centre. */
+/* Marks in `reached` the nodes that are connected with `tet` through tets near the centre. */
 static void reach(const flesh_mesh *mesh, region *self, int tet, uint8_t *reached)
 {
   self->count = flesh_mesh_tet_nodes(mesh, tet, self->node);

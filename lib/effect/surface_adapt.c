@@ -1,10 +1,10 @@
-/* surface_adapt.c: a stiffness of contact that follows the pressures that are there.
+/* surface_adapt.c: a contact stiffness that adapts to the pressures.
  *
- * The barrier holds a pressure p at the gap s thicknesses where p = k |B'(s)|. A stiffness of p / |B'(1/2)| leaves half of
- * the thickness: where it is much larger, gaps lie at the edge of the barrier, where forces begin
- * with a kink; where it is much smaller, they are small and the barrier is all but singular. Its logarithm over that of the
- * start is the effect's internal variable, so that it changes between steps alone, and not between the parts of a step:
- * parts may be as short as an impact, in which a barrier that stiffens brings energy in. */
+ * The barrier holds a pressure p at the gap s (in thicknesses) where p = k |B'(s)|. The stiffness p / |B'(1/2)| leaves
+ * half of the thickness. If k is much larger, gaps lie at the edge of the barrier, where forces begin with a kink; if
+ * it is much smaller, gaps are small and the barrier is nearly singular. The logarithm of the stiffness over its
+ * initial value is the effect's internal variable, so the stiffness changes only between steps, not between the parts
+ * of a step: parts may be as short as an impact, during which a stiffening barrier would add energy. */
 #include <math.h>
 #include <stdio.h>
 
@@ -13,8 +13,8 @@
 
 typedef flesh_surface_near near;
 
-/* The gap in thicknesses that is aimed at, and the factor up to which its pressure may be off; what a step changes the
- * stiffness by at most; the least and the largest stiffness, over that of the start. */
+/* Desired gap in thicknesses; factor by which the pressure may differ from the one at this gap; largest change of the
+ * stiffness in a step; least and largest stiffness over the initial one. */
 static const double AIM = 0.5, BAND = 4, MOST = 4, SOFTEST = 1e-6, STIFFEST = 1e3;
 
 void flesh_surface_near_harden(near *self, const double *internal)
@@ -25,7 +25,7 @@ void flesh_surface_near_harden(near *self, const double *internal)
   self->set_known = self->friction_known = self->secant_known = 0;
 }
 
-/* The mean of the nodes' pressures over the stiffness, weighed by their forces; 0: nothing touches. */
+/* Returns the mean of the nodes' pressures over the stiffness, weighted by their forces; 0 without contact. */
 static double mean_pressure(const flesh_contact_set *set, const double *x)
 {
   double forces = 0, weighed = 0;

@@ -1,8 +1,9 @@
-/* surface_bonds.c: which features of surfaces the bonds of other effects hold together.
+/* surface_bonds.c: finds the features of surfaces that bonds of other effects hold together.
  *
- * Two features of different connected pieces are held together where one has a node of a bond's first group and the other
- * one of its second, and they are nearer at rest than forces reach beyond the bond's gap. A feature has a node, too, that
- * is near it at rest in its own piece, as on a surface whose edges are shorter than forces reach. */
+ * Two features of different connected pieces are held together if one has a node of a bond's first group, the other has
+ * one of its second group, and at rest they are within the bond's gap plus the reach of forces. A node also counts as a
+ * feature's if it is near the feature at rest in the same piece, as on a surface with edges shorter than the reach of
+ * forces. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -21,12 +22,13 @@ typedef struct building {
   const flesh_contact_surface *s;
   const flesh_near_finder *finder;
   const double *X;
-  double distance; /* m */
+  double distance; /* m, reach of forces */
   int bond_count;
   const flesh_bond *bonds;
-  flesh_near_rows of_node[2]; /* [nodes of the surface] bonds whose first, whose second group has it */
-  int *mark[2], *listed;      /* [bond_count] the pair that a bond was met for last, by group; the row that lists it */
-  int pair, rows;             /* numbers, from 1 */
+  flesh_near_rows of_node[2]; /* [nodes of the surface] bonds whose first or second group has the node */
+  int *mark[2], *listed;      /* [bond_count] number of the pair for which a group of the bond was last marked; number
+                               * of the row that last listed it */
+  int pair, rows;             /* numbers of the current pair and row, from 1 */
 } building;
 
 static int no_memory(int bonds) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for the surfaces that %d welds and joints hold", bonds); }
@@ -44,7 +46,7 @@ static int list_bonds(building *b, int side)
   const size_t nodes = (size_t)b->s->node_count;
   rows->start = calloc(nodes + 2, sizeof *rows->start);
   if (!rows->start) return no_memory(b->bond_count);
-  for (int pass = 0; pass < 2; pass++) { /* counts, then lists */
+  for (int pass = 0; pass < 2; pass++) { /* first counts, then lists */
     for (int k = 0; k < b->bond_count; k++)
       for (int a = 0; a < b->bonds[k].count[side]; a++) {
         const int place = b->s->node_place[b->bonds[k].nodes[side][a]];
@@ -67,7 +69,8 @@ static void mark_bonds(building *b, int place)
       b->mark[side][b->of_node[side].second[k]] = b->pair;
 }
 
-/* Calls for the node and those of faces near it at rest in its piece. Returns the sum. */
+/* Calls `call` for the node, and for the corners of the faces near it at rest in its piece. Returns the sum of the
+ * results. */
 static int call_near(building *b, int place, int (*call)(building *b, int place, void *data), void *data)
 {
   const flesh_near_rows *near = &b->finder->excluded[POINTS];
@@ -84,11 +87,11 @@ static int mark_one(building *b, int place, void *data)
   return 0;
 }
 
-/* The bonds of one row. */
+/* The bonds of one bonded feature. */
 typedef struct row {
-  double distance;   /* of the pair at hand */
-  const int *corner; /* of its face; NULL: it has none */
-  int bears;         /* the face is one of a bond itself, not only near one */
+  double distance;   /* distance of the current pair at rest */
+  const int *corner; /* corners of its face; NULL: it is a pair of edges */
+  int bears;         /* whether the face belongs to a bond itself, rather than only lying near one */
   int number, for_good, failed;
   numbers *variables;
 } row;
@@ -100,7 +103,8 @@ static int has_node(const flesh_bond *bond, int side, int node)
   return 0;
 }
 
-/* How many bonds hold a node of the one feature to the marked ones of the other; adds them to the row's. */
+/* Returns the number of bonds that hold a node of one feature to marked nodes of the other, and adds them to the
+ * row. */
 static int take_one(building *b, int place, void *data)
 {
   row *r = data;
@@ -121,7 +125,7 @@ static int take_one(building *b, int place, void *data)
   return held;
 }
 
-/* The mesh nodes of a pair's features: of the first `*first`. */
+/* Lists the mesh nodes of a pair's features; the first *first belong to the first one. */
 static void nodes_of(const flesh_contact_surface *s, int kind, const int pair[2], int *first, int nodes[4])
 {
   const int *p = s->edges + 2 * (size_t)pair[0], *q = (kind ? s->edges : s->faces) + (kind ? 2 : 3) * (size_t)pair[1];
@@ -130,7 +134,7 @@ static void nodes_of(const flesh_contact_surface *s, int kind, const int pair[2]
   for (int k = *first; k < 4; k++) nodes[k] = q[k - *first];
 }
 
-/* Whether bonds hold the pair. */
+/* Whether bonds hold the pair together. */
 static int is_held(building *b, int kind, const int pair[2], row *r)
 {
   const double *x[4];
@@ -148,7 +152,7 @@ static int is_held(building *b, int kind, const int pair[2], row *r)
   return held;
 }
 
-/* Rows of one kind, of pairs [2*count] that ascend. */
+/* Builds the rows of one kind from ascending pairs [2*count]. */
 static int make_rows(building *b, int kind, int count, const int *pairs, flesh_near_bonds *self)
 {
   numbers firsts = {0}, others = {0}, starts = {0}, variables = {0}, variable_starts = {0}, seats = {0};
@@ -177,7 +181,7 @@ static int make_rows(building *b, int kind, int count, const int *pairs, flesh_n
   return failed ? no_memory(b->bond_count) : FLESH_OK;
 }
 
-/* Numbers the bonded features and their internal variables, from `begin` on. */
+/* Numbers the bonded features and their internal variables, the latter from `begin` on. */
 static int number_rows(const flesh_contact_surface *s, int begin, flesh_near_bonds *self)
 {
   self->variables = 0;

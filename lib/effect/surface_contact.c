@@ -1,5 +1,5 @@
-/* surface_contact.c: forces of bodies that touch each other or themselves, by a barrier between their surfaces, and of
- * lagged friction between them. */
+/* surface_contact.c: contact of bodies with each other or themselves: forces of a barrier between their surfaces, and
+ * lagged friction. */
 #include "effect/surface_contact.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@
 typedef flesh_surface_contact contact;
 typedef flesh_surface_near near;
 
-/* Finds the contact cache of the run, or makes one for this call, and updates its pairs to the point. */
+/* Gets the contact cache of the run, or a new one for this call, and updates its pairs to the point. */
 static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);
@@ -77,8 +77,8 @@ static int surface_contact_energy(const flesh_effect *effect, const flesh_point 
   return close_near(self, own, status);
 }
 
-/* Adds H [12*12], of so many nodes, to K. Blocks that its pattern has not are left out: only where a matrix is evaluated
- * without a run (covers). */
+/* Adds H [12*12] of `count` nodes to K. Blocks missing in K's pattern are skipped, which only happens if a matrix is
+ * evaluated without a run (see `covers`). */
 static void add_blocks(flesh_block_matrix *K, int count, const int *nodes, const double *H)
 {
   for (int a = 0; a < count; a++)
@@ -144,8 +144,9 @@ int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *
 static const char *const report_names[] = {"gap", "pairs", "force", NULL},
                   *const separating_names[] = {"gap", "pairs", "force", "ignored", NULL};
 
-/* Smallest distance between surfaces, at most the thickness; pairs of features within it; the sum of the sizes of the
- * forces on nodes, halved, as each force is there twice; where it separates, pairs of patches that are ignored. */
+/* Reports the least distance between surfaces (at most the thickness), the number of pairs of features within it, half
+ * of the sum of the magnitudes of the nodes' forces (each force acts twice) and, for an effect that separates, the
+ * number of ignored pairs of patches. */
 static void surface_contact_report(const flesh_effect *effect, const flesh_point *point, double *values)
 {
   const contact *contact = effect->data;

@@ -1,4 +1,4 @@
-/* surface_contact.h: what an effect of bodies that touch each other holds, and what a run knows of what is near. */
+/* surface_contact.h: the data of a contact effect between bodies, and a run's cache of what is near. */
 #ifndef FLESH_EFFECT_SURFACE_CONTACT_H
 #define FLESH_EFFECT_SURFACE_CONTACT_H
 
@@ -19,75 +19,76 @@ typedef struct flesh_surface_contact {
   const flesh_body_part *parts; /* [part_count] borrowed */
   flesh_contact_surface surface;
   flesh_contact_law law;
-  double friction, slip_speed; /* m/s */
-  double slack;                /* m, how much farther than forces reach is searched */
-  int adaptive;                /* 1: the stiffness follows the pressures, from that of the law on */
+  double friction, slip_speed; /* slip_speed in m/s */
+  double slack;                /* m, distance beyond the reach of forces within which pairs are searched for */
+  int adaptive;                /* 1: the stiffness adapts to the pressures, starting from that of `law` */
   uint8_t *may_meet;           /* [bodies][bodies] 1: they may touch */
-  flesh_cells places;          /* the surface's nodes, each by itself: those that every rank has */
-  int own;                     /* the first nodes of the mesh are this rank's; INT_MAX: all are */
-  const int *numbers;          /* of a rank's nodes in the whole, borrowed; NULL: there is one */
-  const flesh_near_bonds *bonds; /* what other effects hold together; NULL: nothing */
-  int owns_bonds, bonded;        /* bonded: it has been told */
-  int separates;               /* what goes through each other at the start does not touch until it is apart */
+  flesh_cells places;          /* one cell for each surface node: the nodes that every rank has */
+  int own;                     /* number of the mesh's first nodes that this rank owns; INT_MAX: all */
+  const int *numbers;          /* numbers, in the whole mesh, of a rank's nodes, borrowed; NULL: there is one rank */
+  const flesh_near_bonds *bonds; /* features that other effects hold together; NULL: none */
+  int owns_bonds, bonded;        /* bonded: whether it has been told the bonds */
+  int separates;               /* whether surfaces that intersect at the start ignore each other until they are apart */
 } flesh_surface_contact;
 
-/* Nodes begin <= i < end of the mesh, of which those on the surface are of one piece. */
+/* Mesh nodes begin <= i < end, of which those on the surface belong to one piece. */
 typedef struct flesh_surface_run {
   int begin, end, piece;
 } flesh_surface_run;
 
-/* Pieces that are told apart, at most. */
+/* Largest number of pieces that are distinguished. */
 enum { FLESH_SURFACE_GROUPS = 64 };
 
-/* Ways of more than so many edges are searched in portions. */
+/* Paths longer than this many edges are searched in portions. */
 enum { FLESH_SURFACE_LONG = 4 };
 
-/* The most that two nodes have moved relative to each other, m: two of one group, and any two; NaN where a place is not
- * finite. */
+/* Largest relative displacement of two nodes, m: of one group, and of any two; NaN if a position is not finite. */
 typedef struct flesh_surface_drift {
   double within, all;
 } flesh_surface_drift;
 
 typedef struct flesh_surface_since {
   int known;
-  double *x; /* [3*nodes of the mesh] a place, */
-  flesh_surface_drift drift; /* and how far that is from where pairs were found */
+  double *x; /* [3*nodes of the mesh] positions */
+  flesh_surface_drift drift; /* their drift from x_static */
 } flesh_surface_since;
 
-/* The pieces that touch each other at a place, on a rank by its own pairs: bit b of [a], and bit a of [b]. */
+/* The pieces that touch each other at x, on a rank those of its own pairs: bit b of pieces[a], and bit a of
+ * pieces[b]. */
 typedef struct flesh_surface_touching {
   int known;
   double *x; /* [3*nodes of the mesh] */
   uint64_t pieces[FLESH_SURFACE_GROUPS];
 } flesh_surface_touching;
 
-/* The contact cache of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept
- * for the places around it; the pairs that do touch, at the place evaluated last; and the pairs with friction, at the
- * lagged place. */
+/* The contact cache of a run, or of one call: nodes, edges and faces that may touch, found at one position and valid
+ * around it; the pairs that do touch at the position evaluated last; and the pairs with friction at the lagged
+ * position. */
 typedef struct flesh_surface_near {
   const flesh_surface_contact *contact; /* borrowed */
   flesh_threads *threads;               /* borrowed, may be NULL */
   flesh_near_finder *finder;
-  flesh_near_pairs static_pairs; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
+  flesh_near_pairs static_pairs; /* valid until features have come nearer by more than the slack, see surface_reach.c */
   int static_known;
   int run_count, pieces;
-  flesh_surface_run *runs; /* [run_count] of the surface's nodes */
-  unsigned char *piece;    /* [node_count of the surface] of each node; 0 where they are not told apart */
-  int group[FLESH_SURFACE_GROUPS]; /* [pieces] groups of pieces that are far from all others, where `static_pairs` were found */
-  double apart;       /* m, between the groups there, at least */
+  flesh_surface_run *runs; /* [run_count] runs of the surface's nodes */
+  unsigned char *piece;    /* [node_count of the surface] number of each node's piece; 0 if pieces are not distinguished */
+  int group[FLESH_SURFACE_GROUPS]; /* [pieces] group of each piece; groups were far from each other at x_static */
+  double apart;       /* m, least distance of two groups at x_static */
   flesh_near_drift drift;
-  double *x_static; /* [3*nodes of the mesh], as all places here: where `static_pairs` were found */
-  flesh_surface_since since[2]; /* the last places that were compared with it */
-  int latest;                   /* of these */
-  flesh_surface_drift room;     /* how far nodes may move from where it was asked last whether all is far, m; <= 0: it */
-  int room_known;               /* is not; forgotten by a search */
-  double *x_shown; /* what is at most `shown` apart there is among static_pairs */
-  double shown;    /* m; 0: not known */
+  double *x_static; /* [3*nodes of the mesh], as all positions here: where static_pairs were found */
+  flesh_surface_since since[2]; /* drifts of the last two positions asked for */
+  int latest;                   /* index of the later one in `since` */
+  flesh_surface_drift room;     /* m, drift from the last x0 of is_far within which all pieces stay far from each other;
+                                 * <= 0: they may be near */
+  int room_known;               /* reset by a search */
+  double *x_shown; /* position at which static_pairs were shown to have all pairs at most `shown` apart */
+  double shown;    /* m; 0: unknown */
   flesh_near_pairs close_pairs; /* those of static_pairs that are near each other at x_close, see surface_reach.c */
   double *x_close;
   int close_known;
-  flesh_near_pairs swept_pairs; /* of a step that leads farther */
-  flesh_surface_touching touching[2]; /* at both ends of the last step, of which one begins the next */
+  flesh_near_pairs swept_pairs; /* pairs of a step too long for static_pairs */
+  flesh_surface_touching touching[2]; /* touching pieces at both ends of the last step; the next one may start at either */
   flesh_contact_set set;
   int set_known;
   flesh_contact_secant secant;
@@ -95,26 +96,27 @@ typedef struct flesh_surface_near {
   flesh_contact_friction friction;
   int friction_known;
   double *x_friction;
-  double *x_secant;           /* where the solve that the secant is of began */
-  double *x_predicted;        /* where its forces are predicted for */
+  double *x_secant;           /* where the solve began for which `secant` predicts */
+  double *x_predicted;        /* where the secant's forces were predicted */
   int secant_known;
   double *moved;
   flesh_cells cells;
-  int *cell_nodes, cell_room; /* of cells */
+  int *cell_nodes, cell_room; /* nodes of `cells`, and its room in cells */
   double *hessians;
   size_t hessian_room;
-  struct flesh_surface_guard *guards; /* [node_count of the surface + 1] room of surface_gaps.c; NULL: not yet needed */
-  unsigned char *bonded;     /* [bonded points + edges] FLESH_HELD, ... by the internal variables; NULL: there are none */
-  int seat_count;            /* of points that are FLESH_SEATED, on a rank its own */
+  struct flesh_surface_guard *guards; /* [node_count of the surface + 1] scratch of surface_gaps.c; NULL: not needed yet */
+  unsigned char *bonded;     /* [bonded points + edges] FLESH_HELD, ... from the internal variables; NULL: no bonds */
+  int seat_count;            /* number of SEATED points; on a rank, of those that it owns */
   flesh_contact_seat *seats;
-  flesh_contact_patches patches; /* that ignore each other; none but of an effect that separates */
-  int begun;                     /* pairs of patches where the run began */
-  double t_apart;                /* s, since when nothing is ignored any more; NaN: something is, or nothing ever was */
+  flesh_contact_patches patches; /* patches that ignore each other; only for an effect that separates */
+  int begun;                     /* number of pairs of patches when the run began */
+  double t_apart;                /* s, time since which nothing is ignored; NaN: something is, or nothing ever was */
   int patches_known;
-  double *x_patches; /* the last accepted place, at which they are known */
+  double *x_patches; /* last accepted position, for which the patches are known */
 } flesh_surface_near;
 
-/* Internal variables of a bonded point: FLESH_HELD, ...; the distance from which its seat pushes, m; the seat's face. */
+/* Internal variables of a bonded point: state FLESH_HELD, ...; m, opening below which its seat pushes; its seat's
+ * face. */
 enum { FLESH_POINT_STATE, FLESH_POINT_LEAST, FLESH_POINT_FACE, FLESH_POINT_VARIABLES };
 
 extern const flesh_effect_operations flesh_surface_contact_operations, flesh_separating_contact_operations;
@@ -122,108 +124,113 @@ extern const flesh_effect_barrier flesh_surface_contact_barrier, flesh_separatin
 extern const flesh_effect_private flesh_surface_contact_private, flesh_separating_contact_private;
 extern const flesh_effect_ranks flesh_surface_contact_ranks;
 
-/* Whether the effect is of this kind. */
+/* Whether the effect is a contact between bodies. */
 static inline int flesh_is_surface_contact(const flesh_effect *effect)
 {
   return effect->operations == &flesh_surface_contact_operations ||
          effect->operations == &flesh_separating_contact_operations;
 }
 
-/* Whether the effect keeps these parts (a body's, by number) out of each other; 0 for every other effect. */
+/* Whether the effect keeps these two parts of the body (by number) apart; 0 for every other effect. */
 int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b);
 
-/* The pairs of patches (new) that a run which begins at x [3*n] would ignore; none for effects that separate nothing.
+/* Finds the pairs of patches (new) that a run starting at x [3*n] would ignore; none for effects that do not separate.
  * FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
 int flesh_surface_contact_ignored(const flesh_effect *effect, const double *x, int *count, flesh_patch_pair **pairs);
 
-/* Finds the pairs that the effect leaves out of contact although they could touch, because they are nearer than the
- * thickness at rest; none for an effect of another kind. FLESH_ERR_MEMORY. */
+/* Finds the pairs that the effect excludes from contact although they could touch, because they are nearer than the
+ * thickness at rest; none for other effects. FLESH_ERR_MEMORY. */
 int flesh_surface_contact_left_out(const flesh_effect *effect, flesh_left_out *found);
 
-/* flesh_effect_private.evaluate. */
+/* Implements flesh_effect_private.evaluate. */
 int flesh_surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                    double *r, double *phi, double *magnitude);
-/* flesh_effect_partials.couple. */
+/* Implements flesh_effect_partials.couple. */
 int flesh_surface_contact_couple(const flesh_effect *effect, const flesh_point *point, flesh_argument argument,
                                  flesh_block_add add, void *to);
-/* flesh_effect_barrier.check. */
+/* Implements flesh_effect_barrier.check. */
 int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x);
 
-/* The places that a cache keeps. */
+/* Number of position arrays that a cache keeps. */
 enum { FLESH_SURFACE_PLACES = 13 };
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
 void flesh_surface_near_destroy(void *near);
 
-/* The point's memory, or one for this call (*own), which is to be destroyed, with the stiffness and what is held together by
- * the point's internal variables. FLESH_ERR_MEMORY. */
+/* Returns the point's cache, or a new one for this call (*own), which the caller destroys. Sets its stiffness and bonds
+ * from the point's internal variables. FLESH_ERR_MEMORY. */
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, flesh_surface_near **near, int *own);
-/* Memory for what is held together, after the finder's. FLESH_ERR_MEMORY. */
+/* Allocates the memory for bonds, once the finder exists. FLESH_ERR_MEMORY. */
 int flesh_surface_release_create(flesh_surface_near *near);
-/* The stiffness and what is held together become those of the effect's internal variables (NULL: all are 0). */
+/* Sets stiffness and bonds from the effect's internal variables (NULL: all are 0). */
 void flesh_surface_near_take(flesh_surface_near *near, const double *internal);
-/* The part of that for what is HELD, SEATED and APART. */
+/* Sets the states HELD, SEATED and APART of the bonds, for flesh_surface_near_take. */
 void flesh_surface_near_let_go(flesh_surface_near *near, const double *internal);
-/* The energy of the seats at x [3*n], J; adds the residual to r unless it is NULL. */
+/* Returns the energy of the seats at x [3*n], J; adds their residual to r unless it is NULL. */
 double flesh_surface_seats_evaluate(const flesh_surface_near *near, const double *x, double *r);
-/* The internal variables of the next step, by which bonds hold and how far apart things are at the point; whether any has
- * changed. */
+/* Updates the bonds' internal variables for the next step, from the bonds that hold and the distances at the point.
+ * Returns whether any has changed. */
 int flesh_surface_contact_release(const flesh_surface_contact *contact, const flesh_point *point, double *internal);
-/* flesh_effect_private.take_bonds. */
+/* Implements flesh_effect_private.take_bonds. */
 int flesh_surface_contact_take_bonds(flesh_effect *effect, int count, const flesh_bond *bonds);
-/* Corrects x [3*n], where near->static_pairs has all that is within so many m at x_from: nodes and faces that touch there keep
- * their gaps. Others go where the guess has them: elsewhere an impact has other solutions. Returns whether x has changed.
- * Collective where `team` is not NULL: the same x on all ranks, as it was where one comes with a `status`. */
+/* Corrects x [3*n] so that nodes and faces that touch at x_from keep their gaps; near->static_pairs must have all pairs
+ * at most `within` [m] apart there. Other nodes stay where the guess has them, because moving them would select another
+ * solution of an impact. Returns whether x has changed. Collective unless `team` is NULL: x is the same on all ranks,
+ * and unchanged if one of them passes an error in `status`. */
 int flesh_surface_near_keep_gaps(flesh_surface_near *near, const struct flesh_team *team, int status, double within,
                                  const double *x_from, double *x);
-/* Once other features may touch, nothing that is known of the near ones serves. */
+/* Invalidates all that is known of near features, because other features may touch now. */
 void flesh_surface_near_forget(flesh_surface_near *near);
-/* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
+/* Updates near->set to x [3*n]. FLESH_UNDEFINED if surfaces meet. */
 int flesh_surface_near_update_pairs(flesh_surface_near *near, const double *x);
-/* places [3*n] = x. */
+/* Copies x to places [3*n]. */
 void flesh_surface_near_keep(const flesh_surface_near *near, const double *x, double *places);
-/* x [3*n] without the mean displacement of the surface from x_from, near->moved, of which only the surface's nodes are set:
- * distances do not depend on a motion that all share, and what is thrown needs no search. */
+/* Returns x [3*n] minus the surface's mean displacement from x_from, in near->moved, of which only surface nodes are
+ * set. Distances do not depend on a common motion, so a thrown body needs no new search. */
 const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *x_from, const double *x);
-/* The runs of the surface's nodes. FLESH_ERR_MEMORY. */
+/* Finds the runs of the surface's nodes. FLESH_ERR_MEMORY. */
 int flesh_surface_near_runs_create(flesh_surface_near *near);
-/* The groups of what is far from each other where near->static_pairs were found. */
+/* Finds the groups of pieces that are far from each other at near->x_static. */
 void flesh_surface_near_group(flesh_surface_near *near);
-/* The feasible fraction of the straight step from x_from to x_to [3*n]. */
+/* Returns the feasible fraction of the straight step from x_from to x_to [3*n]. */
 double flesh_surface_near_feasible_step(flesh_surface_near *near, const double *x_from, const double *x_to);
-/* flesh_effect_private.tunnelled. */
+/* Implements flesh_effect_private.tunnelled. */
 int flesh_surface_near_tunnelled(void *near, const struct flesh_team *team, const double *internal, const double *x_from,
                                  const double *x_to);
-/* Whether nothing can limit a step from x_from to x_to [3*n] because all is far apart, by what is known without a search. */
+/* Whether a step from x_from to x_to [3*n] is known, without a search, to be unlimited because everything is far
+ * apart. */
 int flesh_surface_near_is_free(flesh_surface_near *near, const double *x_from, const double *x_to);
-/* flesh_effect_private.is_far. */
+/* Implements flesh_effect_private.is_far. */
 int flesh_surface_near_is_far(void *near, const double *x0, double shift, const double *u);
-/* Pairs among which are all at most so far apart at x [3*n]: nodes and faces, two edges, m; NULL: it takes a search. Those
- * within the thicknesses are chosen from what is known, for the next places, too. */
+/* Returns pairs that include all those at most points [m] (node and face) or edges [m] (two edges) apart at x [3*n];
+ * NULL: a search is needed. For distances within the thicknesses they are selected from the known pairs, and kept for
+ * the next positions. */
 const flesh_near_pairs *flesh_surface_near_pairs_at(flesh_surface_near *near, const double *x, double points, double edges);
-/* Whether all pairs at most `within` [m] apart at x, are among near->static_pairs. */
+/* Whether near->static_pairs has all pairs at most `within` [m] apart at x. */
 int flesh_surface_near_is_valid(flesh_surface_near *near, const double *x, double within);
-/* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */
+/* Returns the largest distance [m], at x_from, of pairs that can limit a step from there to x_to; NaN or too large a
+ * value if it is not known. */
 double flesh_surface_near_limiting_distance(flesh_surface_near *near, const double *x_from, const double *x_to);
-/* near->friction becomes that of x_lag, and near->set that at x, where there is friction. */
+/* Updates near->friction to the lagged positions, if there is friction. May leave near->set at those. */
 int flesh_surface_near_update_friction(flesh_surface_near *near, const flesh_point *point);
-/* Hessians of near->set, that at x, become those of secants to the predicted forces where x is the place that they are
- * predicted for, and tangents elsewhere, or everywhere. */
+/* Makes the Hessians of near->set, which is that at x, those of secants to the predicted forces if they were predicted
+ * for x, else tangents; tangents everywhere if `tangents` is set. */
 void flesh_surface_near_expect(flesh_surface_near *near, const double *x, int tangents);
-/* The run is at x [3*n] at time t, of an effect that separates. Where a step has led there, what is apart touches from now
- * on; else (`accepted` 0), if it was not there before, it begins there. *changed: whether the energy at x is another than
- * before. FLESH_UNDEFINED where a place is not finite; FLESH_ERR_MEMORY. */
+/* Follows a run of an effect that separates to x [3*n] at time t. If a step led there (`accepted`), features that have
+ * come apart touch from now on; otherwise the run begins there, unless it was there before. *changed: whether this
+ * changes the energy at x. FLESH_UNDEFINED if a position is not finite; FLESH_ERR_MEMORY. */
 int flesh_surface_near_follow(flesh_surface_near *near, int accepted, double t, const double *x, int *changed);
-/* Archives the patches that flesh_surface_near_follow keeps. FLESH_ERR_MEMORY. */
+/* Saves or loads the patches that flesh_surface_near_follow keeps. FLESH_ERR_MEMORY. */
 int flesh_surface_near_archive(flesh_surface_near *near, flesh_archive *archive);
-/* Adds the pairs that began crossed, those that still are ignored, and when the last ones came apart. */
+/* Adds the number of pairs ignored at the start and now, and the time when the last ones came apart. */
 void flesh_surface_near_separation(const flesh_surface_near *near, flesh_separation *separation);
-/* Whether x has the bits of these places [3*n]. */
+/* Whether x has the same bits as places [3*n]. */
 int flesh_surface_near_is_at(const flesh_surface_near *near, const double *x, const double *places);
-/* The stiffness of near->set becomes that by the effect's internal variable (NULL: 0). */
+/* Sets the stiffness of near->set from the effect's internal variable (NULL: 0). */
 void flesh_surface_near_harden(flesh_surface_near *near, const double *internal);
-/* The internal variable of the next step, by the pressures of near->set, that at x; returns whether it changed. */
+/* Updates the internal variable of the stiffness for the next step, from the pressures of near->set, which is that at
+ * x. Returns whether it has changed. */
 int flesh_surface_near_adapt(const flesh_surface_near *near, const double *x, double *internal);
-/* Room for Hessians of 12 x 12. FLESH_ERR_MEMORY. */
+/* Makes room for this many Hessians of 12 x 12. FLESH_ERR_MEMORY. */
 int flesh_surface_near_reserve(flesh_surface_near *near, int hessians);
 
 #endif

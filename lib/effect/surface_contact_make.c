@@ -1,4 +1,4 @@
-/* surface_contact_make.c: makes effects of bodies that touch each other, and checks that they are apart. */
+/* surface_contact_make.c: creates contact effects between bodies, and checks that they start apart. */
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -14,11 +14,11 @@
 
 typedef flesh_surface_contact contact;
 
-/* How much farther than forces reach is searched, over the mean edge at rest: a search then serves for some steps, and
- * neighbours in one surface, which never touch, are mostly not found. */
+/* Distance beyond the reach of forces within which pairs are searched for, over the mean edge at rest. A search is then
+ * valid for several steps, and few neighbours in one surface, which never touch, are found. */
 static const double SLACK = 0.2;
 
-/* The number of each tet's part, new; NULL: there is no memory. */
+/* Returns a new array of each tet's part number; NULL: no memory. */
 static int *list_parts(const flesh_body *body)
 {
   int *parts = calloc((size_t)flesh_mesh_tet_count(body->mesh) + 1, sizeof *parts);
@@ -27,7 +27,7 @@ static int *list_parts(const flesh_body *body)
   return parts;
 }
 
-/* Which parts may meet, from their numbers. */
+/* Records which parts may touch, from their numbers. */
 static int take_pairs(contact *self, int parts, int count, const int *pairs)
 {
   if (count < 0 || (count && !pairs))
@@ -56,7 +56,7 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   int status = flesh_contact_surface_of_mesh(body->mesh, parts, &self->surface);
   free(parts);
   if (status) return status;
-  self->surface.body_count = part_count; /* the last may have no tet */
+  self->surface.body_count = part_count; /* the last part may have no tets */
   self->own = INT_MAX;
   self->places = (flesh_cells){.count = self->surface.node_count, .nodes_per_cell = 1, .nodes = self->surface.nodes};
   if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
@@ -72,16 +72,16 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   return take_pairs(self, part_count, count, pairs);
 }
 
-/* Name of a part, for messages. */
+/* Returns the name of a part for messages. */
 static const char *name_of(const contact *self, int part)
 {
   return self->part_count > 1 && self->parts[part].name ? self->parts[part].name : "the body";
 }
 
-/* Number of a node, for messages. */
+/* Returns the number of a node for messages. */
 static int number_of(const contact *self, int node) { return self->numbers ? self->numbers[node] : node; }
 
-/* FLESH_ERR_ARGUMENT with the first place where surfaces go through each other, and how many there are. */
+/* Fails with FLESH_ERR_ARGUMENT, naming the first intersection of surfaces and their number. */
 static int complain(const contact *self, const flesh_surface_intersections *found)
 {
   const flesh_surface_intersection *first = &found->items[0];
@@ -103,8 +103,8 @@ int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b)
   return self->may_meet[a * parts + b];
 }
 
-/* A surface that goes through nothing is inside out where it goes around places just outside of it. It could not turn back
- * but through itself: FLESH_ERR_ARGUMENT for the first piece of which that is so and that is kept out of itself. */
+/* Checks that no surface is inside out: one without intersections that winds around points just outside of it. It could
+ * only turn back through itself. FLESH_ERR_ARGUMENT for the first such piece that may not pass through itself. */
 static int check_sides(const contact *self, const double *x)
 {
   const flesh_contact_surface *s = &self->surface;
@@ -131,7 +131,7 @@ static int check_sides(const contact *self, const double *x)
   return status;
 }
 
-/* Surfaces that touch so nearly that the barrier would throw them off. */
+/* Checks that surfaces are not so near that the barrier would throw them apart. */
 static int check_gap(const contact *self, flesh_surface_near *near, const double *x)
 {
   int status = flesh_surface_near_update_pairs(near, x);
@@ -143,7 +143,7 @@ static int check_gap(const contact *self, flesh_surface_near *near, const double
 
 int flesh_surface_contact_check(const flesh_effect *effect, const double *internal, double t, const double *x)
 {
-  (void)t; /* all surfaces are the bodies' */
+  (void)t; /* unused: all surfaces belong to the bodies */
   const contact *self = effect->data;
   flesh_surface_near *near;
   flesh_surface_intersections found = {0};

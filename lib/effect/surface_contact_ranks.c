@@ -1,6 +1,6 @@
-/* surface_contact_ranks.c: contact between bodies that ranks share out. Every rank has all nodes of the surface; it searches
- * for and evaluates the pairs whose first node it owns. Patches, and the pairs of a stiffness that follows the pressures,
- * which go by all of the contact, are found by every rank. */
+/* surface_contact_ranks.c: contact between bodies that are shared by ranks. Every rank has all surface nodes, and
+ * searches for and evaluates the pairs whose first node it owns. Patches, and the pairs of an adaptive stiffness,
+ * depend on the whole contact and are found by every rank. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 typedef flesh_surface_contact contact;
 
-/* The surface and which bodies may meet. */
+/* Copies the surface, in the part's numbers, and which bodies may touch. */
 static int take(const contact *whole, const flesh_rank_part *part, contact *self)
 {
   const size_t bodies = (size_t)whole->surface.body_count;
@@ -43,7 +43,7 @@ static int restrict_to_part(const flesh_effect *whole, const flesh_rank_part *pa
   self->places = (flesh_cells){0};
   self->may_meet = NULL;
   self->owns_bonds = 0;
-  self->bonded = 1; /* as the whole, whose bonds are borrowed: they go by places on the surface, the same on all ranks */
+  self->bonded = 1; /* borrows the bonds of the whole: they use indices of surface nodes, which are the same on all ranks */
   self->own = flesh_rank_part_own(part);
   self->numbers = flesh_rank_part_nodes(part);
   const int status = take(from, part, self);

@@ -1,4 +1,4 @@
-/* surface_gaps.c: a first iterate in which bodies that touch come into each other or apart, corrected node by node. */
+/* surface_gaps.c: corrects, node by node, a first iterate that would bring touching bodies into each other or apart. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -10,22 +10,23 @@
 
 typedef flesh_surface_near near;
 
-/* Over the thickness: the depth from which nodes that touched are taken back to their gap, and how far from it they may have
- * left. */
+/* In thicknesses: largest depth from which nodes that touched are brought back to their gap, and largest distance
+ * beyond it. */
 static const double DEEPEST = 3, LEFT = 1;
 
-/* Corrections stop here, or once all gaps are right to this part. */
+/* Largest number of sweeps; relative error of the gaps at which corrections end. */
 enum { SWEEPS = 10 };
 static const double RIGHT = 1e-3;
 
-/* A node and the face under it. */
+/* A node and the face below it. */
 struct flesh_surface_guard {
   int node;
   const int *face; /* [3] */
-  double gap;      /* m, that the node had before */
+  double gap;      /* m, gap before the step */
 };
 
-/* The outward normal of a face, the weights of the foot of p in its plane, and how high p is above it; 0: it has no area. */
+/* Computes the outward unit normal of a face, the weights of the foot of p in its plane, and the height of p above it.
+ * Returns 0 if the face has no area. */
 static int find_height(const double *p, const int *face, const double *x, double normal[3], double w[3], double *height)
 {
   const double *corner[3];
@@ -49,12 +50,12 @@ static int find_height(const double *p, const int *face, const double *x, double
   return 1;
 }
 
-/* Whether weights are those of a foot in the face. */
+/* Whether the foot with these weights lies in the face. */
 static int is_above(const double w[3]) { return w[0] >= 0 && w[1] >= 0 && w[2] >= 0; }
 
-/* The guard of a node that touched one of its faces, pairs [2*count], at x_from: over the face that it is above at x or, if
- * it is above none of them, over the one that it touched. Faces count that were within that distance, not what else a search
- * has found: a resumed run goes by another one. Returns whether there is one. */
+/* Finds the guard of a node that touched one of its faces, pairs [2*count], at x_from: the face that it is above at x
+ * or, if there is none, the face that it touched. Only faces within the distance `within` count, whatever else a search
+ * has found, because a resumed run uses another search. Returns whether there is one. */
 static int guard_of(const near *self, double within, int count, const int *pairs, const double *x_from, const double *x,
                     struct flesh_surface_guard *guard)
 {
@@ -80,7 +81,7 @@ static int guard_of(const near *self, double within, int count, const int *pairs
   return guard->face != NULL;
 }
 
-/* Lists what is to be corrected at x, of a rank's own nodes; returns how much. */
+/* Lists the guards of a rank's own nodes at x. Returns their number. */
 static int list_guards(near *self, double within, const double *x_from, const double *x)
 {
   const flesh_near_pairs *near_pairs = &self->static_pairs;
@@ -94,8 +95,8 @@ static int list_guards(near *self, double within, const double *x_from, const do
   return count;
 }
 
-/* The guards become those of all ranks, in the order of their nodes, as one rank alone has them; returns how many. None where a
- * rank comes with an error. */
+/* Gathers the guards of all ranks, in the order of their nodes, as one rank alone would have them. Returns their
+ * number; 0 if a rank has an error. */
 static int share_guards(near *self, const flesh_team *team, int status, int count)
 {
   const flesh_contact_surface *s = &self->contact->surface;
@@ -117,7 +118,8 @@ static int share_guards(near *self, const flesh_team *team, int status, int coun
   return count;
 }
 
-/* Moves a node and its face along its normal, as little as possible; returns whether that was needed. */
+/* Moves a node and its face along its normal, as little as possible, to restore the gap. Returns whether that was
+ * needed. */
 static int correct(const struct flesh_surface_guard *guard, double *x)
 {
   double n[3], w[3], height, *p = x + 3 * (size_t)guard->node;
@@ -136,7 +138,7 @@ int flesh_surface_near_keep_gaps(near *self, const flesh_team *team, int status,
 {
   const size_t nodes = (size_t)self->contact->surface.node_count;
   if (!self->guards) self->guards = malloc((nodes + 1) * sizeof *self->guards);
-  if (!self->guards) status = FLESH_ERR_MEMORY; /* then nothing is corrected */
+  if (!self->guards) status = FLESH_ERR_MEMORY; /* in this case nothing is corrected */
   int count = status ? 0 : list_guards(self, within, x_from, x);
   if (team) count = share_guards(self, team, status, count);
   int changed = 0, again = count > 0;

@@ -1,5 +1,5 @@
-/* surface_near.c: what a run knows of surfaces near each other: searched for where nodes have moved too far, and the
- * nodes that the Jacobian couples. */
+/* surface_near.c: a run's cache of surfaces near each other: pairs are searched for again when nodes have moved too
+ * far. Also finds the nodes that the Jacobian couples. */
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -13,10 +13,11 @@
 
 typedef flesh_surface_near near;
 
-/* The fraction of the distance of two features that a step may leave: the barrier takes over from there. */
+/* Fraction of the distance of two features that a step must leave; below it the barrier takes over. */
 static const double KEPT = 0.1;
 
-/* A long way is searched in portions, of which the first is the shortest one of an edge, or this. */
+/* Least first portion of a long path that is searched in portions; otherwise the first portion is about an edge
+ * long. */
 static const double SHORTEST = 1e-6;
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
@@ -71,7 +72,7 @@ void flesh_surface_near_destroy(void *data)
   free(self->piece);
   free(self->bonded);
   free(self->seats);
-  free(self->x_set); /* and the other places with it */
+  free(self->x_set); /* the other positions share this allocation */
   free(self->cell_nodes);
   free(self->hessians);
   free(self->guards);
@@ -115,7 +116,7 @@ static int search_static_pairs(near *self, const double *x)
   const flesh_surface_contact *contact = self->contact;
   self->static_known = self->close_known = self->room_known = 0;
   self->shown = 0;
-  /* Two nodes that both come nearer by the slack. */
+  /* two nodes may both come nearer by the slack */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
                                      &self->static_pairs);
   self->static_known = !status;
@@ -215,10 +216,14 @@ static int pair_nodes(const flesh_contact_pair *pair)
   return count;
 }
 
-/* Whether K has all pairs that the Jacobian at the point couples. */
+/* Whether K has the blocks of all pairs that the Jacobian couples at the point. */
 static int covers(near *self, const flesh_point *point, const flesh_block_matrix *K)
 {
-  if (flesh_surface_near_update_friction(self, point) || flesh_surface_near_update_pairs(self, point->x)) return 1; /* no value */
+  if (flesh_surface_near_update_friction(self, point) || flesh_surface_near_update_pairs(self, point->x)) return 1; /* the
+                                                                                                                     * effect
+                                                                                                                     * is
+                                                                                                                     * undefined
+                                                                                                                     * here */
   for (int k = 0; k < self->set.count; k++)
     if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
         !has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes))
@@ -245,7 +250,7 @@ static void predict(const flesh_effect *effect, const flesh_point *point)
   flesh_surface_near_keep(self, point->x, self->x_predicted);
 }
 
-/* One more cell of these nodes, in ascending order, the last one repeated. */
+/* Adds a cell of these nodes, ascending and padded with the last one. */
 static void add_cell(near *self, int count, const int *nodes)
 {
   int *cell = self->cell_nodes + 4 * (size_t)self->cells.count++;
@@ -257,8 +262,8 @@ static void add_cell(near *self, int count, const int *nodes)
   for (int a = count; a < 4; a++) cell[a] = cell[count - 1];
 }
 
-/* Adds the pairs that are so near that they are likely to touch before the pattern changes for another reason. They
- * depend on the nodes' places alone, so that a resumed run has the same pattern. */
+/* Adds the pairs that are near enough to touch, probably, before the pattern changes for another reason. They depend
+ * only on the nodes' positions, so that a resumed run has the same pattern. */
 static void add_candidates(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
@@ -305,8 +310,8 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   return FLESH_OK;
 }
 
-/* The feasible step by swept_pairs, where static_pairs do not suffice. A way that is long against the mesh is
- * searched in portions from its start on, because few pairs are on the way to the first touch. */
+/* Returns the feasible step by swept_pairs, for steps beyond static_pairs. A path that is long compared to the mesh is
+ * searched in portions from its start, because few pairs lie on the path to the first contact. */
 static double step_by_swept_pairs(near *self, const double *x_from, const double *x_to, double apart)
 {
   const flesh_contact_surface *surface = &self->contact->surface;
@@ -326,8 +331,8 @@ static double step_by_swept_pairs(near *self, const double *x_from, const double
   }
 }
 
-/* From static_pairs, from a search here where that will serve at its end, too, or from swept_pairs; none limits a
- * step that is more than `apart` from each other. */
+/* Uses static_pairs, or a search at x_from if that will also be valid at x_to, or swept_pairs. Pairs more than `apart`
+ * from each other cannot limit the step. */
 double flesh_surface_near_feasible_step(near *self, const double *x_from, const double *x_to)
 {
   if (flesh_surface_near_is_free(self, x_from, x_to)) return 1;
@@ -345,7 +350,7 @@ double flesh_surface_near_feasible_step(near *self, const double *x_from, const 
 static double max_feasible_step(const flesh_effect *effect, void *memory, const double *internal, double t_from,
                                 const double *x_from, double t_to, const double *x_to)
 {
-  (void)t_from, (void)t_to; /* all surfaces are the bodies' */
+  (void)t_from, (void)t_to; /* unused: all surfaces belong to the bodies */
   near *self = memory;
   int changed;
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;

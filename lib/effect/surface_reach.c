@@ -1,4 +1,4 @@
-/* surface_reach.c: for which places, and which ways, the pairs that a run has found serve. */
+/* surface_reach.c: at which positions, and for which steps, the pairs that a run has found are valid. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,15 +9,16 @@
 
 typedef flesh_surface_near near;
 
-/* How often a bound is used for a tighter one. */
+/* Largest number of times that a bound is used to find a tighter one. */
 enum { TIGHTENED = 2 };
 
-/* Beside what touches, a step is limited by what loses more than nine tenths of its distance, and a little less where
- * collision detection is not exact: by nothing that is further apart than what moves relative to each other, over this. */
+/* A pair limits a step only if it loses more than nine tenths of its distance, or slightly less because collision
+ * detection is not exact. So a pair cannot limit a step if its distance exceeds its relative displacement divided by
+ * LOST. */
 static const double LOST = 0.8;
 
-/* Proofs that the pairs suffice cover up to this much more than needed, over the slack, so that the next places need no
- * proof. */
+/* Margin, over the slack, by which a proof that the pairs suffice exceeds what is needed, so that the next positions
+ * need no proof. */
 static const double MARGIN = 0.25;
 
 const double *flesh_surface_near_without_mean(near *self, const double *x_from, const double *x)
@@ -31,24 +32,24 @@ const double *flesh_surface_near_without_mean(near *self, const double *x_from, 
   return self->moved;
 }
 
-/* Close pairs are those that come within the thickness where nodes come nearer by this, over the thickness. */
+/* Close pairs are those that come within the thickness if nodes come nearer by this, over the thickness. */
 static const double CLOSE = 0.5;
 
-/* Groups of pieces are so many times farther apart than what is searched for. */
+/* Least distance between groups of pieces, over the distance that is searched. */
 static const double FAR = 8;
 
 typedef flesh_displacement_box box;
 
 static const box EMPTY = FLESH_NO_DISPLACEMENT;
 
-/* Adds the displacements of a run of nodes from `from` [3*n] (NULL: their places) to x. */
+/* Adds the displacements of a run of nodes from `from` [3*n] to x; the positions x if `from` is NULL. */
 static void add_run(box *to, const flesh_surface_run *run, const double *from, const double *x)
 {
   const size_t first = 3 * (size_t)run->begin;
   flesh_displacement_box_add(to, run->end - run->begin, from ? from + first : NULL, x + first);
 }
 
-/* The first node of the surface from that of the mesh on. */
+/* Returns the first surface node from mesh node `node` on. */
 static int next_on_surface(const flesh_contact_surface *s, int node)
 {
   while (node < s->mesh_nodes && s->node_place[node] < 0) node++;
@@ -64,10 +65,12 @@ int flesh_surface_near_runs_create(near *self)
   if (!self->runs || !self->piece) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the neighbours of %d nodes", s->node_count);
   for (int k = 0; k < s->node_count; k++) {
     flesh_surface_run *last = self->runs + self->run_count - 1;
-    if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] != next_on_surface(s, last->end)) { /* as on ranks */
+    if (!k || s->node_piece[k] != names[last->piece] || s->nodes[k] != next_on_surface(s, last->end)) { /* the same runs
+                                                                                                         * on all
+                                                                                                         * ranks */
       int piece = 0;
       while (piece < self->pieces && names[piece] != s->node_piece[k]) piece++;
-      if (piece == FLESH_SURFACE_GROUPS) { /* too many: all are one */
+      if (piece == FLESH_SURFACE_GROUPS) { /* too many pieces: treat all as one */
         self->pieces = self->run_count = 1;
         memset(self->piece, 0, (size_t)s->node_count);
         self->runs[0] = (flesh_surface_run){0, s->mesh_nodes, 0};
@@ -100,8 +103,8 @@ void flesh_surface_near_group(near *self)
     }
 }
 
-/* The most that two nodes have moved relative to each other since they were at places `from` [3*n]: the diagonal of the
- * box around the displacements of a group, and of that around all. */
+/* Returns the largest relative displacements of two nodes since the positions `from` [3*n]: the diagonals of the boxes
+ * around the displacements of a group, and of all nodes. */
 static flesh_surface_drift largest_drift(const near *self, const double *from, const double *x)
 {
   box boxes[FLESH_SURFACE_GROUPS], all = EMPTY;
@@ -117,7 +120,7 @@ static flesh_surface_drift largest_drift(const near *self, const double *from, c
   return (flesh_surface_drift){within + all.sound, flesh_displacement_box_diagonal(&all) + all.sound};
 }
 
-/* The drift since static_pairs were found, which is kept for the last two places asked for: both ends of a way. */
+/* Returns the drift since static_pairs were found. It is kept for the last two positions: both ends of a step. */
 static flesh_surface_drift drift_since_search(near *self, const double *x)
 {
   flesh_surface_since *since = self->since;
@@ -130,12 +133,12 @@ static flesh_surface_drift drift_since_search(near *self, const double *x)
   return since->drift;
 }
 
-/* Whether it is known without a proof cube by cube that static_pairs have all that is at most `within` apart at x. */
+/* Whether static_pairs are known, without a proof cube by cube, to have all pairs at most `within` apart at x. */
 static int is_known(near *self, const double *x, double within)
 {
   if (!self->static_known) return 0;
   const flesh_surface_drift since = drift_since_search(self, x);
-  const int far = self->apart - since.all > within; /* what is of two groups */
+  const int far = self->apart - since.all > within; /* whether pairs of two groups are farther apart */
   if ((far ? since.within : since.all) <= self->static_pairs.distance - within) return 1;
   if (self->shown > 0 && self->shown >= within) {
     const flesh_surface_drift after = largest_drift(self, self->x_shown, x);
@@ -157,7 +160,7 @@ int flesh_surface_near_is_valid(near *self, const double *x, double within)
   return 1;
 }
 
-/* Whether close_pairs have what is so far apart at x. */
+/* Whether close_pairs have all pairs within these distances at x. */
 static int has_close(near *self, const double *x, double points, double edges)
 {
   const flesh_contact_law *law = &self->contact->law;
@@ -191,8 +194,8 @@ int flesh_surface_near_is_free(near *self, const double *x_from, const double *x
          self->apart - from.all > (from.all + to.all) / LOST;
 }
 
-/* How far two nodes of one group, and any two, may move from x0 so that any two such places are free of each other: near
- * to where pairs were found, of which none was. */
+/* Returns the drifts of two nodes of one group, and of any two, from x0 up to which a step between any two positions is
+ * free. Positive only near x_static, and if no pairs were found there. */
 static flesh_surface_drift room_at(near *self, const double *x0)
 {
   if (!self->static_known || self->static_pairs.point_count || self->static_pairs.edge_count || self->contact->bonds ||
@@ -219,7 +222,7 @@ double flesh_surface_near_limiting_distance(near *self, const double *x_from, co
   const flesh_surface_drift way = largest_drift(self, x_from, x_to);
   const int far = self->static_known && self->apart - drift_since_search(self, x_from).all > way.all / LOST;
   double apart = (far ? way.within : way.all) / LOST;
-  /* The pairs at hand cost less to look at than a tighter bound. */
+  /* Searching the known pairs costs less than a tighter bound. */
   for (int k = 0; k < TIGHTENED && apart > self->contact->slack && apart < INFINITY && !is_known(self, x_from, apart); k++) {
     const double tighter = flesh_near_drift_bound(&self->drift, self->finder, x_from, x_to, apart) / LOST;
     if (!(tighter < apart)) break;

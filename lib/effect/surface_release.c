@@ -1,10 +1,10 @@
-/* surface_release.c: what was held together and is let go: it lies on a seat until it has come apart, and then touches.
+/* surface_release.c: features released by broken bonds: they lie on a seat until they have come apart, then touch.
  *
- * A bonded point is HELD while its bonds hold. When one of them breaks it is SEATED (contact_seat.h) on the face that
- * it was held to, and then on those that it slides to, step by step. Once no bond holds, and it is as far from them as
- * forces reach, in front or beyond an edge of the body, it is APART, and touches all. Edges have no seat: they are
- * APART once they are that far from each other and their nodes are. All this changes between steps alone, with neither
- * forces nor energy but where a seat slides to a face at an angle. */
+ * A bonded point is HELD while all its bonds hold. When one of them breaks, it is SEATED (contact_seat.h) on the face
+ * that it was held to, and, step by step, on those that it slides to. When no bond holds any more and the point is out
+ * of reach of forces, in front of the faces or beyond an edge of the body, it is APART and touches everything. Edges
+ * have no seat: they are APART once they are that far from each other and their nodes are APART. States change only
+ * between steps, and change neither forces nor energy, except where a seat slides to a face at an angle. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -40,14 +40,14 @@ static int state_of(const flesh_near_bonds *bonds, int kind, int k, const double
   return state == FLESH_APART ? FLESH_APART : state == FLESH_SEATED && kind == POINTS && bonds->seat[k] >= 0 ? FLESH_SEATED : FLESH_HELD;
 }
 
-/* The face that a point is seated on; what a file says need not be one. */
+/* Returns the face that a point is seated on; a number loaded from a file may be invalid. */
 static int face_of(const contact *contact, int k, const double *own)
 {
   const double face = own[FLESH_POINT_FACE];
   return face >= 0 && face < contact->surface.face_count ? (int)face : contact->bonds->seat[k];
 }
 
-/* A bonded point and a face. */
+/* Lists the nodes of a bonded point and a face. */
 static void seat_nodes(const contact *contact, int k, int face, int nodes[4])
 {
   const flesh_contact_surface *s = &contact->surface;
@@ -92,7 +92,7 @@ double flesh_surface_seats_evaluate(const near *self, const double *x, double *r
   return energy;
 }
 
-/* How far the hulls of the first nodes and of the others are apart. */
+/* Returns the distance of the hulls of the first nodes and of the others. */
 static double distance_of(int first, const int nodes[4], const double *x)
 {
   const double *at[4];
@@ -101,7 +101,7 @@ static double distance_of(int first, const int nodes[4], const double *x)
   return flesh_hull_distance(first, 4 - first, at, unit);
 }
 
-/* Whether bonded feature k is at least `distance` from all that it was held to. */
+/* Whether bonded feature k is at least `distance` away from everything it was held to. */
 static int is_away(const contact *contact, int kind, int k, const double *x, double distance)
 {
   const flesh_near_rows *others = &contact->bonds->others[kind];
@@ -116,7 +116,7 @@ static int is_away(const contact *contact, int kind, int k, const double *x, dou
   return away;
 }
 
-/* How many of a feature's bonds hold. */
+/* Returns the number of a feature's bonds that hold. */
 static int count_holding(const flesh_near_bonds *bonds, int kind, int k, const double *all_internal)
 {
   const flesh_near_rows *rows = &bonds->bonds[kind];
@@ -125,7 +125,7 @@ static int count_holding(const flesh_near_bonds *bonds, int kind, int k, const d
   return hold;
 }
 
-/* The unit normal of a face. */
+/* Computes the unit normal of a face. */
 static void normal_of(const contact *contact, int face, const double *x, double n[3])
 {
   flesh_area_vector_at(x, contact->surface.faces + 3 * (size_t)face, n);
@@ -133,8 +133,8 @@ static void normal_of(const contact *contact, int face, const double *x, double 
   for (int c = 0; c < 3; c++) n[c] /= length;
 }
 
-/* The nearest face of those around a seat that look the same way: what slides over an edge of the body has left it, and is
- * not seated on the side beyond. */
+/* Returns the nearest of the faces around a seat that have a similar normal. A point that slides over an edge of the
+ * body has left it, and is not seated on the side beyond. */
 static int nearest_around(const contact *contact, int k, int seat, const double *x)
 {
   const flesh_contact_surface *s = &contact->surface;
@@ -159,8 +159,8 @@ static int nearest_around(const contact *contact, int k, int seat, const double 
   return best;
 }
 
-/* The seat goes along with what slides; it gives back nothing of what has come out of the face. Returns whether the point is
- * as far as forces reach from it, in front of it or beside it. */
+/* Moves the seat along with a sliding point; openings gained are never given up. Returns whether the point is out of
+ * reach of forces, in front of the seat or beside it. */
 static int reseat(const contact *contact, int k, const double *x, double *own)
 {
   int face = face_of(contact, k, own), nodes[4];
@@ -199,7 +199,7 @@ static int update_point(const contact *contact, int k, const flesh_point *point,
   return apart || own[FLESH_POINT_FACE] != face;
 }
 
-/* Whether all nodes of the edge and of those that it was held to touch what they may. */
+/* Whether all nodes of the edge, and of those that it was held to, are APART or not bonded. */
 static int are_free(const contact *contact, int k, const double *internal)
 {
   const flesh_near_bonds *bonds = contact->bonds;

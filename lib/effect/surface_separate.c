@@ -1,5 +1,5 @@
-/* surface_separate.c: contact of bodies that go through each other where a run begins: what is ignored until it is apart,
- * followed from step to step. */
+/* surface_separate.c: contact of bodies that intersect when a run begins: patches that are ignored until they are
+ * apart, updated from step to step. */
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -9,11 +9,11 @@
 
 typedef flesh_surface_near near;
 
-/* Patches take in so much of what is near, over the mean edge: in one step they may go so far along a surface before they
- * meet what touches. */
+/* Distance, over the mean edge, within which patches include their surroundings: how far they may slide along a surface
+ * in one step before they meet features that touch. */
 static const double room = 1;
 
-/* Takes over new patches; the pairs that were found before are not valid with them. */
+/* Activates new patches, which invalidates the pairs found so far. */
 static void take_patches(near *self)
 {
   self->finder->patches = self->patches.pair_count ? &self->patches : NULL;
@@ -25,7 +25,7 @@ static int update(near *self, const double *x)
   const flesh_surface_contact *contact = self->contact;
   const int own = self->finder->own;
   self->finder->patches = NULL;
-  self->finder->own = INT_MAX; /* every rank has all patches */
+  self->finder->own = INT_MAX; /* every rank finds all patches */
   int status = flesh_contact_patches_update(&self->patches, self->finder, x, contact->law.thickness,
                                             contact->law.thickness + room * contact->surface.mean_edge, self->threads);
   self->finder->own = own;
@@ -42,7 +42,7 @@ static int begin(near *self, const double *x)
   return status;
 }
 
-/* The contact's energy at x, on a rank that of its own pairs. */
+/* Computes the contact's energy at x, on a rank that of its own pairs. */
 static int find_energy(near *self, const double *x, double *energy)
 {
   *energy = 0;
@@ -51,7 +51,7 @@ static int find_energy(near *self, const double *x, double *energy)
   return status;
 }
 
-/* Finds the patches anew; the energy of pairs that come into patches is lost. */
+/* Recomputes the patches. The energy of pairs that newly belong to patches is lost. */
 static int renew(near *self, double t, const double *x, int *changed)
 {
   double before, after;

@@ -1,5 +1,5 @@
-/* surface_tunnel.c: whether a step has led a piece of a surface past another one that is on its straight way: the solve has
- * found a way around, as over the rim of a sheet. */
+/* surface_tunnel.c: detects a step that led a piece of a surface past another one on its straight path, because the
+ * solve found a way around it, for example over the rim of a sheet. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -11,13 +11,13 @@
 
 typedef flesh_surface_near near;
 
-/* Pieces meet on the way where no more than this part of the distance of two features is left. */
+/* Pieces meet on a path if this fraction of the distance of two features, or less, is left. */
 static const double LEFT = 1e-6;
 
-/* The shortest portion of a way that is searched. */
+/* Shortest portion of a path that is searched. */
 static const double SHORTEST = 1e-3;
 
-/* Pieces that need not be looked at: bit b of [a], and bit a of [b]. */
+/* Pairs of pieces that need not be examined: bit b of [a], and bit a of [b]. */
 typedef uint64_t piece_pairs[FLESH_SURFACE_GROUPS];
 
 static void add(uint64_t *pairs, int a, int b)
@@ -46,8 +46,8 @@ static int find_touching(near *self, const double *x, flesh_surface_touching *to
   return FLESH_OK;
 }
 
-/* Adds the pieces that touch each other at x_from, with those at x_to, which begins the next step unless this one is
- * refused. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+/* Adds the pairs of pieces that touch each other at x_from; also finds those at x_to, where the next step starts if
+ * this one is accepted. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
 static int add_touching(near *self, const double *x_from, const double *x_to, uint64_t *pairs)
 {
   flesh_surface_touching *ends = self->touching;
@@ -62,7 +62,7 @@ static int add_touching(near *self, const double *x_from, const double *x_to, ui
   return status;
 }
 
-/* Adds pieces the boxes around whose ways are apart. */
+/* Adds the pairs of pieces whose paths have separate bounding boxes. */
 static void add_apart(const near *self, const double *x_from, const double *x_to, uint64_t *pairs)
 {
   flesh_displacement_box boxes[FLESH_SURFACE_GROUPS];
@@ -78,8 +78,8 @@ static void add_apart(const near *self, const double *x_from, const double *x_to
       if (flesh_displacement_box_gap(&boxes[a], &boxes[b]) > 0) add(pairs, a, b);
 }
 
-/* Adds the pairs of all ranks, each of which knows some, and each piece with itself; whether there are other ones, and all
- * ranks know theirs. */
+/* Unites the pairs known to the ranks, and adds each piece with itself. Returns whether other pairs exist, provided
+ * that no rank has an error. */
 static int unite(const near *self, const flesh_team *team, int status, uint64_t *pairs)
 {
   double known[FLESH_SURFACE_GROUPS * (FLESH_SURFACE_GROUPS - 1) / 2];
@@ -96,7 +96,7 @@ static int unite(const near *self, const flesh_team *team, int status, uint64_t 
   return others;
 }
 
-/* Keeps those of near->swept_pairs that are of other pieces. */
+/* Keeps those of near->swept_pairs that belong to other pairs of pieces. */
 static void choose(near *self, const uint64_t *pairs)
 {
   const flesh_contact_surface *s = &self->contact->surface;
@@ -116,7 +116,7 @@ static void choose(near *self, const uint64_t *pairs)
   swept->edge_count = edges;
 }
 
-/* Whether pieces other than these meet on the straight way from x_from by `way` [3*n], which is searched in portions. */
+/* Whether other pairs of pieces meet on the straight path from x_from by `way` [3*n], which is searched in portions. */
 static int meet(near *self, const uint64_t *pairs, double portion, const double *x_from, const double *way)
 {
   const size_t n = 3 * (size_t)self->contact->surface.mesh_nodes;
@@ -134,7 +134,7 @@ static int meet(near *self, const uint64_t *pairs, double portion, const double 
   return found;
 }
 
-/* Pieces that touch before may have slid on, around corners that their straight way cuts. */
+/* Ignores pieces that touched before the step: they may have slid on, around corners that their straight path cuts. */
 int flesh_surface_near_tunnelled(void *memory, const flesh_team *team, const double *internal, const double *x_from,
                                  const double *x_to)
 {

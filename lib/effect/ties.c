@@ -1,4 +1,4 @@
-/* ties.c: linear combinations of nodes that springs hold at zero, as springs between pairs of nodes. */
+/* ties.c: linear combinations of nodes held at zero, implemented as springs between pairs of nodes. */
 #include "effect/ties.h"
 
 #include <math.h>
@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "effect/rank_share.h"
 
-/* Room for another `count` pairs. */
+/* Makes room for another `count` pairs. */
 static int make_room(flesh_ties *ties, int count)
 {
   ties->failed |= !flesh_grow_to(&ties->pairs, sizeof *ties->pairs, ties->count + count, &ties->room);
@@ -28,7 +28,7 @@ void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double 
     }
 }
 
-/* Orders pairs by nodes, and equal pairs by their stiffness, so that sums do not depend on the sort. */
+/* Orders pairs by nodes, and equal ones by stiffness, so that their sum does not depend on the sorting algorithm. */
 static int compare(const void *a, const void *b)
 {
   const flesh_tie_pair *p = a, *q = b;
@@ -46,7 +46,8 @@ void flesh_ties_begin_group(flesh_ties *ties)
   ties->group_start[ties->groups] = ties->count;
 }
 
-/* The pairs from begin to end, with equal ones summed up, from `to` on; returns where they end. */
+/* Moves the pairs from `begin` to `end` to `to`, sorted and with equal ones summed up. Returns the end of the
+ * result. */
 static int sum_up(flesh_tie_pair *pairs, int begin, int end, int to)
 {
   const int first = to;
@@ -60,7 +61,7 @@ static int sum_up(flesh_tie_pair *pairs, int begin, int end, int to)
   return to;
 }
 
-/* The groups' pairs; without groups, all. */
+/* Sums up the pairs of each group; without groups, all pairs. */
 static int sum_up_groups(flesh_ties *ties)
 {
   int kept = 0;
@@ -93,8 +94,8 @@ int flesh_ties_finish(flesh_ties *ties)
   return make_cells(ties);
 }
 
-/* Adds the pairs from begin to end where the rank owns the first node of each or, at `together`, of the first. They keep
- * their order, so that sums have the same bits on all ranks. */
+/* Adds the pairs from begin to end whose first node the rank owns or, if `together`, all of them if it owns the first
+ * node of the first pair. They keep their order, so sums have the same bits on all ranks. */
 static void take_pairs(const flesh_ties *whole, const flesh_rank_part *part, int begin, int end, int all, int together,
                        flesh_ties *ties)
 {
@@ -134,13 +135,13 @@ size_t flesh_ties_memory(const flesh_ties *ties)
   return (size_t)ties->room * sizeof *ties->pairs + ((size_t)ties->count * 2 + (size_t)ties->group_room) * sizeof(int);
 }
 
-/* Pairs that hold together: of one group, or all. */
+/* A range of pairs that hold: those of one group, or all. */
 typedef struct span {
   int begin, end;
 } span;
 
-/* The next pairs that hold, from *group (0 at first) on; 0: there are no more. A group is broken where its internal
- * variable is not 0. */
+/* Finds the next range of pairs that hold, starting at *group (initially 0). A group is broken if its internal variable
+ * is not 0. Returns 0 after the last one. */
 static int next_span(const flesh_ties *ties, const double *internal, int *group, span *at)
 {
   if (!ties->groups || !internal) {
@@ -175,7 +176,7 @@ static void add_jacobian(const flesh_ties *ties, const span *at, double factor, 
         K->values[9 * (size_t)slots[block] + 4 * (size_t)c] += (block == 1 ? -factor : factor) * p->stiffness;
 }
 
-/* Adds to *value and to the sum of the sizes of its terms. */
+/* Adds the energy to *value and the magnitudes of its terms to *size. */
 static void add_energy(const flesh_ties *ties, const span *at, const double *x, double *value, double *size)
 {
   for (const flesh_tie_pair *p = ties->pairs + at->begin; p < ties->pairs + at->end; p++) {

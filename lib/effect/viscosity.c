@@ -1,14 +1,15 @@
 /* viscosity.c: Kelvin-Voigt damping from the rate of the Green strain, E' = sym(F^T F').
  *
- * The dissipation function is D = sum over tets of volume * (shear dev E' : dev E' + bulk/2 (tr E')^2), r = dD/dv: a
- * second Piola-Kirchhoff stress S = 2 shear dev E' + bulk tr(E') I beside the elastic one. A rigid motion has E' = 0
- * and feels nothing, and forces F S with a symmetric S at the point's own F have no torque.
+ * The dissipation function is D = sum over tets of volume * (shear dev E' : dev E' + bulk/2 (tr E')^2), and r = dD/dv:
+ * a second Piola-Kirchhoff stress S = 2 shear dev E' + bulk tr(E') I in addition to the elastic one. A rigid motion has
+ * E' = 0 and is not damped. Forces F S with a symmetric S at the point's own F have no torque.
  *
- * With F and E' both of the point, r is no gradient. (None that vanishes in every rigid step, never adds energy and
- * has no torque can be one under the midpoint rule: its S would have to be 0 wherever E_{n+1} = E_n, and then change
- * its sign against E_{n+1} - E_n nearby.) So E' is made of the frozen state (viscous_kernel.c), which gives r the
- * potential D/shift.v. Repeated until frozen at the point it is sym(F^T F') there, under the midpoint rule exactly
- * (E_{n+1} - E_n)/h; so it is at once under backward Euler, frozen at the step's start. */
+ * With both F and E' of the point, r is no gradient. (Under the midpoint rule, no r that vanishes in every rigid step,
+ * never adds energy and has no torque can be a gradient: its S would have to be 0 wherever E_{n+1} = E_n, and then
+ * change its sign with E_{n+1} - E_n nearby.) So E' is computed from a frozen state (viscous_kernel.c), which gives r
+ * the potential D/shift.v. Repeated until the frozen state is the point itself, E' is sym(F^T F') there; under the
+ * midpoint rule that is exactly (E_{n+1} - E_n)/h. Under backward Euler this holds at once, with the state frozen at
+ * the step's start. */
 #include <math.h>
 #include <string.h>
 
@@ -20,7 +21,7 @@
 
 typedef struct viscosity {
   flesh_tets tets;
-  flesh_viscous *viscous; /* of every material the same */
+  flesh_viscous *viscous; /* [materials] the same for each */
 } viscosity;
 
 static const flesh_cells *viscosity_cells(const flesh_effect *effect)
@@ -29,7 +30,7 @@ static const flesh_cells *viscosity_cells(const flesh_effect *effect)
   return &self->tets.cells;
 }
 
-/* Frozen at the point itself is not frozen. */
+/* Returns the kernel's arguments. A state frozen at the point itself does not count as frozen. */
 static flesh_tet_point point_of(const viscosity *self, const flesh_point *point)
 {
   const int frozen = point->frozen.x != point->x;
@@ -73,17 +74,18 @@ static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *poi
   return flesh_tets_hessian(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, slots, K->values);
 }
 
-/* States in the terms of derivatives; W: that which is multiplied. */
+/* States in the terms of derivatives; W is the vector that is multiplied. */
 enum { X, V, X_FROZEN, V_FROZEN, W, STATES };
 
-/* The forces A S(B^T C) of gradients A, B and C of states, times `halves`/2; 0: none. */
+/* The forces A S(B^T C) of the gradients A, B and C of states, times `halves`/2; 0: no term. */
 typedef struct term {
   signed char halves;
   unsigned char a, b, c;
 } term;
 
-/* With S linear and G = 1/2 F^T (F' - F_0') + 1/2 F_0^T (F' + F_0'), as viscous_batch.h has it, the derivatives of the forces
- * F S(G) along W: F S(dG), and W S(G) by F. Transposed they are those of S(F^T W) : G. */
+/* Terms of the derivatives. S is linear and G = 1/2 F^T (F' - F_0') + 1/2 F_0^T (F' + F_0') (viscous_batch.h), so the
+ * derivative of the forces F S(G) along W is F S(dG), plus W S(G) for a derivative by F. The transposed terms are those
+ * of S(F^T W) : G. */
 enum { MOST_TERMS = 6 };
 static const term terms[2][FLESH_ARGUMENTS][MOST_TERMS] = {
     {[FLESH_FROZEN_X] = {{1, X, W, V}, {1, X, W, V_FROZEN}},
@@ -108,7 +110,7 @@ static void viscosity_multiply(const flesh_effect *effect, const flesh_point *po
   const viscosity *self = effect->data;
   const double *const states[STATES] = {point->x, point->v, point->frozen.x, point->frozen.v, w};
   double halves[MOST_TERMS] = {0};
-  for (int k = 0; k < MOST_TERMS; k++) { /* frozen at the point itself, terms are the same and may cancel */
+  for (int k = 0; k < MOST_TERMS; k++) { /* if the state is frozen at the point itself, terms coincide and may cancel */
     const term *t = &terms[transposed][argument][k];
     int j = 0;
     while (j < k && !terms_are_same(t, &terms[transposed][argument][j], states)) j++;
@@ -117,11 +119,11 @@ static void viscosity_multiply(const flesh_effect *effect, const flesh_point *po
   for (int k = 0; k < MOST_TERMS; k++) {
     const term *t = &terms[transposed][argument][k];
     const double *a = states[t->a], *b = states[t->b], *c = states[t->c];
-    if (halves[k] == 0 || !a || !c) continue; /* frozen at rest */
-    /* With B frozen at the rate C the rate G is B^T C, whatever A is. */
+    if (halves[k] == 0 || !a || !c) continue; /* NULL: the frozen state is at rest */
+    /* With B frozen at the rate C, the rate G is B^T C for any A. */
     const flesh_tet_point at = {.x = a, .v = c, .x_frozen = b, .v_frozen = c, .scale = scale * halves[k] / 2,
                                 .viscous = self->viscous};
-    flesh_tets_residual(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, y, NULL); /* it cannot fail */
+    flesh_tets_residual(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, y, NULL); /* cannot fail */
   }
 }
 

@@ -1,15 +1,15 @@
-/* weld.c: two surfaces that are one: ties between non-matching meshes, segment by segment.
+/* weld.c: joins two surfaces: ties between non-matching meshes, segment by segment.
  *
- * V = k/2 times the integral over one surface at rest of |x_A(X) - x_B(X)|^2, x_A interpolated on that surface and x_B
- * continued from the tet of the other surface that lies there: both follow affine motions exactly, so that V is 0 in
- * all of these, also where the surfaces overlap or gape at rest, and does not change by rotation.
+ * V = k/2 times the integral over one surface at rest of |x_A(X) - x_B(X)|^2. x_A is interpolated on that surface, and
+ * x_B is extrapolated from the tet at the other surface. Both follow affine motions exactly, so V is 0 in all of these,
+ * even if the surfaces overlap or gape at rest, and it does not change by rotation.
  *
- * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment),
- * on each of which shape functions of both are polynomials that the rule of quadrature has exactly. So a traction that
- * is the same all over the surface loads the nodes on either side consistently: constant stress passes from mesh to
- * mesh without error, for a constant jump of traction/k.
+ * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment).
+ * On each of them the shape functions of both sides are polynomials that the quadrature rule integrates exactly. So a
+ * uniform traction loads the nodes on both sides consistently: constant stress passes from mesh to mesh without error,
+ * with a constant jump of traction/k.
  *
- * A weld that breaks keeps the ties of each common part as a group (weld_breaks.h). */
+ * A weld that may break keeps the ties of each common part as a group (weld_breaks.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,26 +28,26 @@
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
 
-/* The stiffness in terms of the softer side's Young's modulus over its edge, without a given one. */
+/* Default stiffness, in units of the softer side's Young's modulus over its edge length. */
 static const double default_factor = 30;
-/* A place is found in a tet to this part of its size. */
+/* Tolerance of a position within a tet, relative to the tet's size. */
 static const double place_tolerance = 1e-12;
 enum { PLACE_ITERATIONS = 60, TIE_NODES = FLESH_FACE_NODES + 10 };
 
-/* A common part of two triangles. */
+/* The common part of two triangles. */
 typedef struct segment {
   int triangles[2][3];
   double gap; /* m, at rest */
 } segment;
 
 typedef struct weld {
-  flesh_ties ties; /* first: flesh_tied_ */
+  flesh_ties ties; /* must come first, for the flesh_tied_ functions */
   int segment_count, segment_room;
-  segment *segments; /* [segment_count]; part k of the breaks is segment k; none on a rank's part */
+  segment *segments; /* [segment_count] segment k is part k of `breaks`; empty on a rank's part */
   double stiffness; /* Pa/m */
-  flesh_weld_breaks breaks; /* limit 0: it does not */
-  flesh_ties all; /* on a rank's part, where it breaks: of all ranks */
-  flesh_cells places; /* every node of `breaks` by itself */
+  flesh_weld_breaks breaks; /* limit 0: it does not break */
+  flesh_ties all; /* on a rank's part of a weld that may break: the ties of all ranks */
+  flesh_cells places; /* one cell for each node of `breaks` */
 } weld;
 
 static size_t weld_memory(const flesh_effect *effect)
@@ -69,8 +69,8 @@ static void weld_destroy(void *data)
   free(self);
 }
 
-/* A rank computes the ties, or the parts, whose first node it owns. Where they break every rank finds out which, by the
- * places of all nodes. */
+/* Restricts the weld to the ties, or the parts, whose first node the rank owns. If it may break, every rank finds out
+ * which parts do, from the positions of all nodes. */
 static int weld_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                          flesh_effect **restricted)
 {
@@ -150,8 +150,8 @@ static const flesh_effect_operations breaking_operations = {
     .library = &(const flesh_effect_private){.ranks = &weld_ranks, .bonds = &weld_bonds},
 };
 
-/* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'
- * affine map. 0: there are none. */
+/* Finds the nodes' weights of a point in a tet, or extrapolated from it. With ten nodes, x(L) = P is solved iteratively
+ * with the affine map of the corners. Returns 0 if that does not converge. */
 static int place_in(const double *X, int count, const int node[10], const double P[3], double N[10])
 {
   double D[9], inverse[9], L[4] = {0.25, 0.25, 0.25, 0.25}, size = 0;
@@ -183,20 +183,20 @@ static int place_in(const double *X, int count, const int node[10], const double
 typedef struct surface {
   int count;
   const int *triangles;
-  int *numbers; /* in the mesh's surface */
-  double edge, young; /* mean of the roots of twice the areas, m; mean of 3 mu, Pa */
+  int *numbers; /* [count] their numbers in the mesh's surface */
+  double edge, young; /* mean square root of twice a triangle's area, m; mean of 3 mu, Pa */
 } surface;
 
 typedef struct making {
   const flesh_body *body;
   const double *X;
   surface side[2];
-  flesh_faces faces; /* the first surface's */
-  double distance, area; /* m; m^2 that are tied */
+  flesh_faces faces; /* faces of the first surface */
+  double distance, area; /* m; m^2, area tied so far */
   weld *self;
 } making;
 
-/* Adds the tie of a place of face `a`, at L of its triangle, with the tet of triangle b, for that part of an area. */
+/* Ties the point L of face `a` to the tet of triangle b, for the fraction `weight` of an area. */
 static int add_tie(making *m, int a, int b, const double L[3], double weight, double area)
 {
   const flesh_face_quarter *face = &m->faces.faces[a];
@@ -213,7 +213,7 @@ static int add_tie(making *m, int a, int b, const double L[3], double weight, do
     return flesh_fail(FLESH_ERR_ARGUMENT, "tet %d is too curved for a weld to (%g, %g, %g); a smaller distance may help",
                       number, P[0], P[1], P[2]);
   for (int k = 0; k < size; k++) {
-    if (fabs(N[k]) < 1e-10) continue; /* of the face that lies there alone */
+    if (fabs(N[k]) < 1e-10) continue; /* nodes that are not on the face */
     nodes[count] = tet[k];
     c[count++] = -N[k];
   }
@@ -233,7 +233,7 @@ static int add_segment(weld *self, const int first[3], const int second[3], doub
   return FLESH_OK;
 }
 
-/* The common part as a fan of triangles, each with the rule of its face. */
+/* Ties the common part of two triangles as a fan of triangles, each with the quadrature rule of its face. */
 static int weld_triangles(void *data, int a, int b)
 {
   making *m = data;
@@ -266,7 +266,7 @@ static int weld_triangles(void *data, int a, int b)
   return FLESH_OK;
 }
 
-/* Three times the shear modulus at small strains. */
+/* Returns three times the shear modulus at small strains. */
 static double young_of(const flesh_body *body, int tet)
 {
   double mu, lambda, residual;
@@ -275,7 +275,7 @@ static double young_of(const flesh_body *body, int tet)
   return 3 * (flesh_material_small_strain(material, &mu, &lambda, &residual) ? material->mu : mu);
 }
 
-/* Describes a surface, with a box for each of its triangles, wider by half the distance. */
+/* Describes a surface and computes a box for each of its triangles, enlarged by half the distance. */
 static int take_surface(making *m, surface *s, int count, const int *triangles, double (*boxes)[6])
 {
   s->count = count;

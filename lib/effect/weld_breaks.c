@@ -1,4 +1,4 @@
-/* weld_breaks.c: which segments of a weld break, and what that releases. */
+/* weld_breaks.c: which segments of a weld break, and how much energy that releases. */
 #include "effect/weld_breaks.h"
 
 #include <math.h>
@@ -11,7 +11,7 @@
 #include "math/area.h"
 #include "math/mat3.h"
 
-enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* after the parts' */
+enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* variables after those of the parts */
 
 void flesh_weld_breaks_begin(flesh_weld_breaks *self, const int triangle[3])
 {
@@ -25,7 +25,7 @@ void flesh_weld_breaks_begin(flesh_weld_breaks *self, const int triangle[3])
 
 static int make_room(flesh_weld_breaks *self, int count)
 {
-  int room = self->entry_room; /* the weights' is the same */
+  int room = self->entry_room; /* nodes and weights have the same room */
   self->failed = !flesh_grow_to(&self->nodes, sizeof *self->nodes, self->entries + count, &room) ||
                  !flesh_grow_to(&self->weights, sizeof *self->weights, self->entries + count, &self->entry_room);
   return !self->failed;
@@ -102,7 +102,7 @@ size_t flesh_weld_breaks_memory(const flesh_weld_breaks *self)
 
 int flesh_weld_breaks_variables(const flesh_weld_breaks *self) { return self->count + OF_ALL; }
 
-/* The size of a part's traction at x, Pa, without its pressure. */
+/* Returns the effective traction of a part at x, Pa, without compression. */
 static double traction_of(const flesh_weld_breaks *self, int k, const double *x)
 {
   const flesh_weld_part *part = &self->parts[k];

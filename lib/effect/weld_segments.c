@@ -8,14 +8,14 @@
 #include "base/error.h"
 #include "math/mat3.h"
 
-static const double smallest_part = 1e-12; /* of a triangle's area */
-static const double facing = -0.5;         /* the cosine of the normals, at most */
+static const double smallest_part = 1e-12; /* fraction of a triangle's area */
+static const double facing = -0.5;         /* largest cosine between the normals */
 
 typedef struct corner {
-  double p[2]; /* in A's plane */
+  double p[2]; /* coordinates in A's plane */
 } corner;
 
-/* Keeps of a polygon what lies to the left of the line from `from` to `to` (Sutherland & Hodgman 1974). */
+/* Clips a polygon: keeps the part to the left of the line from `from` to `to` (Sutherland & Hodgman 1974). */
 static int clip(const corner *in, int count, const double from[2], const double to[2], corner *out)
 {
   int kept = 0;
@@ -32,7 +32,7 @@ static int clip(const corner *in, int count, const double from[2], const double 
   return kept;
 }
 
-/* An orthonormal frame of a triangle's plane and normal; returns twice its area, 0 where it has none. */
+/* Computes an orthonormal frame of a triangle's plane and normal. Returns twice its area, 0 if it has none. */
 static double frame_of(const double *const T[3], double axis[3][3])
 {
   double d[2][3];
@@ -66,7 +66,7 @@ int flesh_weld_segment(const double *const A[3], const double *const B[3], doubl
         of_b += (B[k][i] - A[0][i]) * axis[c][i];
       }
       a[k].p[c] = of_a;
-      polygon[0][2 - k].p[c] = of_b; /* B is wound the other way */
+      polygon[0][2 - k].p[c] = of_b; /* B is wound the opposite way */
     }
   int count = 3;
   for (int k = 0; k < 3 && count > 2; k++) {
@@ -80,7 +80,7 @@ int flesh_weld_segment(const double *const A[3], const double *const B[3], doubl
     for (int i = 0; i < 3; i++) L[k][i] = cross2(polygon[0][k].p, a[(i + 1) % 3].p, a[(i + 2) % 3].p) / twice;
     for (int c = 0; c < 2; c++) middle[c] += polygon[0][k].p[c] / count;
   }
-  /* B's plane over the middle. */
+  /* Height of B's plane above the middle. */
   double height = 0;
   for (int i = 0; i < 3; i++)
     height += other[2][i] * (B[0][i] - A[0][i] - middle[0] * axis[0][i] - middle[1] * axis[1][i]);
@@ -106,7 +106,7 @@ static int apart(const double p[6], const double q[6])
   return 0;
 }
 
-/* Boxes in the order of their low sides along the longest axis; each is compared with those that begin within it. */
+/* Sorts the boxes by their low sides along the longest axis, and compares each with those that begin within it. */
 int flesh_weld_pairs(int count_a, int count_b, const double (*boxes)[6], int (*visit)(void *data, int a, int b),
                      void *data)
 {

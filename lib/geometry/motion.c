@@ -12,9 +12,9 @@ const char *const flesh_interpolation_names[] = {"linear", "smooth", NULL};
 
 const flesh_key flesh_keyframe_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_keyframe, t), .unit = "s",
-     .doc = "when; keyframes ascend in time"},
+     .doc = "time of the keyframe; times must ascend"},
     {.name = "translation", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_keyframe, translation),
-     .unit = "m", .default_value = "[0, 0, 0]", .doc = "from the rest position"},
+     .unit = "m", .default_value = "[0, 0, 0]", .doc = "displacement from the rest position"},
     {.name = "rotation", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_keyframe, rotation),
      .unit = "rad", .default_value = "[0, 0, 0]",
      .doc = "rotation vector (axis times angle) about the motion's centre; between keyframes the body turns about one "

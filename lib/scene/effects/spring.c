@@ -10,7 +10,7 @@ typedef struct target {
 
 static const flesh_key target_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(target, t), .unit = "s",
-     .doc = "when; keyframes ascend in time"},
+     .doc = "time of the keyframe; times must ascend"},
     {.name = "position", .type = FLESH_KEY_VECTOR, .offset = offsetof(target, position),
      .unit = "m", .doc = "of the target"},
     {0}};
