@@ -1,4 +1,4 @@
-/* archive.c: members as bytes, each with its length. */
+/* archive.c: reads and writes members as bytes, each after its length. */
 #include "base/archive.h"
 
 #include <string.h>
@@ -27,7 +27,7 @@ void flesh_archive_bytes(flesh_archive *archive, void *p, size_t bytes)
   archive->at += whole;
 }
 
-/* `width` numbers for each of `rows`; those that were saved are of `count` rows, with their numbers here. */
+/* Loads `width` numbers for each of `rows` rows. The archive has `count` rows; row i of them goes to row places[i]. */
 static void scatter(flesh_archive *archive, int width, int count, const int *places, size_t rows, double *vector)
 {
   const size_t bytes = (size_t)width * sizeof *vector, rest = archive->size - archive->at;
@@ -65,7 +65,7 @@ void flesh_archive_int(flesh_archive *archive, int *value, int least, int most)
   else *value = copy;
 }
 
-/* Multiply and rotate, a word at a time; the multipliers are Knuth's and the golden ratio. */
+/* Multiplies and rotates, a word at a time; the constants are Knuth's multiplier and the golden ratio. */
 static uint64_t mix(uint64_t sum, uint64_t word)
 {
   sum = (sum ^ word) * 6364136223846793005u;

@@ -11,7 +11,7 @@ static inline double flesh_clock(clockid_t clock)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* On the wall, since some time or other; of this process on all processors. */
+/* Wall time since an arbitrary origin, and CPU time of this process summed over all processors, in s. */
 static inline double flesh_wall_seconds(void) { return flesh_clock(CLOCK_MONOTONIC); }
 static inline double flesh_cpu_seconds(void) { return flesh_clock(CLOCK_PROCESS_CPUTIME_ID); }
 

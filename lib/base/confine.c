@@ -1,4 +1,4 @@
-/* confine.c: paths that are walked down folder by folder, without following a link. */
+/* confine.c: resolves paths folder by folder without following links. */
 #define _GNU_SOURCE /* O_PATH */
 #include "base/confine.h"
 
@@ -14,10 +14,11 @@
 #include "base/error.h"
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static char **roots; /* without slashes at their ends */
+static char **roots; /* confined folders, without trailing slashes */
 static int root_count;
 
-/* Returns the part of the path behind a confined folder, a slash or the end; NULL: it begins with none. */
+/* Returns the rest of the path after a confined folder (empty, or beginning with a slash); NULL: the path begins with
+ * no such folder. */
 static const char *behind_root(const char *path)
 {
   const char *inner = NULL;
@@ -30,8 +31,8 @@ static const char *behind_root(const char *path)
   return inner;
 }
 
-/* Returns the part of the path within a confined folder, with a slash before it; NULL of other paths, and of the folder
- * itself. */
+/* Returns the part of the path inside a confined folder, with a slash before it; NULL for other paths and for the
+ * folder itself. */
 static const char *inner_part(const char *path)
 {
   const char *inner = behind_root(path);
@@ -54,8 +55,8 @@ int flesh_confine(const char *folder)
   return longer && root ? FLESH_OK : flesh_no_memory_for(folder);
 }
 
-/* A path as the *at functions of the system take it. It takes no memory, so that files are removed where there is
- * none. */
+/* A path in the form that the system's *at functions take. It allocates nothing, so that files can be removed when
+ * memory has run out. */
 typedef struct place {
   int folder, confined;
   char copy[PATH_MAX];
@@ -69,14 +70,14 @@ static void leave(place *p)
   errno = reason;
 }
 
-/* Tells a link from a file, as the system refuses both as folders with ENOTDIR. */
+/* Returns whether the name is a symbolic link; opening a link or a file as a folder fails with the same ENOTDIR. */
 static int is_link(int folder, const char *name)
 {
   struct stat info;
   return !fstatat(folder, name, &info, AT_SYMLINK_NOFOLLOW) && S_ISLNK(info.st_mode);
 }
 
-/* Goes into the folder `name` of p->folder. */
+/* Replaces p->folder by its subfolder `name`. Returns 0, or -1 with errno. */
 static int descend(place *p, const char *name)
 {
   const int next = openat(p->folder, name, O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -87,13 +88,13 @@ static int descend(place *p, const char *name)
   return 0;
 }
 
-/* 0, or -1 with errno; to be left in both cases. */
+/* Resolves the path. Returns 0, or -1 with errno; the caller calls leave() in both cases. */
 static int find(const char *path, place *p)
 {
   const char *inner = inner_part(path);
   p->folder = -1, p->confined = inner != NULL, p->name = path;
   if (!inner) {
-    p->folder = AT_FDCWD; /* a negative number, which is not closed */
+    p->folder = AT_FDCWD; /* a negative number, so leave() does not close it */
     return 0;
   }
   if (strlen(path) >= sizeof p->copy) {
@@ -129,7 +130,7 @@ int flesh_path_open(const char *path, int flags, mode_t mode)
   return descriptor;
 }
 
-/* The body of a function of one path: its place is `p`, and its status that of the call. */
+/* Body of a function of one path: resolves the path into `p`, makes the call and returns its status. */
 #define AT_PLACE(path, call)                \
   place p;                                  \
   const int status = find(path, &p) || call ? -1 : 0; \
@@ -141,7 +142,7 @@ int flesh_path_stat(const char *path, struct stat *info)
   AT_PLACE(path, fstatat(p.folder, p.name, info, p.confined ? AT_SYMLINK_NOFOLLOW : 0));
 }
 
-/* A link that is not followed cannot be used. */
+/* Like faccessat, but refuses a link in a confined folder, as links there are not followed. */
 static int access_at(const place *p, int mode)
 {
   if (!p->confined || !is_link(p->folder, p->name)) return faccessat(p->folder, p->name, mode, 0);

@@ -1,11 +1,11 @@
-/* disjoint_sets.h: numbers in sets that are joined one after the other; the least of a set stands for it.
+/* disjoint_sets.h: a union-find structure over the numbers 0, 1, ...; the smallest member represents its set.
  *
- * parent[i] is i where i stands for its set, else another of the same set. Paths are halved as they are followed
- * (Tarjan & van Leeuwen 1984). */
+ * parent[i] is i if i represents its set, else another member of it. Paths are halved as they are followed (Tarjan &
+ * van Leeuwen 1984). */
 #ifndef FLESH_BASE_DISJOINT_SETS_H
 #define FLESH_BASE_DISJOINT_SETS_H
 
-/* Which stands for i's set. */
+/* Returns the representative of i's set. */
 static inline int flesh_set_of(int *parent, int i)
 {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];

@@ -12,12 +12,12 @@
 enum { TEXT_SIZE = 1024 };
 static _Thread_local char error_text[TEXT_SIZE];
 static _Thread_local unsigned long fail_count;
-static _Thread_local int in_handler; /* within a handler */
+static _Thread_local int in_handler; /* 1 while this thread runs a handler */
 
 static pthread_mutex_t handler_lock = PTHREAD_MUTEX_INITIALIZER;
 static flesh_error_handler handler_now;
 static void *handler_data;
-static atomic_int has_handler; /* so that nobody waits for the lock where there is none */
+static atomic_int has_handler; /* without a handler nobody takes the lock */
 
 const char *flesh_status_name(int status)
 {
@@ -43,8 +43,8 @@ const char *flesh_status_text(int status)
 
 const char *flesh_error_text(void) { return error_text; }
 
-/* Sentences quote names from files and command lines: what is no printable letter becomes '?', so that none of them
- * moves a terminal's cursor, begins a line of a log, or makes a result that is no UTF-8. */
+/* Replaces unprintable letters by '?'. Sentences quote names from files and command lines, which must not move a
+ * terminal's cursor, begin a new line in a log or make a result invalid UTF-8. */
 static void make_printable(char *text)
 {
   size_t size = strlen(text), to = 0, bytes;
@@ -72,7 +72,7 @@ void flesh_set_error_handler(flesh_error_handler handler, void *data)
   pthread_mutex_unlock(&handler_lock);
 }
 
-/* Tells the handler, outside of the lock. It is given a copy, as it may fail itself. */
+/* Calls the handler without holding the lock. The handler gets a copy of the text, as the handler itself may fail. */
 static int call_handler(int status)
 {
   char text[TEXT_SIZE];

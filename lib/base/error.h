@@ -6,31 +6,33 @@
 
 #include "flesh/status.h"
 
-/* Records the sentence (printf format) and returns `status`, so that `return flesh_fail(...)` is
- * the whole error path. */
+/* Records the sentence (printf format) and returns `status`, so that `return flesh_fail(...)` is the whole error
+ * path. */
 int flesh_fail(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* FLESH_ERR_MEMORY, "out of memory". */
+/* Returns flesh_fail(FLESH_ERR_MEMORY, "out of memory"). */
 int flesh_no_memory(void);
-/* FLESH_ERR_MEMORY, "PATH: out of memory". */
+/* Returns flesh_fail(FLESH_ERR_MEMORY, "PATH: out of memory"). */
 int flesh_no_memory_for(const char *path);
 
-/* How many sentences this thread has recorded: whoever calls what may fail without one compares it before and after. */
+/* Returns how many sentences this thread has recorded. A caller compares the count before and after a call to see
+ * whether the call recorded one. */
 unsigned long flesh_fail_count(void);
 
-/* Puts "prefix" before the current text: callers who know the file or key name it. */
+/* Puts a prefix (printf format) before the current sentence and returns `status`: for callers that know the file or
+ * key. */
 int flesh_fail_within(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* A pointer that a public function must not be given as NULL, by the name that its header gives it. */
+/* A pointer argument that must not be NULL, and its name in the public header. */
 typedef struct flesh_needed {
   const void *pointer;
   const char *name;
 } flesh_needed;
 
-/* FLESH_ERR_ARGUMENT, with the first that is NULL; a name of NULL ends the list. */
+/* Fails with FLESH_ERR_ARGUMENT for the first pointer that is NULL; an entry whose name is NULL ends the list. */
 int flesh_check_needed(const char *function, const flesh_needed *needed);
 
-/* Checks the needed arguments of a public function that returns a status: FLESH_NEED({mesh, "mesh"}, {path,
- * "path"}); */
+/* Checks the arguments of a public function that must not be NULL, and returns from the function if one is:
+ * FLESH_NEED({mesh, "mesh"}, {path, "path"}); */
 #define FLESH_NEED(...)                                                                                         \
   do {                                                                                                          \
     const int flesh_need_status = flesh_check_needed(__func__, (const flesh_needed[]){__VA_ARGS__, {0, NULL}}); \

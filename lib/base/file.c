@@ -1,4 +1,4 @@
-/* file.c: whole-or-nothing writing and exact number text. */
+/* file.c: writes files whole or not at all, and numbers as exact text. */
 #include "base/confine.h"
 #include "base/file.h"
 
@@ -15,10 +15,10 @@
 
 #include "base/error.h"
 
-/* Names of the files that are being written, for flesh_file_drop_all. */
+/* Names of the temporary files that are being written, for flesh_file_drop_all. */
 static _Atomic(char *) parts[16];
 
-/* Puts one name in place of another; NULL: of none. Where all are taken, a name is not noted. */
+/* Replaces the name `before` by `now`; either may be NULL for none. If all places are taken, `now` is not recorded. */
 static void note(char *before, char *now)
 {
   char *seen = before;
@@ -49,7 +49,7 @@ static char *path_with_suffix(const char *path, long pid, unsigned number)
   return text;
 }
 
-/* A device or a pipe. A pipe that nobody reads is refused; opened to wait for a reader it would hang. */
+/* Opens a device or a pipe. A pipe without a reader is refused, as opening it would otherwise wait for one. */
 static int open_directly(const char *path)
 {
   int descriptor = flesh_path_open(path, O_WRONLY | O_NONBLOCK, 0);
@@ -57,11 +57,11 @@ static int open_directly(const char *path)
   return descriptor;
 }
 
-/* A new file beside the target. Its lock shows flesh_folder_clear that the writer lives; where locks are not known, it
- * does without. A name can be taken: process numbers come again, and other hosts have the same. */
+/* Creates a temporary file beside the target. Its lock tells flesh_folder_clear that the writer is alive; a file system
+ * without locks is accepted. A name can be taken, as process numbers recur and other hosts have the same ones. */
 static int open_temporary(flesh_file *file, mode_t mode)
 {
-  static atomic_uint opened; /* so that two threads never share a name */
+  static atomic_uint opened; /* gives each thread another name */
   for (;;) {
     free(file->temporary);
     file->temporary = path_with_suffix(file->path, (long)getpid(), atomic_fetch_add(&opened, 1));
@@ -75,7 +75,7 @@ static int open_temporary(flesh_file *file, mode_t mode)
       note(NULL, file->temporary);
       return descriptor;
     }
-    close(descriptor); /* it was cleared away between the two */
+    close(descriptor); /* another process removed it before it was locked */
   }
 }
 
@@ -100,7 +100,7 @@ int flesh_file_open(const char *path, flesh_file *file)
   if (!file->stream) {
     int reason = errno;
     if (descriptor >= 0) close(descriptor);
-    else forget_temporary(file); /* it is none of ours */
+    else forget_temporary(file); /* this file was not made here */
     flesh_file_abandon(file);
     return flesh_fail(reason == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s%s", path,
                       flesh_path_reason(path, reason), reason == ENXIO ? " (nobody reads this pipe)" : "");
@@ -114,7 +114,7 @@ int flesh_file_commit(flesh_file *file)
   errno = 0;
   int failed = fflush(file->stream) != 0 || ferror(file->stream);
   int reason = errno;
-  int lock = dup(fileno(file->stream)); /* until it has its name */
+  int lock = dup(fileno(file->stream)); /* the duplicate keeps the lock until the file has its final name */
   if (fclose(file->stream) && !failed) failed = 1, reason = errno;
   file->stream = NULL;
   if (!failed && file->temporary) {

@@ -47,7 +47,7 @@ int flesh_folder_make(const char *path)
   return FLESH_OK;
 }
 
-/* Fails with a sentence that quotes from the lock's file who holds it. */
+/* Fails with a sentence that names the holder of the lock, as written in the lock file. */
 static int refuse(const char *folder, int descriptor)
 {
   char who[256];
@@ -60,7 +60,7 @@ static int refuse(const char *folder, int descriptor)
                     folder, *who ? " (" : "", who, *who ? ")" : "");
 }
 
-/* Whether the name still is that of the open file: its last holder may have removed it meanwhile. */
+/* Returns whether the path still names the open file: the last holder of the lock may have removed it meanwhile. */
 static int is_named(const char *path, int descriptor)
 {
   struct stat named, held;
@@ -72,16 +72,16 @@ static int take_lock(const char *folder, const char *who, double patience, flesh
 {
   const double pause = 0.01;
   for (double waited = 0;;) {
-    /* No link is followed, and no pipe waited for. */
+    /* The flags follow no link and do not wait for a pipe. */
     int descriptor = flesh_path_open(claim->path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK, 0666);
-    if (descriptor < 0 && errno == ENOENT && !flesh_folder_make(folder)) continue; /* its last holder has removed it */
+    if (descriptor < 0 && errno == ENOENT && !flesh_folder_make(folder)) continue; /* the last holder removed it */
     if (descriptor < 0)
       return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", claim->path, flesh_path_reason(claim->path, errno));
     if (flock(descriptor, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
       int status = waited < patience ? FLESH_OK : refuse(folder, descriptor);
       close(descriptor);
       if (status) return status;
-      nanosleep(&(struct timespec){.tv_nsec = (long)(1e9 * pause)}, NULL); /* a signal only shortens it */
+      nanosleep(&(struct timespec){.tv_nsec = (long)(1e9 * pause)}, NULL); /* a signal only shortens the pause */
       waited += pause;
       continue;
     }
@@ -89,7 +89,7 @@ static int take_lock(const char *folder, const char *who, double patience, flesh
       close(descriptor);
       continue;
     }
-    /* The words serve others alone; the lock holds without them. */
+    /* `who` only informs others; the lock holds even if it cannot be written. */
     if (ftruncate(descriptor, 0) || pwrite(descriptor, who, strlen(who), 0) < 0) errno = 0;
     claim->descriptor = descriptor;
     return FLESH_OK;
@@ -127,8 +127,8 @@ void flesh_folder_claim_release(flesh_folder_claim *claim)
   *claim = (flesh_folder_claim){.descriptor = -1};
 }
 
-/* The end of NAME.part-<process>-<number>, or of NAME.part-<process> with a suffix; NULL for other names. *locked:
- * whether it is one of the first kind, whose writer holds a lock. */
+/* Returns the end of NAME in NAME.part-<process>-<number> or NAME.part-<process><suffix>; NULL for other names.
+ * *locked: the name is of the first kind, whose writer holds a lock. */
 static const char *part_mark(const char *name, long *process, int *locked)
 {
   const char *mark = NULL;
@@ -154,7 +154,7 @@ static void remove_stale(int folder, const char *name)
   close(descriptor);
 }
 
-/* `base`: the target whose temporary files these must be; NULL: any. */
+/* Removes stale temporary files in a folder: those of the target named `base`, or all if it is NULL. */
 static void clear(const char *path, const char *base)
 {
   DIR *list = flesh_path_list(path);

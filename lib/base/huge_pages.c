@@ -1,4 +1,4 @@
-/* huge_pages.c: large arrays begin at a large page, and the system is advised to use such pages. */
+/* huge_pages.c: aligns large arrays to huge pages and advises the system to use such pages. */
 #define _DEFAULT_SOURCE /* madvise */
 #include "base/huge_pages.h"
 
@@ -15,13 +15,13 @@ void *flesh_huge_pages_alloc(size_t bytes)
   const size_t unit = bytes < PAGE ? LINE : PAGE;
   if (flesh_reserve_entered()) return flesh_malloc(bytes);
   if (bytes > (size_t)-1 - 2 * PAGE) return NULL;
-  /* The last page is large, too, where that wastes less than an eighth. */
+  /* The last page is huge, too, if that wastes less than an eighth. */
   const size_t up = (bytes + unit - 1) / unit * unit, whole = up - bytes <= bytes / 8 ? up : up - unit;
   void *memory = aligned_alloc(unit, up > 0 ? up : LINE);
 #ifdef MADV_HUGEPAGE
-  if (memory && unit == PAGE) madvise(memory, whole, MADV_HUGEPAGE); /* a hint: refused, it costs nothing */
+  if (memory && unit == PAGE) madvise(memory, whole, MADV_HUGEPAGE); /* only a hint, which may be refused */
 #endif
-  /* The system finds a page when it is first written to, which is not to be in a step. */
+  /* Touches each page now, as the system provides memory at the first write, which must not happen within a step. */
   for (size_t at = 0; memory && unit == PAGE && at < up; at += SMALLEST_PAGE) ((volatile char *)memory)[at] = 0;
   return memory;
 }

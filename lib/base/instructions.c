@@ -1,4 +1,4 @@
-/* instructions.c: what the processor has and the library was built with. */
+/* instructions.c: the instruction sets that the processor has and the library was built with. */
 #include "flesh/instructions.h"
 
 #include "base/error.h"

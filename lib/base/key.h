@@ -1,8 +1,6 @@
-/* key.h: rows that describe the keys of a scene: what parsing, validation, the schema and the docs
- * are made of.
+/* key.h: describes the keys of a scene, for parsing, validation, the schema and the docs.
  *
- * A table of keys describes a mapping that is read into a plain struct; `offset` says where each
- * value goes. */
+ * A table of keys describes a mapping that is read into a plain struct; `offset` is the place of each value in it. */
 #ifndef FLESH_BASE_KEY_H
 #define FLESH_BASE_KEY_H
 
@@ -22,7 +20,7 @@ typedef enum flesh_key_type {
   FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
   FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
   FLESH_KEY_EFFECTS,  /* list of one-key mappings named by the registry of effects: flesh_objects */
-  FLESH_KEY_TREE      /* const flesh_node *: whatever stands there, for its reader to judge; NULL when absent */
+  FLESH_KEY_TREE      /* const flesh_node *: any node, which its reader checks; NULL when absent */
 } flesh_key_type;
 
 typedef struct flesh_integers {
@@ -35,7 +33,7 @@ typedef struct flesh_objects {
   void *values; /* [count] structs of child_size */
 } flesh_objects;
 
-/* Which numbers are valid; the texts of errors and docs come from it. */
+/* Range of valid numbers; error messages and docs are made from it. */
 typedef enum flesh_key_range {
   FLESH_RANGE_ANY,          /* finite */
   FLESH_RANGE_POSITIVE,     /* > 0 */
@@ -50,16 +48,17 @@ typedef struct flesh_key {
   size_t offset;
   flesh_key_range range;
   const char *unit;          /* "m", "kg/m^3", ...; NULL: none */
-  /* The default, written as in a scene; "" absent is allowed (an object's values are then all absent), "{}" for an
-   * object: its children's defaults; NULL required. A number takes .inf when its default is infinite. */
+  /* The default, written as in a scene. "": the key may be absent (all values of an object are then absent). "{}" for
+   * an object: the defaults of its children. NULL: the key is required. A number takes .inf when its default is
+   * infinite. */
   const char *default_value;
   const char *doc;
-  const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE and FLESH_KEY_SET */
-  const char *const *aliases; /* other words for the choices, in their order; NULL: none */
+  const char *const *choices; /* NULL-terminated; for FLESH_KEY_CHOICE and FLESH_KEY_SET */
+  const char *const *aliases; /* alternative words for the choices, in their order; NULL: none */
   int may_be_all; /* FLESH_KEY_SET: [] is valid and written, [all] is every choice, [-a, -b] all but these */
   const struct flesh_key *children;
   size_t child_size;
-  const struct flesh_key_list *list; /* FLESH_KEY_EFFECTS: how the list is read and written (scene/keys.h) */
+  const struct flesh_key_list *list; /* FLESH_KEY_EFFECTS: functions that read and write the list (scene/keys.h) */
 } flesh_key;
 
 #endif

@@ -1,10 +1,11 @@
-/* letter.h: the letters of a UTF-8 text (RFC 3629). */
+/* letter.h: decodes the letters of a UTF-8 text (RFC 3629). */
 #ifndef FLESH_BASE_LETTER_H
 #define FLESH_BASE_LETTER_H
 
 #include <stddef.h>
 
-/* Bytes of the letter at `text`, of which `left` are there, and its code; 0 where there is none. */
+/* Returns the number of bytes of the letter at `text`, of which `left` bytes remain, and sets *code to its code point;
+ * 0: no valid letter. */
 static inline size_t flesh_letter_at(const unsigned char *text, size_t left, unsigned *code)
 {
   static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};

@@ -1,4 +1,4 @@
-/* memory.c: memory of the system, and of reserves that are filled from their beginning. */
+/* memory.c: memory from the system, and from reserves that are filled from their beginning. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "base/memory.h"
 
@@ -16,14 +16,14 @@
 
 enum { LINE = 64 };
 
-/* Before every piece. Pieces lie one after the other. */
+/* Header before every piece of memory. Pieces lie one after the other. */
 typedef struct piece {
-  _Alignas(LINE) size_t bytes; /* of the piece, whole lines, without this */
+  _Alignas(LINE) size_t bytes; /* size of the piece in whole cache lines, without this header */
   struct piece *before;        /* NULL: the first */
   int freed;
 } piece;
 
-/* A stack of pieces: the room of a freed piece can be used again once all later pieces are freed. Temporary arrays are
+/* A stack of pieces: the memory of a freed piece is used again once all later pieces are freed. Temporary arrays are
  * mostly freed in that order. */
 struct flesh_reserve {
   char *memory;
@@ -123,7 +123,7 @@ static void give_back(flesh_reserve *self, void *memory)
   }
 }
 
-/* The last piece may become less. */
+/* Shrinks the piece if it is the last one. */
 static void shrink(flesh_reserve *self, void *memory, size_t bytes)
 {
   piece *of = (piece *)memory - 1;

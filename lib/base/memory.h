@@ -1,45 +1,47 @@
-/* memory.h: where memory comes from: the system, or, while a thread is in a reserve, that reserve.
+/* memory.h: allocates memory from the system or, while a thread has entered a reserve, from that reserve.
  *
- * A step allocates nothing. What nonlinear elimination makes within one, a small body with its effects, system and
- * solver, comes from a reserve that is there before. Whatever such a body is made of asks for its memory here: the rooms
- * element, system, linear and newton, meshes, and the effects that can be restricted to some cells. */
+ * A step allocates nothing from the system. Nonlinear elimination makes a small body with its effects, system and
+ * solver within a step; their memory comes from a reserve made beforehand. Hence everything that such a body is made of
+ * asks for memory here: the rooms element, system, linear and newton, meshes, and the effects that can be restricted to
+ * some cells. */
 #ifndef FLESH_BASE_MEMORY_H
 #define FLESH_BASE_MEMORY_H
 
 #include <stddef.h>
 
-/* Like malloc, calloc and realloc of the C library; in a reserve, memory is aligned to 64 bytes. NULL when there is
- * none left. Memory from a reserve is freed while its thread is in the reserve, or by flesh_reserve_empty. */
+/* Like malloc, calloc, realloc, aligned_alloc and free of the C library; within a reserve, memory is aligned to 64
+ * bytes. NULL when there is none left. Memory from a reserve must be freed while its thread is in the reserve, or by
+ * flesh_reserve_empty. */
 void *flesh_malloc(size_t bytes);
 void *flesh_calloc(size_t count, size_t bytes);
 void *flesh_realloc(void *memory, size_t bytes);
 void *flesh_aligned_alloc(size_t alignment, size_t bytes);
 void flesh_free(void *memory);
-/* Makes room for one more item of `size` bytes behind `count`, in an array of *room items whose pointer `array` points to.
- * Returns whether there is; without memory the array stays as it is. */
+/* Makes room for one more item of `size` bytes after `count` items, in an array of *room items; `array` points to its
+ * pointer. Returns whether there is room; without memory the array stays unchanged. */
 int flesh_grow(void *array, size_t size, int count, int *room);
-/* Likewise for `wanted` items in all. */
+/* Like flesh_grow, for `wanted` items in all. */
 int flesh_grow_to(void *array, size_t size, int wanted, int *room);
 
-/* Bytes of memory that the machine has; INFINITY where that is not known. */
+/* Returns the bytes of memory that the machine has; INFINITY if unknown. */
 double flesh_physical_memory(void);
 
 typedef struct flesh_reserve flesh_reserve;
 
-/* Room for `bytes`: addresses only, of which the system makes memory where they are first written to. Returns new;
- * NULL where there are none. */
+/* Returns a new reserve of `bytes` bytes; NULL when there are none. Only addresses are reserved: the system provides
+ * memory at the first write. */
 flesh_reserve *flesh_reserve_create(size_t bytes);
-/* NULL-safe; nothing of it may be in use. */
+/* Frees the reserve and sets the pointer to NULL; NULL-safe. None of its memory may be in use. */
 void flesh_reserve_destroy(flesh_reserve **reserve);
 
-/* From here on the calling thread's memory comes from the reserve (NULL: from the system). Returns where it came from
- * before, which is to be entered again at the end. */
+/* Lets the calling thread allocate from the reserve from now on (NULL: from the system). Returns the reserve used
+ * before, which the caller enters again at the end. */
 flesh_reserve *flesh_reserve_enter(flesh_reserve *reserve);
-/* Whether the calling thread is in a reserve. */
+/* Returns whether the calling thread is in a reserve. */
 int flesh_reserve_entered(void);
-/* Frees all that it gave. */
+/* Frees all memory that the reserve has given out. */
 void flesh_reserve_empty(flesh_reserve *reserve);
-/* The most bytes that were in use at a time. */
+/* Returns the largest number of bytes that were in use at one time. */
 size_t flesh_reserve_most(const flesh_reserve *reserve);
 
 #endif

@@ -1,4 +1,4 @@
-/* parallel_vector.c: cuts arrays, and what is done with them part by part. */
+/* parallel_vector.c: splits arrays into parts, and vector operations on the parts. */
 #include "base/parallel_vector.h"
 
 #include <math.h>
@@ -7,10 +7,10 @@
 
 #include "base/team.h"
 
-enum { SMALLEST = 4096 }; /* a part of less is not worth a task */
+enum { SMALLEST = 4096 }; /* numbers; a smaller part is not worth a task */
 
 typedef struct run {
-  int length, size; /* of all, of a part */
+  int length, size; /* numbers in all, and in a part */
   void (*part)(void *data, int k, int begin, int end);
   void *data;
 } run;
@@ -31,7 +31,8 @@ int flesh_parallel_parts(flesh_threads *threads, int length, void (*part)(void *
   return parts;
 }
 
-/* The team among which a vector of n numbers is shared out; NULL: none. How many of them are this rank's own. */
+/* Returns the team over which a vector of n numbers is distributed, or NULL; *own: how many of the numbers this rank
+ * owns. */
 static const flesh_team *team_of(flesh_threads *threads, int n, int *own)
 {
   const flesh_team *team = flesh_threads_team(threads);
@@ -46,7 +47,8 @@ typedef struct pair {
   _Atomic int differ;
 } pair;
 
-/* Eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
+/* Returns the dot product of a part. It has eight sums, as the compiler may not reorder one, and each addition to one
+ * would wait for the one before. */
 double flesh_dot_of_part(const double *x, const double *y, int begin, int end)
 {
   double s[8] = {0};
@@ -141,7 +143,7 @@ double flesh_bound_apart(flesh_threads *threads, int n, const double *x, const d
   double sum = 0;
   for (int k = 0; k < parts; k++) sum += p.results[k];
   flesh_team_sum(team, 1, &sum);
-  /* A difference below 1e-38 may vanish in its eighth power. */
+  /* The added 1e-38 covers differences whose eighth power underflows. */
   return isnan(sum) ? INFINITY : sqrt(sqrt(sqrt(sum))) + 1e-38;
 }
 
@@ -171,7 +173,7 @@ int flesh_same(flesh_threads *threads, int n, const double *x, const double *y)
   pair p = {.x = x, .y = y};
   int own;
   const flesh_team *team = team_of(threads, n, &own);
-  /* Mostly the first numbers show that they differ. */
+  /* If they differ, the first numbers mostly show it. */
   p.differ = n > 0 && memcmp(x, y, sizeof *x * (size_t)(n < 64 ? n : 64));
   if (!p.differ) flesh_parallel_parts(threads, n, compare_part, &p);
   double differ = p.differ;

@@ -1,8 +1,8 @@
-/* rising.h: finds a number where numbers rise. */
+/* rising.h: finds a number in a sorted array. */
 #ifndef FLESH_BASE_RISING_H
 #define FLESH_BASE_RISING_H
 
-/* Returns the place of `number` in `numbers`, which rise from `low` to before `high`; -1: it is not there. */
+/* Returns the index of `number` in `numbers`, which are in rising order for low <= k < high; -1: it is not there. */
 static inline int flesh_rising_find(const int *numbers, int low, int high, int number)
 {
   while (low < high) {

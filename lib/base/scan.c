@@ -1,4 +1,4 @@
-/* scan.c: loading a file and scanning the numbers of a text. */
+/* scan.c: loads a file and scans the numbers of its text. */
 #include "base/scan.h"
 
 #include <ctype.h>
@@ -20,7 +20,7 @@ int flesh_regular_open(const char *path, FILE **stream)
 {
   struct stat what = {0};
   *stream = NULL;
-  /* Opening a pipe to read waits for its writer by default. */
+  /* O_NONBLOCK: opening a pipe would otherwise wait for its writer. */
   const int descriptor = flesh_path_open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY, 0);
   if (descriptor < 0)
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, flesh_path_reason(path, errno));
@@ -78,7 +78,7 @@ int flesh_scan_open(flesh_scanner *s, const char *path)
   if (status) return status;
   s->begin = s->at = s->data;
   s->end = s->data + size;
-  if (size >= 3 && !memcmp(s->data, "\xef\xbb\xbf", 3)) s->at += 3; /* UTF-8's mark */
+  if (size >= 3 && !memcmp(s->data, "\xef\xbb\xbf", 3)) s->at += 3; /* byte order mark of UTF-8 */
   return FLESH_OK;
 }
 
@@ -97,7 +97,8 @@ static int is_blank(const flesh_scanner *s, char c)
 
 static int begins_comment(const flesh_scanner *s, char c) { return c == s->comment && c; }
 
-/* End of a token: blank, line end, comment; and the 0 behind the text, never a 0 inside it. */
+/* Returns whether a token ends here: at a blank, a line end, a comment or the end of the text, but not at a 0 byte
+ * within it. */
 static int is_break(const flesh_scanner *s, const char *at)
 {
   return at >= s->end || is_blank(s, *at) || *at == '\n' || begins_comment(s, *at);
@@ -174,7 +175,7 @@ int flesh_scan_fail(const flesh_scanner *s, const char *format, ...)
   return flesh_fail(FLESH_ERR_FILE, "%s:%lld: %s", s->path, (long long)s->line, text);
 }
 
-/* Names what is being read: "node 5". */
+/* Writes the name of the item being read: "node 5". */
 static const char *item_text(const flesh_scanner *s, char text[64])
 {
   if (s->index < 0) snprintf(text, 64, "%s", s->item);
@@ -182,7 +183,7 @@ static const char *item_text(const flesh_scanner *s, char text[64])
   return text;
 }
 
-/* Goes to the row's next token or fails. */
+/* Moves to the row's next token or fails. */
 static int next_in_row(flesh_scanner *s)
 {
   if (s->free_rows ? flesh_scan_next(s) : flesh_scan_next_in_line(s)) return FLESH_OK;
@@ -218,8 +219,7 @@ int flesh_scan_integer(flesh_scanner *s, int64_t *value)
 int flesh_scan_real(flesh_scanner *s, double *value)
 {
   if (next_in_row(s)) return FLESH_ERR_FILE;
-  /* strtod follows the thread's locale, which flesh_mesh_read has set to "C"; the text ends in a 0.
-   */
+  /* strtod depends on the thread's locale, which flesh_scan_open has set to "C"; a 0 byte ends the text. */
   char *stop, item[64];
   double number = strtod(s->at, &stop);
   if (stop == s->at || !is_break(s, stop))

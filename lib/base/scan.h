@@ -1,4 +1,4 @@
-/* scan.h: a text file read whole, and a scanner of its numbers that knows where it stands. */
+/* scan.h: a text file in memory, and a scanner of its numbers that knows the current line. */
 #ifndef FLESH_BASE_SCAN_H
 #define FLESH_BASE_SCAN_H
 
@@ -8,65 +8,65 @@
 
 #include "base/plain_locale.h"
 
-/* Opens a regular file to read: *stream, which the caller closes; NULL where it fails. FLESH_ERR_FILE for what is missing,
- * a directory, a pipe or a device; nothing is waited for. */
+/* Opens a regular file to read; the caller closes *stream, which is NULL on failure. FLESH_ERR_FILE if the file is
+ * missing, a directory, a pipe or a device; never waits. */
 int flesh_regular_open(const char *path, FILE **stream);
-/* Whether there is a regular file of that name: FLESH_ERR_FILE with the same sentences. */
+/* Checks that a regular file of that name can be opened; fails as flesh_regular_open. */
 int flesh_regular_check(const char *path);
 
-/* Reads a regular file whole into *data (new; one 0 byte beyond `size`). FLESH_ERR_FILE otherwise.
- */
+/* Reads a regular file whole into *data (new; a 0 byte follows its *size bytes). FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_file_load(const char *path, char **data, size_t *size);
 
 typedef struct flesh_scanner {
   const char *path;
-  const char *begin, *at, *end; /* *end is 0 */
+  const char *begin, *at, *end; /* the text, the current place, and the end, where *end is 0 */
   int64_t line;
-  /* The names of the item being read and of its form, for messages: "node 5", a row of the form "x y z". */
+  /* Names of the item being read and of its form, for messages: "node 5", a row of the form "x y z". */
   const char *item, *form;
   int64_t index;
-  int free_rows; /* numbers may stand on later lines than the row's first */
-  int commas;    /* a comma separates, as a blank does */
-  char comment;  /* begins a comment, which goes to the line's end: '#' by default; 0: nothing does */
+  int free_rows; /* 1: a row may continue on later lines */
+  int commas;    /* 1: a comma separates tokens, as a blank does */
+  char comment;  /* character that begins a comment up to the end of the line, '#' by default; 0: none */
   char *data;    /* the text, owned */
   flesh_plain_locale locale;
 } flesh_scanner;
 
-/* Loads the file and stands at its begin, in the "C" locale until it is closed. FLESH_ERR_FILE,
+/* Loads the file and starts at its beginning, in the "C" locale until flesh_scan_close. FLESH_ERR_FILE,
  * FLESH_ERR_MEMORY. */
 int flesh_scan_open(flesh_scanner *s, const char *path);
-/* Also after it could not be opened. */
+/* Closes the scanner, also one whose flesh_scan_open failed. */
 void flesh_scan_close(flesh_scanner *s);
 
-/* Goes to the next token, over blanks, line ends and comments; returns 0 at the end. */
+/* Moves to the next token, over blanks, line ends and comments; returns 0 at the end. */
 int flesh_scan_next(flesh_scanner *s);
-/* Like flesh_scan_next, without leaving the line. */
+/* Like flesh_scan_next, but stays in the line. */
 int flesh_scan_next_in_line(flesh_scanner *s);
-/* Goes behind the end of the present line. */
+/* Moves to the beginning of the next line. */
 void flesh_scan_skip_line(flesh_scanner *s);
 
-/* Reads the word at the present place if it equals `word`; returns whether it did. */
+/* Reads the word at the current place if it equals `word`; returns whether it did. */
 int flesh_scan_word(flesh_scanner *s, const char *word);
-/* Reads the token at the present place, whatever it is. Returns its length, and its begin in the text in *token. */
+/* Reads the token at the current place, whatever it is. Returns its length; *token points to its beginning in the
+ * text. */
 size_t flesh_scan_token(flesh_scanner *s, const char **token);
 
-/* Next number of the present row. FLESH_ERR_FILE when the row ends, for anything but a number, for
- * an integer outside 64 bits, for a real that is not finite. */
+/* Read the next number of the current row. FLESH_ERR_FILE when the row ends, for anything but a number, for an integer
+ * beyond 64 bits, for a real that is not finite. */
 int flesh_scan_integer(flesh_scanner *s, int64_t *value);
 int flesh_scan_real(flesh_scanner *s, double *value);
-/* FLESH_ERR_FILE when something is left in the line. */
+/* Fails with FLESH_ERR_FILE when something is left in the line. */
 int flesh_scan_row_end(flesh_scanner *s);
 
-/* Reads a count of `item`s of which each takes at least `bytes` bytes in the rest of the file, so
- * that a count can be trusted with memory. At least `least`, at most INT_MAX/4. */
+/* Reads a count of `item`s, at least `least` and at most INT_MAX/4. Each takes at least `bytes` bytes in the rest of
+ * the file, so that a wrong count cannot cause a huge allocation. FLESH_ERR_FILE. */
 int flesh_scan_count(flesh_scanner *s, const char *item, int least, int bytes, int *count);
 
-/* Fails with "path:line: " before the sentence. */
+/* Fails with FLESH_ERR_FILE and "path:line: " before the sentence. */
 int flesh_scan_fail(const flesh_scanner *s, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-/* The token at the present place, cut and made printable, in quotes; valid until the next call in
- * this thread. */
+/* Returns the token at the current place, shortened, printable and in quotes; valid until the next call in this
+ * thread. */
 const char *flesh_scan_show(const flesh_scanner *s);
 
 #endif

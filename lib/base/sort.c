@@ -1,4 +1,4 @@
-/* sort.c: merges sorted halves (Knuth, The Art of Computer Programming 3, section 5.2.4). */
+/* sort.c: merge sort (Knuth, The Art of Computer Programming 3, section 5.2.4). */
 #include "base/sort.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@ typedef struct sort {
   int (*compare)(const void *a, const void *b);
 } sort;
 
-/* Insertion sort; things of at most LARGEST bytes are carried in a buffer, larger ones are swapped. */
+/* Insertion sort; items of at most LARGEST bytes are moved through a buffer, larger ones are swapped byte by byte. */
 static void insert(const sort *s, char *things, size_t count)
 {
   const size_t size = s->size;
@@ -36,7 +36,7 @@ static void insert(const sort *s, char *things, size_t count)
   }
 }
 
-/* `room` holds half of the things. */
+/* Merge sort; `room` holds count / 2 items. */
 static void merge(const sort *s, char *things, size_t count, char *room)
 {
   const size_t size = s->size, half = count / 2;

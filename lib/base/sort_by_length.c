@@ -1,4 +1,4 @@
-/* sort_by_length.c: a pass for each length that there is. */
+/* sort_by_length.c: one pass for each different length. */
 #include "base/sort_by_length.h"
 
 void flesh_sort_by_length(int begin, int end, const int *length, int *order)

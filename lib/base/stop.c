@@ -1,4 +1,4 @@
-/* stop.c: the question whether to go on, of each thread its own. */
+/* stop.c: the question whether to go on, for each thread separately. */
 #include "base/stop.h"
 
 #include "base/error.h"

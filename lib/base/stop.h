@@ -1,4 +1,4 @@
-/* stop.h: what takes long without a step, such as a scene that is set up, asks the caller whether to go on. */
+/* stop.h: long work outside of steps, such as setting up a scene, asks the caller whether to go on. */
 #ifndef FLESH_BASE_STOP_H
 #define FLESH_BASE_STOP_H
 
@@ -6,19 +6,22 @@
 
 #include "flesh/status.h"
 
-/* `stop` of the calling thread: a negative status ends what asks. NULL: nobody is asked. `data` is borrowed. */
+/* Sets the function that the calling thread asks; a negative status from it ends the work. NULL: none is asked. Borrows
+ * `data`. */
 void flesh_stop_set(int (*stop)(void *data), void *data);
 
-/* From here to the end `stop` is asked; elsewhere, as within steps, it is not. Returns at the end what it said. */
+/* Work between begin and end asks `stop`; other work, such as steps, does not. flesh_stop_end returns the last
+ * answer. */
 void flesh_stop_begin(void);
 int flesh_stop_end(void);
 
-/* Returns what `stop` says, FLESH_OK where it is not asked; once it has said no, it is not asked again. */
+/* Returns the answer of `stop`, or FLESH_OK outside of begin and end. After a negative answer `stop` is not called
+ * again. */
 int flesh_stop_ask(void);
 
-/* Asks in a loop's k-th turn, of which one in 4096 asks: what is small is not asked for. */
+/* Asks in every 4096th turn k of a loop, so that short loops do not ask. */
 static inline int flesh_stop_ask_at(size_t k) { return k % 4096 == 4095 ? flesh_stop_ask() : FLESH_OK; }
-/* Asks before a loop of so many turns. */
+/* Asks before a loop that has at least 4096 turns. */
 static inline int flesh_stop_ask_before(size_t turns) { return turns >= 4096 ? flesh_stop_ask() : FLESH_OK; }
 
 #endif

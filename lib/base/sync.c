@@ -38,7 +38,7 @@ static int sync_folder_of(const char *path)
   return status;
 }
 
-/* The number at the end of a name, before its suffix; -1 without one. */
+/* Returns the number after the last '_' of a name and before its suffix; -1 without one. */
 static long number_of(const char *name)
 {
   const char *mark = strrchr(name, '_');
@@ -57,7 +57,7 @@ int flesh_sync_folder(const char *path, int settled)
     const long number = number_of(entry->d_name);
     if (*entry->d_name == '.' || (number >= 0 && number <= settled)) continue;
     const int descriptor = openat(dirfd(folder), entry->d_name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor < 0) continue; /* gone, a link, or not ours */
+    if (descriptor < 0) continue; /* gone, a link, or not accessible */
     status = sync_descriptor(descriptor, path);
     close(descriptor);
   }
@@ -73,7 +73,7 @@ int flesh_sync_commit(flesh_file *file)
     flesh_file_abandon(file);
     return flesh_no_memory();
   }
-  int status = fflush(file->stream) ? FLESH_OK /* which the commit finds too */
+  int status = fflush(file->stream) ? FLESH_OK /* the commit finds this error, too */
                                     : sync_descriptor(fileno(file->stream), path);
   if (status) flesh_file_abandon(file);
   else status = flesh_file_commit(file);

@@ -1,4 +1,4 @@
-/* team.c: what the operations of a team do where there may be none. */
+/* team.c: calls the operations of a team, or does without if there is none. */
 #include "base/team.h"
 
 #include <math.h>

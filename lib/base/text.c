@@ -1,4 +1,4 @@
-/* text.c: appending to a text in a buffer of fixed size, and printing a new one. */
+/* text.c: appends to a text in a buffer of fixed size, and prints new ones. */
 #include "base/text.h"
 
 #include <stdarg.h>
@@ -8,7 +8,7 @@
 
 #include "base/letter.h"
 
-/* Cuts off the last letter where not all bytes of it are there. */
+/* Cuts off the last letter if some of its bytes are missing. */
 static void drop_half_letter(char *text, size_t length)
 {
   unsigned code;

@@ -1,8 +1,8 @@
 /* threads.c: a pool of POSIX threads.
  *
- * Every thread has a range of the tasks of its own, so that from one run to the next it finds its
- * data in its own cache, and takes from the others' ranges when its own is done: a thread that the
- * machine keeps busy elsewhere is not waited for, only the tasks it has begun. */
+ * Every thread has its own range of the tasks, so that it finds its data in its own cache from one run to the next.
+ * When its range is done it takes tasks of the others: a thread that the machine keeps busy elsewhere delays only the
+ * tasks it has begun. */
 #define _GNU_SOURCE /* sched_getaffinity */
 #include "flesh/threads.h"
 
@@ -18,16 +18,16 @@
 #include "base/team.h"
 #include "base/threads.h"
 
-/* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve
- * does by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks
- * are done before it lets others run, some tens of microseconds. */
+/* Polls of an idle thread before it sleeps, some tenths of a millisecond: waking takes as long, and the serial parts of
+ * a solve are shorter. LOOKS: polls of a caller for the last tasks before it yields, some tens of microseconds. */
 enum { IDLE_LOOKS = 32000, LOOKS = 4000 };
 
-/* Bytes: frames of kernels have up to 350 kB. A small limit of the system's for the caller's stack is no reason to crash. */
+/* Least stack size in bytes: frames of kernels have up to 350 kB, and the system's limit for the caller may be
+ * small. */
 enum { STACK = 1 << 21 };
 
-/* Tasks left of one thread: generation << 32 | next << 16 | end, in one word so that a thread that
- * comes late from an earlier run takes none. */
+/* Tasks left to one thread: generation << 32 | next << 16 | end, in one word so that a thread that is still in an
+ * earlier run takes none. */
 typedef struct range {
   _Alignas(64) _Atomic uint64_t left;
 } range;
@@ -39,13 +39,13 @@ typedef struct worker {
 } worker;
 
 struct flesh_threads {
-  int count, started; /* threads with the caller's, and of those made by pthread_create */
-  int process; /* that has the threads */
+  int count, started; /* threads with the caller's, and those made by pthread_create */
+  int process; /* the process (see below) that has the threads */
   range *ranges;   /* [count] */
-  worker *workers; /* [count], the first unused */
+  worker *workers; /* [count], the first is unused */
   flesh_task *task;
   void *data;
-  _Atomic int unfinished; /* tasks of this run */
+  _Atomic int unfinished; /* tasks of this run that are not finished */
   _Atomic uint32_t generation;
   _Atomic int sleeping, ending;
   pthread_mutex_t mutex;
@@ -53,7 +53,7 @@ struct flesh_threads {
   const flesh_team *team;
 };
 
-/* Which process this is in a line of forks: asking the system takes as long as a short task. */
+/* Generation of this process, counted over forks, as asking the system (getpid) takes as long as a short task. */
 static atomic_int process;
 static pthread_once_t watched = PTHREAD_ONCE_INIT;
 
@@ -70,7 +70,7 @@ static inline void pause_briefly(void)
 #endif
 }
 
-/* Next task of a range in this generation, -1: none. */
+/* Takes the next task of a range in this generation; -1: none is left. */
 static int take(range *r, uint32_t generation)
 {
   uint64_t left = atomic_load(&r->left);
@@ -83,7 +83,7 @@ static int take(range *r, uint32_t generation)
 
 static void work(flesh_threads *self, int number, uint32_t generation)
 {
-  int finished = 0; /* subtracted at once, as threads wait for each other's access */
+  int finished = 0; /* subtracted once at the end, as threads contend for the counter */
   for (int k = 0; k < self->count; k++) {
     range *r = &self->ranges[(number + k) % self->count];
     for (int task = take(r, generation); task >= 0; task = take(r, generation)) {
@@ -94,7 +94,7 @@ static void work(flesh_threads *self, int number, uint32_t generation)
   if (finished > 0) atomic_fetch_sub(&self->unfinished, finished);
 }
 
-/* The generation after `seen`, waiting for it if need be. */
+/* Returns the generation after `seen`, and waits for it if need be. */
 static uint32_t next_generation(flesh_threads *self, uint32_t seen)
 {
   for (int look = 0; look < IDLE_LOOKS; look++) {
@@ -137,7 +137,7 @@ static int start_workers(flesh_threads *self)
   size_t stack = 0;
   if (pthread_attr_init(&attributes)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for threads");
   if (!pthread_attr_getstacksize(&attributes, &stack) && stack < STACK) pthread_attr_setstacksize(&attributes, STACK);
-  /* Signals are the caller's business. */
+  /* The workers block all signals: these are the caller's business. */
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, &before);
@@ -185,7 +185,7 @@ void flesh_threads_destroy(flesh_threads **threads)
 {
   if (!threads || !*threads) return;
   flesh_threads *self = *threads;
-  if (has_threads(self)) { /* a fork has none of them */
+  if (has_threads(self)) { /* a fork has no worker threads */
     pthread_mutex_lock(&self->mutex);
     atomic_store(&self->ending, 1);
     pthread_cond_broadcast(&self->wake);

@@ -1,5 +1,5 @@
-/* unroll.h: loops that speed asks to unroll, which is left out where sanitizers make the code of each turn long and its
- * compilation slow. */
+/* unroll.h: FLESH_UNROLL unrolls a loop for speed. With sanitizers it does nothing, as they make the code of each turn
+ * long and its compilation slow. */
 #ifndef FLESH_BASE_UNROLL_H
 #define FLESH_BASE_UNROLL_H
 
