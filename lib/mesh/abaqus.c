@@ -1,7 +1,8 @@
-/* abaqus.c: the input decks of Abaqus and CalculiX, .inp: keywords after a '*' with parameters, and rows of numbers below
- * them (Abaqus Keywords Reference Guide; CalculiX CrunchiX User's Manual). *NODE, *ELEMENT of the types C3D4 and C3D10,
- * *NSET, *ELSET, *SOLID SECTION and *SURFACE are read. A C3D10 has its nodes in the order of VTK. Numbers are
- * free; keywords come in any order, so that the text is walked over once for each kind. */
+/* abaqus.c: reads input decks of Abaqus and CalculiX, .inp: keywords after a '*' with parameters, and rows of numbers
+ * below them (Abaqus Keywords Reference Guide; CalculiX CrunchiX User's Manual). Reads *NODE, *ELEMENT of the types
+ * C3D4 and C3D10, *NSET, *ELSET, *SOLID SECTION and *SURFACE. A C3D10 has its nodes in VTK's order. Nodes and elements
+ * may have any numbers, and keywords come in any order; hence the reader walks over the text once for each kind of
+ * keyword. */
 #include "mesh/formats.h"
 
 #include <limits.h>
@@ -14,7 +15,7 @@
 
 static int is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* Text without blanks at its ends, nor quotes. */
+/* Trims blanks at both ends of the text, then quotes. */
 static void trim(const char **begin, const char **end)
 {
   while (*begin < *end && is_space(**begin)) ++*begin;
@@ -28,7 +29,7 @@ int flesh_deck_is_word(const char *begin, const char *end, const char *word)
   return (size_t)(end - begin) == strlen(word) && !strncasecmp(begin, word, strlen(word));
 }
 
-/* Goes to the next line that is neither empty nor a comment; 0 at the end of the file. */
+/* Moves to the next line that is neither empty nor a comment; returns 0 at the end of the file. */
 static int next_line(flesh_scanner *s)
 {
   while (flesh_scan_next(s)) {
@@ -40,7 +41,7 @@ static int next_line(flesh_scanner *s)
 
 int flesh_deck_next_row(flesh_scanner *s) { return next_line(s) && *s->at != '*'; }
 
-/* Whether the line that ends at `end` goes on in the next one: it ends with a comma. */
+/* Returns whether the line that ends at `end` is continued in the next one, that is, ends with a comma. */
 static int goes_on(const flesh_scanner *s, const char *end)
 {
   while (end > s->begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) end--;
@@ -56,7 +57,7 @@ static void skip_row(flesh_scanner *s)
   } while (end && goes_on(s, end));
 }
 
-/* Goes over the rows of other keywords to the next keyword. */
+/* Moves to the next keyword, over the rows of the one before. */
 static int next_keyword(flesh_scanner *s, flesh_keyword *k)
 {
   while (flesh_deck_next_row(s)) flesh_scan_skip_line(s);
@@ -67,7 +68,7 @@ static int next_keyword(flesh_scanner *s, flesh_keyword *k)
   return 1;
 }
 
-/* The keyword's next parameter after `at`, or its name at first. */
+/* Returns the end of the keyword's part that begins at `at`: its name, or a parameter. */
 static const char *part_end(const flesh_keyword *k, const char *at)
 {
   int quoted = 0;
@@ -122,7 +123,7 @@ int flesh_deck_take_set(flesh_deck *d, const flesh_keyword *k, const char *param
   return status ? flesh_fail_within(status, "%s:%lld: ", d->s->path, (long long)k->line) : FLESH_OK;
 }
 
-/* Keywords that make or move nodes and elements, without which the mesh would be another. */
+/* Fails for keywords that generate or move nodes and elements, as without them the mesh would be wrong. */
 static int refuse(flesh_deck *d, const flesh_keyword *k)
 {
   static const char *const names[] = {"INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"};
@@ -147,7 +148,7 @@ static int count_nodes(flesh_deck *d, const flesh_keyword *k)
   return status;
 }
 
-/* Fails where a comma follows another: the row's next number would be taken for one that is left out. */
+/* Fails for two commas in a row: the row's next number would be taken for the missing one. */
 static int check_fields(const flesh_scanner *s)
 {
   int comma = 0;
@@ -158,7 +159,7 @@ static int check_fields(const flesh_scanner *s)
   return FLESH_OK;
 }
 
-/* Second walk. A row may go on with a normal, which is left out. */
+/* Second walk: reads the nodes. A normal that follows the coordinates is ignored. */
 static int read_nodes(flesh_deck *d, const flesh_keyword *k)
 {
   flesh_scanner *s = d->s;
@@ -185,7 +186,8 @@ static int read_nodes(flesh_deck *d, const flesh_keyword *k)
   return status;
 }
 
-/* Nodes of the element type, 4 or 10; 0 where it is no tet: C3D4, C3D10 and variants with letters behind. */
+/* Returns the number of nodes of the element type: 4 or 10 for C3D4, C3D10 and their variants with trailing letters,
+ * else 0. */
 static int size_of_type(const char *type, size_t length)
 {
   const int size = length >= 5 && !strncasecmp(type, "C3D10", 5) ? 10 : length >= 4 && !strncasecmp(type, "C3D4", 4) ? 4 : 0;
@@ -193,14 +195,15 @@ static int size_of_type(const char *type, size_t length)
   return size && (length == digits || (type[digits] | 32) >= 'a') ? size : 0;
 }
 
-/* Reads an integer of a row that goes on where a line ends with a comma. */
+/* Reads an integer of a row that may continue after a comma at the line's end. */
 static int read_integer(flesh_scanner *s, int64_t *value)
 {
   if (!flesh_scan_next_in_line(s) && goes_on(s, s->at)) flesh_scan_next(s);
   return flesh_scan_integer(s, value);
 }
 
-/* Reads the nodes of an element that is no tet: d->other_nodes has their count at *first, then them. Rows of solids may go on. */
+/* Reads the nodes of an element that is not a tet into d->other_nodes: at *first their count, then the nodes. Rows of
+ * solids may continue. */
 static int read_other(flesh_deck *d, int solid, int *first)
 {
   flesh_scanner *s = d->s;
@@ -232,7 +235,8 @@ static int read_tet(flesh_deck *d, int size, int region, int64_t tag, int64_t li
   return status ? status : flesh_draft_add_tet(d->draft, size, nodes, region, line, tag);
 }
 
-/* The region of tets of an *ELEMENT that names the set: numbers from 1 in the order of the sets. */
+/* Finds the region of the tets of an *ELEMENT that names the set: the sets' regions are numbered from 1 in the order of
+ * first use. */
 static int region_of(flesh_deck *d, int set, int *region)
 {
   *region = 0;
@@ -241,7 +245,7 @@ static int region_of(flesh_deck *d, int set, int *region)
   return flesh_tag_map_set(&d->regions, set, *region) < 0 ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
-/* Third walk. */
+/* Third walk: reads the elements. */
 static int read_elements(flesh_deck *d, const flesh_keyword *k)
 {
   flesh_scanner *s = d->s;

@@ -1,4 +1,4 @@
-/* abaqus_sets.c: the sets, sections and surfaces of a deck whose nodes and elements are known. */
+/* abaqus_sets.c: reads the sets, sections and surfaces of a deck whose nodes and elements are known. */
 #include "mesh/abaqus.h"
 
 #include <string.h>
@@ -13,7 +13,7 @@ static int add_number(flesh_deck *d, flesh_members *members, int tets, int64_t n
   return flesh_scan_fail(d->s, "%s %lld is not in the deck", tets ? "element" : "node", (long long)number);
 }
 
-/* Adds the numbers first, first + step ... to `last`; those that are not there are left out. */
+/* Adds the numbers first, first + step, ... up to `last`; skips those of no node or element. */
 static int generate(flesh_deck *d, flesh_members *members, int tets)
 {
   flesh_scanner *s = d->s;
@@ -33,7 +33,7 @@ static int generate(flesh_deck *d, flesh_members *members, int tets)
   return status;
 }
 
-/* Adds what the set of that name has. */
+/* Adds the members of the set of that name. */
 static int add_set(flesh_deck *d, int to, int tets, const char *name, size_t length)
 {
   int from;
@@ -52,7 +52,7 @@ static int add_set(flesh_deck *d, int to, int tets, const char *name, size_t len
 
 static int is_number(char c) { return (c >= '0' && c <= '9') || c == '-'; }
 
-/* The name that stands next in the row, without quotes; its length. */
+/* Reads the next name in the row, without quotes; returns its length. */
 static size_t scan_name(flesh_scanner *s, const char **name)
 {
   const char *quote = *s->at == '"' ? memchr(s->at + 1, '"', (size_t)(s->end - s->at - 1)) : NULL;
@@ -62,7 +62,7 @@ static size_t scan_name(flesh_scanner *s, const char **name)
   return (size_t)(quote - ++*name);
 }
 
-/* One row of *NSET or *ELSET: numbers, and names of sets. */
+/* Reads one row of *NSET or *ELSET: numbers, and names of sets. */
 static int read_members(flesh_deck *d, int set, int tets)
 {
   flesh_scanner *s = d->s;
@@ -82,7 +82,7 @@ static int read_members(flesh_deck *d, int set, int tets)
   return status;
 }
 
-/* Fourth walk. */
+/* Fourth walk: reads the sets. */
 int flesh_deck_read_sets(flesh_deck *d, const flesh_keyword *k)
 {
   const int tets = flesh_deck_is(k, "ELSET");
@@ -97,12 +97,12 @@ int flesh_deck_read_sets(flesh_deck *d, const flesh_keyword *k)
     flesh_members *members = tets ? &d->draft->sets.sets[set].tets : &d->draft->sets.sets[set].nodes;
     status = ranges ? generate(d, members, tets) : read_members(d, set, tets);
     members = tets ? &d->draft->sets.sets[set].tets : &d->draft->sets.sets[set].nodes;
-    if (members->count / 2 > most) flesh_members_settle(members); /* rows that say the same take no memory */
+    if (members->count / 2 > most) flesh_members_settle(members); /* repeated rows take no memory */
   }
   return status;
 }
 
-/* Fifth walk: with *SOLID SECTION a tet's region is the number of its section, from 1. */
+/* Fifth walk: with *SOLID SECTION, the region of a tet is the number of its section, from 1. */
 int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k)
 {
   const char *name;
@@ -122,11 +122,11 @@ int flesh_deck_read_sections(flesh_deck *d, const flesh_keyword *k)
   return FLESH_OK;
 }
 
-/* Adds the nodes of face `face` of a tet, 0 to 3: S1 to S4 of the manuals. */
+/* Adds the nodes of a tet's face; face 0 to 3 is S1 to S4 of the manuals. */
 static int add_face(flesh_deck *d, flesh_members *members, int tet, int face)
 {
   static const int corners[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
-  static const int edges[4][3] = {{0, 1, 2}, {3, 4, 0}, {4, 5, 1}, {5, 3, 2}}; /* places in VTK's order of edges */
+  static const int edges[4][3] = {{0, 1, 2}, {3, 4, 0}, {4, 5, 1}, {5, 3, 2}}; /* indices of the edges in VTK's order */
   int status = FLESH_OK;
   for (int a = 0; a < 3 && !status; a++)
     status = flesh_members_add(members, d->draft->tet_nodes[4 * (size_t)tet + (size_t)corners[face][a]]);
@@ -135,7 +135,7 @@ static int add_face(flesh_deck *d, flesh_members *members, int tet, int face)
   return status;
 }
 
-/* The elements of a row, by the number of one or the name of an element set, into `found`. */
+/* Puts the elements of a row into `found`; the row names one by number, or an element set. */
 static int find_elements(flesh_deck *d, flesh_members *found)
 {
   flesh_scanner *s = d->s;
@@ -158,7 +158,7 @@ static int find_elements(flesh_deck *d, flesh_members *found)
   return status;
 }
 
-/* Adds the nodes of an element that is no tet. */
+/* Adds the nodes of an element that is not a tet. */
 static int add_other(const flesh_deck *d, flesh_members *nodes, int element)
 {
   const int *list = d->other_nodes.values + ~element;
@@ -167,7 +167,8 @@ static int add_other(const flesh_deck *d, flesh_members *nodes, int element)
   return status;
 }
 
-/* A row `element or set, face` of the surface; of elements that are no tets only SPOS and SNEG of shells count. */
+/* Reads a row `element or set, face` of the surface; of elements that are not tets, only the faces SPOS and SNEG of
+ * shells are used. */
 static int read_faces(flesh_deck *d, int surface)
 {
   flesh_scanner *s = d->s;
@@ -188,7 +189,7 @@ static int read_faces(flesh_deck *d, int surface)
   return status;
 }
 
-/* A row `node or set` of the surface; an area that may follow is left out. */
+/* Reads a row `node or set` of the surface; an area that may follow is ignored. */
 static int read_surface_nodes(flesh_deck *d, int surface)
 {
   const char *name;
@@ -201,7 +202,8 @@ static int read_surface_nodes(flesh_deck *d, int surface)
   return add_set(d, surface, 0, name, length);
 }
 
-/* Sixth walk: a surface is a set of the nodes of its faces. Surfaces without faces (analytical ones) are left out. */
+/* Sixth walk: reads a surface as the set of the nodes of its faces. Surfaces without faces (analytical ones) are
+ * ignored. */
 int flesh_deck_read_surfaces(flesh_deck *d, const flesh_keyword *k)
 {
   const char *type = "ELEMENT";
@@ -238,7 +240,7 @@ int flesh_deck_finish_sets(flesh_deck *d)
       if (set->tets.values[i] >= 0) set->tets.values[kept++] = set->tets.values[i];
       else status = add_other(d, &set->nodes, set->tets.values[i]);
     set->tets.count = kept;
-    flesh_members_settle(&set->nodes); /* elements that share nodes take no memory for all */
+    flesh_members_settle(&set->nodes); /* drops the repeats of shared nodes at once, to save memory */
   }
   return status;
 }

@@ -1,4 +1,4 @@
-/* bernstein.c: the Jacobian of a ten-node tet in Bernstein form, and its least value by subdivision. */
+/* bernstein.c: the Jacobian of a ten-node tet in Bernstein form, and its minimum by subdivision. */
 #include "mesh/bernstein.h"
 
 #include <math.h>
@@ -7,22 +7,21 @@
 
 #include "mesh/edges.h"
 
-/* The exponents of the coefficients; those of the corners come first. */
+/* Exponents of the coefficients; the first four are those of the corners. */
 static const unsigned char exponent[FLESH_CUBIC][4] = {
     {3, 0, 0, 0}, {0, 3, 0, 0}, {0, 0, 3, 0}, {0, 0, 0, 3}, {2, 1, 0, 0}, {1, 2, 0, 0}, {0, 2, 1, 0},
     {0, 1, 2, 0}, {2, 0, 1, 0}, {1, 0, 2, 0}, {2, 0, 0, 1}, {1, 0, 0, 2}, {0, 2, 0, 1}, {0, 1, 0, 2},
     {0, 0, 2, 1}, {0, 0, 1, 2}, {0, 1, 1, 1}, {1, 0, 1, 1}, {1, 1, 0, 1}, {1, 1, 1, 0}};
 
-/* The coefficient of three of the four coordinates: their product's exponents. */
+/* place[i][j][k]: index of the coefficient of the monomial L_i L_j L_k. */
 static const unsigned char place[4][4][4] = {
     {{0, 4, 8, 10}, {4, 5, 19, 18}, {8, 19, 9, 17}, {10, 18, 17, 11}},
     {{4, 5, 19, 18}, {5, 1, 6, 12}, {19, 6, 7, 16}, {18, 12, 16, 13}},
     {{8, 19, 9, 17}, {19, 6, 7, 16}, {9, 7, 2, 14}, {17, 16, 14, 15}},
     {{10, 18, 17, 11}, {18, 12, 16, 13}, {17, 16, 14, 15}, {11, 13, 15, 3}}};
 
-/* The derivatives of x along the edges 01, 02, 03 are linear: their values at the four corners.
- * x = sum b_ij B_ij with b_ii = x_i and b_ij = 2 x_ij - (x_i + x_j)/2, so that the value of d/dxi_i at
- * corner k is 2 (b_ik - b_0k). */
+/* Computes the derivatives of x along the edges 01, 02, 03, which are linear, at the four corners. x = sum b_ij B_ij
+ * with b_ii = x_i and b_ij = 2 x_ij - (x_i + x_j)/2, so that d/dxi_i at corner k is 2 (b_ik - b_0k). */
 static void edge_derivatives(const double *x, const int corners[4], const int edge_nodes[6], double e[3][4][3])
 {
   double b[4][4][3];
@@ -50,7 +49,7 @@ __attribute__((noinline)) void flesh_tet10_jacobian(const double *x, const int c
       for (int k = 0; k < 4; k++)
         c[place[k][l][m]] += e[0][k][0] * n[0] + e[0][k][1] * n[1] + e[0][k][2] * n[2];
     }
-  /* A coefficient is the mean of as many determinants as its exponents have arrangements. */
+  /* A coefficient is the mean over the arrangements of its exponents, of which there are 3, or 6. */
   for (int a = 4; a < 16; a++) c[a] /= 3;
   for (int a = 16; a < FLESH_CUBIC; a++) c[a] /= 6;
 }
@@ -79,12 +78,12 @@ double flesh_cubic_sum(const double c[FLESH_CUBIC], const double weights[FLESH_C
   return sum;
 }
 
-/* A part of the tet: both cubics over it. */
+/* A part of the tet: both cubics on it. */
 typedef struct piece {
   double c[FLESH_CUBIC], C[FLESH_CUBIC];
 } piece;
 
-/* Bounds of the least value over a piece; -infinity below where C's coefficients do not bound it. */
+/* Bounds the minimum of c/C on a piece; the lower bound is -infinity if coefficients of C are not positive. */
 static flesh_least bounds(const piece *p)
 {
   flesh_least b = {INFINITY, INFINITY};
@@ -107,8 +106,8 @@ static int place_of(const int a[4])
   return place[corner[0]][corner[1]][corner[2]];
 }
 
-/* Both halves of a cubic, cut at the middle of the edge between corners i and j: de Casteljau's
- * scheme along every row of coefficients in that direction. `near` keeps corner i, `far` corner j. */
+/* Splits a cubic at the middle of the edge between corners i and j, by de Casteljau's scheme along every row of
+ * coefficients in that direction. `near` keeps corner i, `far` corner j. */
 static void halve(const double c[FLESH_CUBIC], int i, int j, double near[FLESH_CUBIC], double far[FLESH_CUBIC])
 {
   for (int first = 0; first < FLESH_CUBIC; first++) {
@@ -128,7 +127,7 @@ static void halve(const double c[FLESH_CUBIC], int i, int j, double near[FLESH_C
   }
 }
 
-/* The edge along which the cubics differ most from one coefficient to the next. */
+/* Returns the edge along which the coefficients of the cubics change most. */
 static int steepest_edge(const piece *p)
 {
   double most = -1, c_size = 0, C_size = 0;
@@ -148,7 +147,7 @@ static int steepest_edge(const piece *p)
 
 flesh_least flesh_cubic_least(const double c[FLESH_CUBIC], const double C[FLESH_CUBIC], double tolerance)
 {
-  enum { DEPTH = 40 }; /* pieces that wait: one for each cut on the way to the present one */
+  enum { DEPTH = 40 }; /* pieces on the stack: one for each cut on the way to the current piece */
   piece stack[DEPTH + 2];
   flesh_least least = {INFINITY, INFINITY};
   double size = 0, sum = 0;
@@ -173,7 +172,7 @@ flesh_least flesh_cubic_least(const double c[FLESH_CUBIC], const double C[FLESH_
     const piece cut = *p;
     halve(cut.c, ends[0], ends[1], stack[count - 1].c, stack[count].c);
     halve(cut.C, ends[0], ends[1], stack[count - 1].C, stack[count].C);
-    /* The lower half first: what it shows leaves less to do in the other. */
+    /* Takes the half with the lower bound first, as it may settle the other half. */
     if (bounds(&stack[count - 1]).low < bounds(&stack[count]).low) {
       const piece kept = stack[count];
       stack[count] = stack[count - 1], stack[count - 1] = kept;

@@ -9,22 +9,23 @@
 
 enum { FLESH_CUBIC = 20, FLESH_SUBDIVISIONS = 400 };
 
-/* The coefficients of det(dx/dxi), 6 V where the edges are straight, for a tet with the given corners
- * and nodes on edges (VTK's order), nodes at x. One compiled body for all callers, so that a body at
- * rest has J = 1 to the last bit. */
+/* Computes the coefficients of det(dx/dxi), which is 6 V for straight edges, of a tet with the given corners and nodes
+ * on edges (VTK's order), nodes at x. It is compiled once for all callers, so that a body at rest has J = 1 to the last
+ * bit. */
 void flesh_tet10_jacobian(const double *x, const int corners[4], const int edge_nodes[6],
                           double c[FLESH_CUBIC]);
 
-/* The integral over the tet of the cubic that is det(dx/dxi): its volume. */
+/* Returns the integral over the tet of the cubic; for det(dx/dxi) this is the tet's volume. */
 double flesh_cubic_integral(const double c[FLESH_CUBIC]);
 
-/* The weights of the coefficients in the value of a cubic at barycentric L, and that value. */
+/* flesh_cubic_weights finds the weights of the coefficients in a cubic's value at barycentric L; flesh_cubic_sum
+ * returns the value. */
 void flesh_cubic_weights(const double L[4], double weights[FLESH_CUBIC]);
 double flesh_cubic_sum(const double c[FLESH_CUBIC], const double weights[FLESH_CUBIC]);
 
-/* The least value of c/C over the tet, C positive in it, between `low` and `high`. Both are NaN when
- * a coefficient is. The gap is at most `tolerance` times the largest |c/C| of the coefficients, and 0
- * is not in it, unless the least value is 0 to rounding or FLESH_SUBDIVISIONS do not show it. */
+/* Bounds of the minimum of c/C over a tet in which C is positive: low <= minimum <= high, or both NaN if a coefficient
+ * is. The gap is at most `tolerance` times the largest |c/C| of the coefficients, and 0 lies outside it, unless the
+ * minimum is 0 to rounding or FLESH_SUBDIVISIONS cuts are not enough. */
 typedef struct flesh_least {
   double low, high;
 } flesh_least;

@@ -1,4 +1,4 @@
-/* bisect.c: local refinement by bisection: tets are halved until no edge of one has a node in its middle. */
+/* bisect.c: local refinement by bisection: halves tets until no tet has a node in the middle of one of its edges. */
 #include <limits.h>
 #include <math.h>
 #include <string.h>
@@ -11,24 +11,24 @@
 #include "mesh/parents.h"
 #include "mesh/tag_map.h"
 
-/* A tet of the mesh to come. */
+/* A tet of the refined mesh. */
 typedef struct leaf {
   int nodes[4], parent;
-  uint8_t halvings; /* to come */
+  uint8_t halvings; /* halvings still to do */
   flesh_tet_marks marks;
-  double place[4][4]; /* barycentric, of the corners in the parent */
+  double place[4][4]; /* barycentric coordinates of the corners in the parent */
 } leaf;
 
 typedef struct work {
   const flesh_mesh *mesh;
   leaf *leaves;
   int tets, room;
-  flesh_tag_map own; /* edges of the mesh that have a node, at order 2 */
-  flesh_tag_map cut; /* edges that are no longer there: their middles */
-  /* The nodes so far, [node_room]. */
+  flesh_tag_map own; /* node on each edge of the mesh, at order 2 */
+  flesh_tag_map cut; /* middle node of each edge that has been cut */
+  /* Nodes so far, [node_room]. */
   double *positions, *place;
   int *node_tet, nodes, node_room;
-  int *corners, *edge_nodes; /* of the leaves by parent; edge_nodes is NULL at order 1 */
+  int *corners, *edge_nodes; /* of the leaves, ordered by parent; edge_nodes is NULL at order 1 */
 } work;
 
 static int no_memory(const work *w)
@@ -51,8 +51,8 @@ static int grow_nodes(work *w, int room)
   return FLESH_OK;
 }
 
-/* Adds the node in the middle of two corners of a leaf. Where edges are straight it is the middle of its ends to the
- * last bit, so that nodes on planes of the axes stay on them. */
+/* Adds the node in the middle of two corners of a leaf. On straight edges it is the mean of the ends to the last bit,
+ * so that nodes on planes of the axes stay on them. */
 static int add_node(work *w, const leaf *l, int i, int j, int *node)
 {
   const flesh_mesh *mesh = w->mesh;
@@ -71,7 +71,7 @@ static int add_node(work *w, const leaf *l, int i, int j, int *node)
   return FLESH_OK;
 }
 
-/* Halves a leaf; the other half goes to the end. */
+/* Halves a leaf; the second half is appended to the leaves. */
 static int halve(work *w, int k)
 {
   const int most = flesh_mesh_most_tets(w->mesh->edge_nodes ? 2 : 1);
@@ -100,7 +100,7 @@ static int halve(work *w, int k)
   return FLESH_OK;
 }
 
-/* Whether an edge of the leaf has been cut by another. */
+/* Returns whether another tet has cut an edge of the leaf. */
 static int is_cut(const work *w, const leaf *l)
 {
   int middle, found = 0;
@@ -123,7 +123,8 @@ static int halve_all(work *w)
   return status;
 }
 
-/* FLESH_ERR_ARGUMENT where the parts of the tets alone, without what is cut for faces to fit, are too many. */
+/* Fails with FLESH_ERR_ARGUMENT if the requested halvings alone, without those that make faces fit, give too many
+ * tets. */
 static int check_count(const flesh_mesh *mesh, const uint8_t *halvings)
 {
   const int most = flesh_mesh_most_tets(mesh->edge_nodes ? 2 : 1);
@@ -133,7 +134,7 @@ static int check_count(const flesh_mesh *mesh, const uint8_t *halvings)
   return flesh_fail(FLESH_ERR_ARGUMENT, "the refined mesh has %.3g tets at least; %d are supported", least, most);
 }
 
-/* The mesh as leaves; its nodes with their places. */
+/* Makes the tets of the mesh the first leaves, and gives its nodes their places in the tets. */
 static int begin(work *w, const uint8_t *halvings)
 {
   const flesh_mesh *mesh = w->mesh;
@@ -174,7 +175,7 @@ done:
   return status;
 }
 
-/* At order 2: a node for each edge of the leaves, which are in `order`. */
+/* Makes a node for each edge of the leaves, at order 2; `order` lists the leaves by parent. */
 static int put_on_edges(work *w, const int *order)
 {
   flesh_mesh_edges edges;
@@ -200,7 +201,7 @@ static int put_on_edges(work *w, const int *order)
   return status;
 }
 
-/* Fills parents and sets of the refined mesh. first [tets+1]: the first part of each tet of the coarser mesh. */
+/* Fills the parents and sets of the refined mesh. first [tets+1]: the first child of each tet of the coarser mesh. */
 static int hand_over(work *w, const int *order, const int *first, flesh_mesh *refined, flesh_mesh_parents *parents)
 {
   const size_t tets = (size_t)w->tets;
@@ -220,7 +221,7 @@ static int hand_over(work *w, const int *order, const int *first, flesh_mesh *re
   return status ? status : flesh_mesh_parents_carry(w->mesh, parents, sets);
 }
 
-/* Makes the mesh of the leaves. */
+/* Makes the refined mesh from the leaves. */
 static int finish(work *w, flesh_mesh **refined, flesh_mesh_parents *parents)
 {
   const flesh_mesh *mesh = w->mesh;

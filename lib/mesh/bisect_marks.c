@@ -1,11 +1,11 @@
-/* bisect_marks.c: the marks of tets and of their halves. */
+/* bisect_marks.c: marks the edges of tets and of their halves. */
 #include <stddef.h>
 
 #include "mesh/bisect_marks.h"
 #include "mesh/edges.h"
 
-/* Whether edge a is before b: longer, or as long with lower nodes. Lengths that differ by rounding alone are equal as
- * floats, nearly always; where they are not, any order does. */
+/* Returns whether edge a comes before b: it is longer, or of equal length with lower nodes. Compared as floats, lengths
+ * that differ only by rounding are nearly always equal; if they are not, any order will do. */
 static int is_before(const double *positions, const int *nodes, int a, int b)
 {
   float squares[2];
@@ -40,13 +40,13 @@ void flesh_tet_marks_begin(const double *positions, int tets, const int *tet_nod
   }
 }
 
-/* The corner of `edge` beside `corner`, which is one of its two. */
+/* Returns the other end of `edge`; `corner` is one of its two. */
 static int other_end(int edge, int corner)
 {
   return flesh_edge_corners[edge][flesh_edge_corners[edge][0] == corner];
 }
 
-/* Whether the edge has that corner. */
+/* Returns whether the edge has that corner. */
 static int has(int edge, int corner)
 {
   return flesh_edge_corners[edge][0] == corner || flesh_edge_corners[edge][1] == corner;
@@ -55,7 +55,7 @@ static int has(int edge, int corner)
 flesh_tet_marks flesh_tet_marks_half(const flesh_tet_marks *marks, int gone)
 {
   const int kept = other_end(marks->edge, gone);
-  const int of_gone = marks->face[kept], of_kept = marks->face[gone]; /* in the faces without the cut edge */
+  const int of_gone = marks->face[kept], of_kept = marks->face[gone]; /* in the two faces without the cut edge */
   flesh_tet_marks half = {.edge = (signed char)of_kept};
   int planar = 0, apex = -1;
   if (has(of_gone, gone) && has(of_kept, kept)) {
@@ -63,12 +63,12 @@ flesh_tet_marks flesh_tet_marks_half(const flesh_tet_marks *marks, int gone)
     planar = apex == other_end(of_gone, gone);
   }
   for (int f = 0; f < 4; f++) {
-    int a = -1, b = -1; /* the corners of face f beside the new one */
+    int a = -1, b = -1; /* the two corners of face f that are not new */
     for (int c = 0; c < 4; c++)
       if (c != f && c != gone) b = a, a = c;
-    half.face[f] = flesh_edge_between[a][b]; /* a part of a face, or the cut: opposite to the new corner */
+    half.face[f] = flesh_edge_between[a][b]; /* the edge opposite to the new corner */
   }
-  half.face[gone] = (signed char)of_kept;                                               /* a face of the whole */
+  half.face[gone] = (signed char)of_kept;                                               /* this face is a whole one */
   if (planar && marks->flag) half.face[kept] = (signed char)flesh_edge_between[gone][apex]; /* the cut */
   half.flag = (signed char)(planar && !marks->flag);
   return half;

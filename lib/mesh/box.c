@@ -1,5 +1,5 @@
-/* box.c: regular grids of boxes, six tets each around the diagonal from the low to the high corner
- * (Kuhn 1960: one tet for each order in which the three axes can be walked). */
+/* box.c: regular grids of boxes, each of six tets around the diagonal from the low to the high corner (Kuhn 1960: one
+ * tet for each order of the three axes). */
 #include "mesh/box.h"
 
 #include "mesh/mesh.h"

@@ -1,4 +1,4 @@
-/* curve.c: the boundary of a mesh of order 2, put on a surface. */
+/* curve.c: moves the boundary of a mesh of order 2 onto a surface. */
 #include "mesh/curve.h"
 
 #include <float.h>
@@ -15,12 +15,12 @@
 #include "mesh/mesh.h"
 
 static const double tenth_of_an_edge = 0.1, half_an_edge = 0.5; /* as fractions of a face's longest edge */
-static const double least_cosine = 0.5;                         /* of a face's normal with the surface's */
-static const int most_rounds = 100;                             /* between surfaces that meet */
-static const double tangent = 0.87;                             /* cosine of the angle of a plane that goes on smoothly */
+static const double least_cosine = 0.5;                         /* between the normals of a face and of the surface */
+static const int most_rounds = 100;                             /* projections of a node onto surfaces that meet */
+static const double tangent = 0.87;                             /* cosine of the angle up to which a plane continues smoothly */
 
-/* How far the corners of a face are from the surface at most, in its longest edge; infinite where the face is turned from
- * the surface. */
+/* Returns the largest distance of a face's corners from the surface, in units of the face's longest edge; infinite if
+ * the face is turned away from the surface. */
 static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const int corner[3])
 {
   const double *x[3];
@@ -38,7 +38,7 @@ static double distance_from(const flesh_mesh *mesh, const flesh_nearest_surface 
   return fabs(flesh_vec3_dot(own, normal)) > least_cosine * sqrt(flesh_vec3_dot(own, own)) ? farthest : INFINITY;
 }
 
-/* The corner of the tet that is not on the face. */
+/* Returns the index of the tet's corner that is not on the face. */
 static int opposite(const int tet[4], const int corner[3])
 {
   int a = 0;
@@ -56,7 +56,7 @@ int flesh_mesh_find_curved_faces(const flesh_mesh *mesh, int count, const flesh_
     const size_t tet = (size_t)mesh->surface_tets[k];
     if ((status = flesh_stop_ask_at((size_t)k / 4))) break;
     if (flesh_mesh_face_parts(mesh, (int)tet) == 1) continue;
-    /* (a,p,r), (p,b,q), (r,q,c), (p,q,r) */
+    /* Triangles of a face with corners a, b, c and nodes p, q, r on its edges: (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
     const int *face = mesh->surface + 3 * (size_t)k, corner[3] = {face[0], face[4], face[8]};
     double least = INFINITY;
     int nearest = -1;
@@ -72,7 +72,7 @@ int flesh_mesh_find_curved_faces(const flesh_mesh *mesh, int count, const flesh_
   return status;
 }
 
-/* The faces of a tet by the corner opposite to them: which of its ten nodes they have. */
+/* Nodes of the face opposite to each corner of a tet, as indices into its ten nodes. */
 static const int face_nodes[4][6] = {{1, 2, 3, 5, 8, 9}, {0, 2, 3, 6, 7, 9}, {0, 1, 3, 4, 7, 8}, {0, 1, 2, 4, 5, 6}};
 
 static int node_of(const flesh_mesh *mesh, size_t tet, int k)
@@ -80,7 +80,7 @@ static int node_of(const flesh_mesh *mesh, size_t tet, int k)
   return k < 4 ? mesh->tet_nodes[4 * tet + (size_t)k] : mesh->edge_nodes[6 * tet + (size_t)k - 4];
 }
 
-/* Whether the face of the child opposite to its corner `own` is a part of the tet's face opposite to corner `a`. */
+/* Returns whether the child's face opposite to its corner `own` is a part of the tet's face opposite to corner `a`. */
 static int is_part(const flesh_mesh *mesh, size_t tet, int a, const int child[4], int own)
 {
   for (int b = 0; b < 4; b++) {
@@ -103,10 +103,10 @@ void flesh_mesh_refine_curved_faces(const flesh_mesh *mesh, const int *on, const
   }
 }
 
-/* The surfaces of each node, as chains: links[first[node] - 1] is the first; 0 ends a chain. */
+/* The surfaces of each node, as linked lists: the first is links[first[node] - 1]; 0 ends a list. */
 typedef struct chains {
   int *first; /* [nodes] */
-  int *flat;  /* [nodes] of a node on an edge of a boundary face on no surface: 1 + that face's first triangle; else 0 */
+  int *flat;  /* [nodes] 1 + first triangle of a boundary face on no surface that has this node on an edge; 0: none */
   struct {
     int surface, next;
   } *links;
@@ -142,7 +142,7 @@ static int find_chains(const flesh_mesh *mesh, const int *on, chains *c)
   return FLESH_OK;
 }
 
-/* Moves a node into the plane of a boundary face, unless that goes on from the surface with this normal smoothly. */
+/* Moves a node into the plane of a boundary face, unless the plane smoothly continues the surface with this normal. */
 static void flatten(const int *face, const double normal[3], const double *positions, double *x)
 {
   const double *X = positions + 3 * (size_t)face[0];
@@ -154,8 +154,8 @@ static void flatten(const int *face, const double normal[3], const double *posit
   for (int c = 0; c < 3; c++) x[c] -= height * own[c];
 }
 
-/* Moves node i to the nearest point of its surface, or to where its surfaces meet, or its surface and the plane of a face
- * beside it, by going from one to the other. */
+/* Moves node i to the nearest point of its surface. If it has several, or a flat face beside it, projects onto each in
+ * turn until the node is where they meet. */
 static void move(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, int i, double *positions)
 {
   const int first = c->first[i], flat = c->flat[i];
@@ -173,7 +173,8 @@ static void move(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, 
   }
 }
 
-/* Corners first: nodes on edges keep their place between them, and then go to the surface too. `done` [nodes] is 0. */
+/* Moves the nodes to their surfaces, corners first: nodes on edges move along with the ends, then to the surface.
+ * `done` [nodes] is 0. */
 static int place(const flesh_mesh *mesh, const flesh_nearest_surface *surfaces, const chains *c, uint8_t *done, double *x)
 {
   const double *X = mesh->positions;

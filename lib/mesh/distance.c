@@ -1,4 +1,4 @@
-/* distance.c: how far a deformed body is from its rest shape, wherever it has moved to. */
+/* distance.c: distance of a deformed body from its rest shape, apart from a rigid motion. */
 #include <math.h>
 
 #include "flesh/mesh.h"
@@ -23,7 +23,7 @@ double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x)
       low[c] = fmin(low[c], X[3 * i + c]);
       high[c] = fmax(high[c], X[3 * i + c]);
     }
-    /* A non-finite position must not hide behind a comparison. */
+    /* The negation lets a NaN become the worst. */
     if (!(square <= worst)) worst = square;
   }
   return sqrt(worst) / fmax(fmax(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);

@@ -9,37 +9,37 @@
 #include "mesh/tag_map.h"
 
 typedef struct flesh_draft {
-  const char *path; /* of the file with the tets */
-  char *owned_path; /* to be freed, or NULL */
+  const char *path; /* file with the tets */
+  char *owned_path; /* the same path if it must be freed, else NULL */
   int binary;
   int nodes, tets;
-  int node_base;     /* number of the first node, for formats that number them in a row */
+  int node_base;     /* number of the first node in formats that number nodes consecutively */
   double *positions; /* [3*nodes] */
-  int64_t *node_tag; /* [nodes] for formats with free node numbers, else NULL */
-  flesh_tag_map tags; /* their indices by these numbers */
-  int64_t solids;   /* elements with a volume that are no tets: flesh_draft_finish refuses them */
-  int tet_room, tet_size; /* tet_size: nodes of each tet, 4 or 10; 0 while there is none */
+  int64_t *node_tag; /* [nodes] in formats with free node numbers, else NULL */
+  flesh_tag_map tags; /* node number -> index */
+  int64_t solids;   /* number of solid elements that are not tets; flesh_draft_finish refuses them */
+  int tet_room, tet_size; /* tet_size: nodes of each tet, 4 or 10; 0 while there is no tet */
   int *tet_nodes;         /* [4*tet_room] */
-  int *edge_nodes;        /* [6*tet_room] where tet_size is 10, else NULL */
+  int *edge_nodes;        /* [6*tet_room] if tet_size is 10, else NULL */
   int *regions;
   int64_t *tet_where, *tet_tag;
-  flesh_mesh_sets sets; /* settled by flesh_draft_finish */
+  flesh_mesh_sets sets; /* sorted by flesh_draft_finish */
 } flesh_draft;
 
-/* Sets the number of nodes and gets room for them. */
+/* Sets the number of nodes and allocates them. FLESH_ERR_MEMORY. */
 int flesh_draft_set_nodes(flesh_draft *draft, int nodes);
-/* Sets the number of nodes that have free numbers. flesh_draft_tag_node gives a node its number: 0, 1 where another node has
- * the number already, FLESH_ERR_MEMORY. */
+/* Sets the number of nodes, which have free numbers. flesh_draft_tag_node gives a node its number and returns 0, 1 if
+ * another node has the number already, or FLESH_ERR_MEMORY. */
 int flesh_draft_set_tagged_nodes(flesh_draft *draft, int nodes);
 int flesh_draft_tag_node(flesh_draft *draft, int index, int64_t tag);
-/* Gets room for that many tets of `size` nodes, which all others must have too: FLESH_ERR_FILE. */
+/* Allocates that many tets of `size` nodes. FLESH_ERR_FILE if other tets have another size; FLESH_ERR_MEMORY. */
 int flesh_draft_reserve_tets(flesh_draft *draft, int size, int tets);
-/* Adds a tet of `size` nodes, indices from 0, edges in VTK's order. */
+/* Adds a tet of `size` nodes, indices from 0, with nodes on edges in VTK's order. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_draft_add_tet(flesh_draft *draft, int size, const int *nodes, int region, int64_t where,
                         int64_t tag);
-/* A file's node number as an index; -1 when it is outside [node_base, node_base + nodes). */
+/* Returns the index of a file's node number; -1 if it is outside [node_base, node_base + nodes). */
 int flesh_draft_node(const flesh_draft *draft, int64_t number);
-/* Makes the mesh. Returns new. */
+/* Makes the mesh from the draft. Returns new. */
 int flesh_draft_finish(flesh_draft *draft, flesh_mesh **mesh);
 void flesh_draft_clear(flesh_draft *draft);
 

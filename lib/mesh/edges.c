@@ -1,11 +1,11 @@
-/* edges.c: finding the edges of a mesh by two counting sorts. */
+/* edges.c: finds the edges of a mesh by two counting sorts. */
 #include "mesh/edges.h"
 
 #include <string.h>
 
 #include "base/memory.h"
 
-/* The end of the k-th of all tets' edges: its lower node, or its higher one. */
+/* Returns the lower or higher end node of edge k; tet k / 6 has the edges from 6 (k / 6). */
 static int end_of(const int *tet_nodes, size_t k, int higher)
 {
   const int *n = tet_nodes + 4 * (k / 6), *c = flesh_edge_corners[k % 6];
@@ -13,8 +13,8 @@ static int end_of(const int *tet_nodes, size_t k, int higher)
   return (a < b) == (higher != 0) ? b : a;
 }
 
-/* Sorts the `count` numbers in `from` by one end into `to`; those of one end stay as they were.
- * `first` [nodes+1] is scratch. */
+/* Sorts the `count` edges in `from` by one end into `to`; those with the same end keep their order. `first` [nodes+1]
+ * is work space. */
 static void sort_by_end(int nodes, size_t count, const int *tet_nodes, int higher, const unsigned *from,
                         unsigned *to, unsigned *first)
 {

@@ -1,16 +1,16 @@
-/* edges.h: the edges of a mesh, each once, in an order that only the nodes decide. */
+/* edges.h: the edges of a mesh, each once, in an order that depends on the nodes alone. */
 #ifndef FLESH_MESH_EDGES_H
 #define FLESH_MESH_EDGES_H
 
-/* The two corners of a tet's edges in VTK's order, which the arrays of ten nodes have too. */
+/* Corners of a tet's edges in VTK's order, which ten-node arrays use, too. */
 static const int flesh_edge_corners[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 
-/* The number of the edge between two of a tet's corners. */
+/* Number of the edge between two corners of a tet. */
 static const int flesh_edge_between[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
 
 typedef struct flesh_mesh_edges {
   int count;
-  int *ends;      /* [2*count] nodes, the lower first; edges rise by it, then by the higher */
+  int *ends;      /* [2*count] nodes, the lower first; sorted by the lower, then by the higher node */
   int *tet_edges; /* [6*tets] */
 } flesh_mesh_edges;
 

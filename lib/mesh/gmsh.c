@@ -1,5 +1,5 @@
-/* gmsh.c: Gmsh's .msh: the header, the sections and numbers in ASCII or either byte order of binary
- * (Gmsh reference manual, "MSH file format"). */
+/* gmsh.c: Gmsh's .msh: the header, the sections, and numbers in ASCII or in binary of either byte order (Gmsh reference
+ * manual, "MSH file format"). */
 #include "mesh/gmsh.h"
 
 #include <limits.h>
@@ -28,7 +28,7 @@ int flesh_gmsh_fail(const flesh_gmsh *g, const char *format, ...)
                     (long long)flesh_gmsh_where(g), text);
 }
 
-/* Copies the next `bytes` bytes of a binary number, in this machine's order. */
+/* Copies the next binary number of `bytes` bytes, in this machine's byte order. */
 static int take(flesh_gmsh *g, void *value, size_t bytes)
 {
   unsigned char *to = value;
@@ -141,7 +141,7 @@ int flesh_gmsh_check_type(const flesh_gmsh *g, int64_t type, int64_t tag)
   return FLESH_OK;
 }
 
-/* $MeshFormat: version, 0 ASCII or 1 binary, size of a real; in binary then the int 1. */
+/* Reads $MeshFormat: version, 0 for ASCII or 1 for binary, size of a real; in binary then the int 1. */
 static int read_format(flesh_gmsh *g)
 {
   double version;
@@ -177,7 +177,7 @@ static int read_format(flesh_gmsh *g)
   return FLESH_OK;
 }
 
-/* Moves behind `$End<name>`. */
+/* Moves past `$End<name>`. */
 static int skip_section(flesh_gmsh *g, const char *name, size_t length)
 {
   flesh_scanner *s = g->s;

@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "mesh/gmsh.h"
 
-/* The sections begin with a count in ASCII, in binary files too. */
+/* Reads the count at the beginning of a section, which is ASCII in binary files, too. */
 static int read_count(flesh_gmsh *g, const char *item, int ascii_bytes, int binary_bytes,
                       int64_t *count)
 {
@@ -33,7 +33,7 @@ int flesh_gmsh2_nodes(flesh_gmsh *g)
   return status;
 }
 
-/* Whether a tet is the last one again, as Gmsh writes it for each further physical group that has it. */
+/* Returns whether a tet repeats the last one, as Gmsh writes a tet once more for each further physical group. */
 static int is_last_again(flesh_gmsh *g, int64_t group, const int64_t nodes[4])
 {
   const int again = g->draft->tets && group && group != g->last_group && !memcmp(g->last_nodes, nodes, sizeof g->last_nodes);
@@ -42,7 +42,7 @@ static int is_last_again(flesh_gmsh *g, int64_t group, const int64_t nodes[4])
   return again;
 }
 
-/* One element's tags and nodes; `physical` and `elementary` are its first two tags. */
+/* Reads the tags and nodes of one element; its first two tags are the physical and the elementary one. */
 static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, int64_t where)
 {
   int64_t kind[2] = {0, 0}, ignored, nodes[10];
@@ -71,7 +71,7 @@ static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, 
   return status;
 }
 
-/* A binary block: type, number of elements, number of tags each; then the elements. */
+/* Reads a binary block: type, number of elements, number of tags each; then the elements. */
 static int read_block(flesh_gmsh *g, int64_t left, int64_t done, int64_t *count)
 {
   int64_t type, tags, tag;

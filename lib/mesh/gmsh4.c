@@ -4,7 +4,7 @@
 #include "base/error.h"
 #include "mesh/gmsh.h"
 
-/* A list: its length, then as many ints, of which the first is wanted. */
+/* Reads a list: its length, then as many ints, of which only the first is returned. */
 static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *first)
 {
   int64_t ignored;
@@ -14,8 +14,8 @@ static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *f
   return status;
 }
 
-/* Notes the region of a volume: its first physical tag, or else, for a part of a partitioned mesh,
- * the volume it is a part of. */
+/* Records the region of a volume: its first physical tag, or else, for a part of a partitioned mesh, the tag of its
+ * parent volume. */
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
   int64_t tag, parent[2] = {0, 0}, physicals = 0, physical = 0, region = 0, count, ignored;
@@ -29,7 +29,7 @@ static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
   for (int64_t i = 0; i < physicals && !status; i++) {
     status = flesh_gmsh_int(g, &physical);
     if (physical >= -INT_MAX && flesh_gmsh_named(g, dimension, -physical) >= 0)
-      physical = -physical; /* the named group turns the entity round */
+      physical = -physical; /* a negative tag is the named group with reversed orientation */
     if (!i) region = physical;
     if (!status) status = flesh_gmsh_join_group(g, dimension, tag, physical);
   }
@@ -71,7 +71,7 @@ int flesh_gmsh4_entities(flesh_gmsh *g, int partitioned)
   return status;
 }
 
-/* The four sizes before the blocks: blocks, items, smallest and largest tag. */
+/* Reads the four sizes before the blocks: blocks, items, smallest and largest tag. */
 static int read_head(flesh_gmsh *g, const char *item, int64_t *blocks, int64_t *count)
 {
   int64_t ignored;
@@ -84,7 +84,7 @@ static int read_head(flesh_gmsh *g, const char *item, int64_t *blocks, int64_t *
   return status;
 }
 
-/* One block's line: dimension, entity, a third int, number of items. */
+/* Reads the line of a block: dimension, entity, a third int, number of items. */
 static int read_block_head(flesh_gmsh *g, const char *item, int64_t done, int64_t left,
                            int64_t head[3], int64_t *count)
 {
@@ -131,7 +131,7 @@ int flesh_gmsh4_nodes(flesh_gmsh *g)
   return status;
 }
 
-/* Adds the nodes of the elements of a block to the sets of its entity. */
+/* Adds the nodes of a block's elements to the sets of its entity. */
 static int read_members(flesh_gmsh *g, int64_t type, int64_t count, int group)
 {
   const int size = flesh_gmsh_type_nodes(type);
@@ -179,7 +179,7 @@ static int add_to_sets(flesh_gmsh *g, int group)
   return status;
 }
 
-/* A block of tets; `kind` is its region. */
+/* Reads a block of tets; `kind` is its region. */
 static int read_tets(flesh_gmsh *g, int64_t type, int64_t count, int64_t done, int64_t kind, int group)
 {
   const int size = flesh_gmsh_type_nodes(type);

@@ -1,4 +1,4 @@
-/* gmsh_names.c: $PhysicalNames of Gmsh's formats, which names groups of points, curves, surfaces and volumes. */
+/* gmsh_names.c: $PhysicalNames of Gmsh's formats: names of groups of points, curves, surfaces and volumes. */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "mesh/gmsh.h"
 
-/* One number for a dimension, 0 to 3, and a tag of 32 bits. */
+/* Returns one number for a dimension, 0 to 3, and a tag of 32 bits. */
 static int64_t key_of(int64_t dimension, int64_t tag) { return 4 * tag + dimension; }
 
 static int fits(int64_t dimension, int64_t tag)
@@ -35,7 +35,7 @@ int flesh_gmsh_join_group(flesh_gmsh *g, int dimension, int64_t entity, int64_t 
     return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for more than %d groups", g->s->path, g->group_count);
   const int next = flesh_gmsh_group(g, dimension, entity);
   for (int k = next; k >= 0; k = g->groups[k].next)
-    if (g->groups[k].set == set) return FLESH_OK; /* the same group once more */
+    if (g->groups[k].set == set) return FLESH_OK; /* the entity is in this group already */
   g->groups[g->group_count] = (struct flesh_gmsh_group){set, next};
   const int there = flesh_tag_map_set(&g->entities, key_of(dimension, entity), g->group_count++);
   return there < 0 ? there : FLESH_OK;
@@ -50,7 +50,7 @@ int flesh_gmsh_add_to_set(flesh_gmsh *g, int set, int64_t element, int64_t node_
   return flesh_members_add(&g->draft->sets.sets[set].nodes, node);
 }
 
-/* A row `dimension tag "name"`. */
+/* Reads a row `dimension tag "name"`. */
 static int read_name(flesh_gmsh *g)
 {
   flesh_scanner *s = g->s;

@@ -1,6 +1,6 @@
-/* gmsh_write.c: writes Gmsh 4.1, binary in this machine's byte order. Each region is a physical tag of volumes. Each set of
- * tets is a named one: the tag of a region with just these tets, or else one of its own. Each set of nodes is a named
- * group of points. Tets with the same tags are one volume. */
+/* gmsh_write.c: writes Gmsh 4.1, binary in this machine's byte order. Each region is a physical tag of volumes. Each
+ * set of tets is a named physical tag: that of a region with just these tets, or else one of its own. Each set of nodes
+ * is a named group of points. Tets with the same tags are one volume. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,23 +11,23 @@
 #include "mesh/gmsh.h"
 #include "mesh/inspect.h"
 
-/* Tets of one region in the same sets. */
+/* The tets of one region that are in the same sets. */
 typedef struct volume {
-  int tag;    /* physical: the region's or a set's */
-  int parent; /* the volume of the same tets without this set; -1: the tag is the region's */
-  int child;  /* the volume with the set at hand in addition; -1: there is none yet */
+  int tag;    /* physical tag: the region's or a set's */
+  int parent; /* volume of these tets without this set; -1: the tag is the region's */
+  int child;  /* volume of the tets that are also in the set being added; -1: none yet */
   int tets;
-  int number; /* in the file, from 1; 0: it has no tets */
+  int number; /* number in the file, from 1; 0: the volume has no tets */
 } volume;
 
 typedef struct writing {
   FILE *file;
   const flesh_mesh *mesh;
   int *regions, region_count; /* sorted */
-  int *set_tags;              /* [sets] physical tag of a set's tets; 0: it has none */
-  int *of_tet;                /* [tets] volume */
+  int *set_tags;              /* [sets] physical tag of a set's tets; 0: none */
+  int *of_tet;                /* [tets] volume of each tet */
   volume *volumes;
-  int volume_count, room, used; /* used: how many have tets */
+  int volume_count, room, used; /* used: number of volumes that have tets */
 } writing;
 
 static void put_int(FILE *file, int value)
@@ -40,14 +40,15 @@ static void put_size(FILE *file, int64_t value) { fwrite(&value, sizeof value, 1
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the regions of a mesh"); }
 
-/* The index of a region; -1: there is none of that tag. */
+/* Returns the index of a region; -1: no region has this tag. */
 static int find_region(const writing *w, int tag)
 {
   const int *found = bsearch(&tag, w->regions, (size_t)w->region_count, sizeof tag, flesh_compare_int);
   return found ? (int)(found - w->regions) : -1;
 }
 
-/* The region whose tets are those of the set; 0: there is none, or its tag is no name's: negative ones are a name's turned. */
+/* Returns the region whose tets are exactly those of the set; 0: there is none, or its tag cannot be named, as a
+ * negative tag stands for the reversed group of the positive one. */
 static int region_of_set(const writing *w, const flesh_members *tets)
 {
   const int region = w->mesh->regions[tets->values[0]];
@@ -56,7 +57,7 @@ static int region_of_set(const writing *w, const flesh_members *tets)
   return region > 0 && find_region(w, -region) < 0 && w->volumes[find_region(w, region)].tets == tets->count ? region : 0;
 }
 
-/* Gives sets of tets their tags: that of their region, if no other set has it yet, or one of no region. */
+/* Gives each set of tets its tag: that of its region, if no other set has taken it, or one that no region has. */
 static void choose_tags(writing *w)
 {
   const flesh_mesh_sets *sets = &w->mesh->sets;
@@ -81,7 +82,7 @@ static int add_volume(writing *w, int tag, int parent)
   return FLESH_OK;
 }
 
-/* Moves the tets of a set into volumes that have its tag in addition. */
+/* Moves the tets of a set to volumes that have its tag in addition. */
 static int add_set(writing *w, const flesh_members *tets, int tag)
 {
   const int before = w->volume_count;
@@ -118,7 +119,7 @@ static int sort_tets(writing *w)
   return status;
 }
 
-/* A set without members is a group of points that has none. */
+/* Returns whether the set is written as a group of points: it has nodes, or no members at all. */
 static int has_points(const flesh_mesh_set *set) { return set->nodes.count || !set->tets.count; }
 
 static void write_names(const writing *w)
@@ -144,7 +145,7 @@ static void write_volume(const writing *w, const volume *v, const flesh_mesh_inf
   fwrite(info->low, sizeof *info->low, 3, w->file);
   fwrite(info->high, sizeof *info->high, 3, w->file);
   put_size(w->file, tags);
-  put_int(w->file, region->tag); /* a reader's region is the first */
+  put_int(w->file, region->tag); /* readers take the first tag as the region */
   for (; v->parent >= 0; v = &w->volumes[v->parent]) put_int(w->file, v->tag);
   put_size(w->file, 0);
 }
@@ -179,7 +180,7 @@ static void write_nodes(const writing *w)
   fputs("\n$EndNodes\n", w->file);
 }
 
-/* Tets of one volume in a row are one block, so that their order stays. */
+/* Returns the number of consecutive tets of one volume from `first`; they form one block, which keeps their order. */
 static int run_length(const writing *w, int first)
 {
   int end = first;

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Inradius r = 3V/(sum of areas); circumradius R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)|/(12 V)
- * for edges a, b, c from one node. */
+/* Radius ratio with inradius r = 3V/(sum of areas) and circumradius R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)|/(12
+ * V) for edges a, b, c from one node. */
 double flesh_radius_ratio(const double *x, const int n[4])
 {
   double e[3][3], bc[3], ca[3], ab[3], fourth[3], centre[3];
@@ -35,7 +35,7 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   return flesh_radius_ratio(mesh->positions, mesh->tet_nodes + 4 * (size_t)tet);
 }
 
-/* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
+/* Returns the smallest over the largest Jacobian of a tet's map, to 1e-4; 1 for straight edges. */
 static double scaled_jacobian(const flesh_mesh *mesh, int tet)
 {
   double one[FLESH_CUBIC], minus[FLESH_CUBIC];
@@ -50,7 +50,7 @@ int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
   int *tags = malloc((size_t)mesh->tets * sizeof *tags), count = 0;
   *list = tags;
   if (!tags) return 0;
-  /* Most meshes come in runs of one tag: dropping repeats first makes the sort short. */
+  /* Most meshes have long runs of one tag: dropping repeats first makes the sort short. */
   for (int t = 0; t < mesh->tets; t++)
     if (!count || mesh->regions[t] != tags[count - 1]) tags[count++] = mesh->regions[t];
   qsort(tags, (size_t)count, sizeof *tags, flesh_compare_int);
@@ -60,7 +60,8 @@ int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
   return distinct;
 }
 
-/* How many tags there are, one after the other in their order; the list serves where there is memory for it. */
+/* Returns the number of distinct region tags: from the list, or without memory for it by searching for each tag in
+ * turn. */
 static int region_count(const flesh_mesh *mesh)
 {
   int *tags, count = flesh_mesh_region_list(mesh, &tags), listed = tags != NULL, last = 0;

@@ -17,8 +17,8 @@ static void add_point(const double c[FLESH_CUBIC], const double L[4], double wei
     for (int b = 0; b <= a; b++) M[a][b] += weight * N[a] * N[b];
 }
 
-/* N_a N_b is of degree 4 and the Jacobian of degree 3: by the rule of Grundmann & Moeller (1978) that
- * is exact for degree 7, 35 points. */
+/* Integrates N_a N_b J, of degree 4 + 3, by the rule of Grundmann & Moeller (1978) that is exact for degree 7, with 35
+ * points. */
 static void curved_mass(const double c[FLESH_CUBIC], double M[10][10])
 {
   enum { S = 3, DEGREE = 2 * S + 1 };
@@ -36,7 +36,7 @@ static void curved_mass(const double c[FLESH_CUBIC], double M[10][10])
   }
 }
 
-/* V/420 times integers (Zienkiewicz & Taylor). */
+/* Computes the mass matrix of a straight tet: V/420 times integers (Zienkiewicz & Taylor). */
 static void straight_mass(double volume, double M[10][10])
 {
   for (int a = 0; a < 10; a++)
@@ -62,8 +62,8 @@ void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10])
     for (int b = 0; b < a; b++) M[b][a] = M[a][b];
 }
 
-/* Hinton, Rock & Zienkiewicz 1976: the diagonal, scaled to the tet's mass; row sums would be negative
- * at the corners. */
+/* Lumps by the diagonal, scaled to the tet's mass (Hinton, Rock & Zienkiewicz 1976); row sums would be negative at the
+ * corners. */
 static void lump_quadratic(const flesh_mesh *mesh, const double *density, int t, double *mass)
 {
   double M[10][10], trace = 0;

@@ -1,7 +1,7 @@
-/* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; numbers may
- * be spread over lines at will. Vertices and either Tetrahedra or TetrahedraP2 are read, the other
- * lists are left out. TetrahedraP2 have their edges in VTK's order, as Gmsh writes them, or as the list
- * TetrahedraP2Ordering of libMeshb says: for each of the ten nodes twice its barycentric coordinates. */
+/* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; line breaks may stand anywhere.
+ * Reads Vertices and either Tetrahedra or TetrahedraP2 and ignores the other lists. TetrahedraP2 have their edges in
+ * VTK's order, as Gmsh writes them, or as the list TetrahedraP2Ordering of libMeshb says: for each of the ten nodes
+ * twice its barycentric coordinates. */
 #include "mesh/formats.h"
 
 #include <ctype.h>
@@ -13,7 +13,7 @@
 
 static int is_letter(char c) { return isalpha((unsigned char)c) != 0; }
 
-/* Keywords with their place in the file, so that the lists can come in any order. */
+/* Places of the keywords in the file, so that the lists can come in any order. */
 typedef struct places {
   flesh_scanner vertices, tets, p2, order;
   int have_vertices, have_tets, have_p2, have_order;
@@ -38,7 +38,7 @@ static int find_lists(flesh_scanner *s, flesh_draft *draft, places *found)
   int status = FLESH_OK;
   int64_t value;
   while (!status && flesh_scan_next(s)) {
-    if (!is_letter(*s->at)) { /* a number of a list that is left out */
+    if (!is_letter(*s->at)) { /* a number of an ignored list */
       while (s->at < s->end && !isspace((unsigned char)*s->at) && *s->at != '#') s->at++;
       continue;
     }
@@ -65,7 +65,7 @@ static int find_lists(flesh_scanner *s, flesh_draft *draft, places *found)
   return status;
 }
 
-/* A reference: an integer of 32 bits. */
+/* Reads a reference, an integer of 32 bits. */
 static int read_reference(flesh_scanner *s, int *reference)
 {
   int64_t value;
@@ -77,7 +77,7 @@ static int read_reference(flesh_scanner *s, int *reference)
   return status;
 }
 
-/* The lists end at a keyword or at the end of the file: more numbers mean a wrong count. */
+/* Checks that the list ends at a keyword or at the end of the file: more numbers mean a wrong count. */
 static int check_list_end(flesh_scanner *s, const char *word, int count)
 {
   if (!flesh_scan_next(s) || is_letter(*s->at)) return FLESH_OK;
@@ -101,8 +101,8 @@ static int read_vertices(flesh_scanner *s, flesh_draft *draft)
   return status ? status : check_list_end(s, "Vertices", count);
 }
 
-/* Returns the place of a row's k-th node among the ten in VTK's order, from its doubled barycentric coordinates L; -1
- * when they are those of no corner or mid-edge. */
+/* Returns the index in VTK's order of a row's k-th node, from its doubled barycentric coordinates L; -1 if they are
+ * those of no corner or mid-edge. */
 static int place_of(const int64_t L[4])
 {
   int corner[2], found = 0;
@@ -141,7 +141,7 @@ static int read_order(flesh_scanner *s, int order[10])
   return status ? status : check_list_end(s, "TetrahedraP2Ordering", 10);
 }
 
-/* `order` [size]: the place in VTK's order of the nodes of a row. */
+/* Reads the list of tets. `order` [size]: index in VTK's order of each node of a row. */
 static int read_tets(flesh_scanner *s, flesh_draft *draft, int size, const int *order)
 {
   const char *word = size == 4 ? "Tetrahedra" : "TetrahedraP2";

@@ -1,4 +1,4 @@
-/* mesh.c: making a mesh from arrays (with every check), its accessors and its end. */
+/* mesh.c: makes a mesh from arrays (with every check), gives access to it and frees it. */
 #include "mesh/mesh.h"
 
 #include <limits.h>
@@ -13,9 +13,9 @@
 #include "mesh/bernstein.h"
 #include "mesh/split_part.h"
 
-/* A tet is flat when its volume cannot be distinguished from 0: the determinant 6V of edges that are known
- * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
- * this. A sliver of radius ratio 1e-4 stands at 6V >= 1e-8 (longest edge)^3, far above. */
+/* Limit of 6V/(longest edge)^3 below which a tet is flat, that is, its volume cannot be distinguished from 0. The
+ * determinant 6V of edges known to half a unit in the last place has an error of about 1e-15 (longest edge)^3, ten
+ * times below this. A sliver of radius ratio 1e-4 has 6V >= 1e-8 (longest edge)^3, far above. */
 static const double flat_limit = 1e-14;
 
 long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet)
@@ -108,7 +108,7 @@ static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   return FLESH_OK;
 }
 
-/* The room for a mesh of the given sizes; 0 when there is none. */
+/* Allocates a mesh of the given sizes; returns 0 when out of memory. */
 static int allocate(flesh_mesh *mesh, int order, int with_ends)
 {
   size_t nodes = (size_t)mesh->nodes, tets = (size_t)mesh->tets;
@@ -135,7 +135,7 @@ static int list_pieces(flesh_mesh *mesh)
   return FLESH_OK;
 }
 
-/* Checks the copied arrays, and finds from them what else a mesh has. */
+/* Checks the copied arrays, and computes the rest of the mesh from them. */
 static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 {
   int status = check_nodes(mesh);
@@ -210,7 +210,7 @@ int flesh_mesh_create(int nodes, const double *positions, int tets, const int *t
   FLESH_NEED({positions, "positions"}, {tet_nodes, "tet_nodes"});
   const int status = flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = tets, .positions = positions,
                                                           .tet_nodes = tet_nodes, .regions = regions}, NULL, mesh);
-  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* there is no file */
+  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* no file was read */
 }
 
 void flesh_mesh_destroy(flesh_mesh **mesh)

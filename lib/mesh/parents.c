@@ -1,4 +1,4 @@
-/* parents.c: fields and sets of nodes taken over to a mesh that was made of another. */
+/* parents.c: transfers fields and sets of nodes to a mesh that was made from another. */
 #include "mesh/parents.h"
 
 #include <string.h>
@@ -40,7 +40,7 @@ int flesh_mesh_transfer(const flesh_mesh *mesh, const flesh_mesh_parents *parent
   return FLESH_OK;
 }
 
-/* Whether all nodes are chosen of the edge, face or tet in which the place lies. */
+/* Returns whether all nodes of the edge, face or tet that contains the place are chosen. */
 static int is_within(const flesh_mesh *mesh, int tet, const double place[4], const uint8_t *chosen)
 {
   int nodes[10], within = 1;

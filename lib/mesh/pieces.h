@@ -1,6 +1,6 @@
-/* pieces.h: a mesh as flat tets: its tets of four nodes, and for each of ten nodes eight in a row, four at the
- * corners and four around the line between the middles of the edges 02 and 13. What asks where nodes
- * stand to each other goes over pieces. */
+/* pieces.h: a mesh as straight four-node tets, called pieces: each four-node tet is one, and each ten-node tet is eight
+ * consecutive ones, four at the corners and four around the line between the middles of the edges 02 and 13. Geometric
+ * queries, such as where a point lies, use pieces. */
 #ifndef FLESH_MESH_PIECES_H
 #define FLESH_MESH_PIECES_H
 
@@ -14,14 +14,14 @@ static inline int flesh_mesh_piece_count(const flesh_mesh *mesh)
   return mesh->edge_nodes ? 8 * mesh->tets : mesh->tets;
 }
 
-/* The tet that piece `p` is of. */
+/* Returns the tet of which `p` is a piece. */
 static inline int flesh_mesh_piece_tet(const flesh_mesh *mesh, int p)
 {
   if (mesh->pieces) return mesh->pieces[p] / 8;
   return mesh->edge_nodes ? p / 8 : p;
 }
 
-/* The four nodes of piece `p`; in the rest shape with straight edges its volume is positive. */
+/* Gives the four nodes of piece `p`; if edges are straight at rest, its volume there is positive. */
 static inline void flesh_mesh_piece(const flesh_mesh *mesh, int p, int nodes[4])
 {
   static const signed char pieces[8][4] = {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3},
@@ -42,7 +42,7 @@ static inline void flesh_mesh_piece(const flesh_mesh *mesh, int p, int nodes[4])
   }
 }
 
-/* The nodes of tet `t`; returns their number, 4 or 10. */
+/* Gives the nodes of tet `t`; returns their number, 4 or 10. */
 static inline int flesh_mesh_tet_nodes(const flesh_mesh *mesh, int t, int nodes[10])
 {
   memcpy(nodes, mesh->tet_nodes + 4 * (size_t)t, 4 * sizeof *nodes);

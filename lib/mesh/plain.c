@@ -1,6 +1,5 @@
-/* plain.c: the plain list: `nodes N`, N rows `x y z`, `tets T`, T rows of four indices from 0, or
- * `tets10 T`, T rows of ten, the edges in VTK's order; an optional list `fixed N` after them is left
- * unread. */
+/* plain.c: the plain list: `nodes N`, N rows `x y z`, `tets T`, T rows of four indices from 0, or `tets10 T`, T rows of
+ * ten with the edges in VTK's order; an optional list `fixed N` after them is ignored. */
 #include "mesh/formats.h"
 
 #include "base/error.h"
@@ -24,7 +23,7 @@ static int not_expected(flesh_scanner *s, const char *word)
   return flesh_scan_fail(s, "%s stands where `%s N` is expected", flesh_scan_show(s), word);
 }
 
-/* The row `tets T` or `tets10 T`. */
+/* Reads the row `tets T` or `tets10 T`. */
 static int read_tet_header(flesh_scanner *s, int *size, int *tets)
 {
   int status = expect(s, "tets");

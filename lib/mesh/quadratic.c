@@ -1,5 +1,4 @@
-/* quadratic.c: meshes of ten-node tets: their making from arrays and from four-node tets, and their
- * checks. */
+/* quadratic.c: makes meshes of ten-node tets, from arrays and from four-node tets, and checks them. */
 #include "mesh/mesh.h"
 
 #include <float.h>
@@ -25,9 +24,8 @@ void flesh_mesh_flip_edge_nodes(int edge_nodes[6])
   swap(&edge_nodes[2], &edge_nodes[3]); /* 02 and 03 */
 }
 
-/* The node of edge k of tet t against what is known of the edge and of the node: an edge has one node and a node one
- * edge. edge_node [edges]: BARE where a tet of four nodes has the edge, -1 nothing yet; node_edge [nodes]: 0 nothing
- * yet, -1 a corner, else 1 + its edge. */
+/* Checks the node of edge k of tet t: an edge has one node and a node one edge. edge_node [edges]: BARE if a four-node
+ * tet has the edge, -1 nothing known yet; node_edge [nodes]: 0 nothing known yet, -1 a corner, else 1 + its edge. */
 enum { BARE = -2 };
 
 static int check_edge_node(const flesh_mesh *mesh, const flesh_mesh_origin *origin, int t, int k,
@@ -163,10 +161,10 @@ int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets, co
                                                     .tet_nodes = corners, .edge_nodes = on_edges, .regions = regions},
                                 NULL, mesh);
   flesh_free(corners);
-  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* there is no file */
+  return status == FLESH_ERR_FILE ? FLESH_ERR_ARGUMENT : status; /* no file was read */
 }
 
-/* The positions with the edges' middles behind them, and the edges' nodes. */
+/* Puts the middles of the edges after the positions, and lists the edge nodes of the tets. */
 static void put_nodes(const flesh_mesh *mesh, const flesh_mesh_edges *edges, double *x, int *on_edges)
 {
   const size_t nodes = (size_t)mesh->nodes;

@@ -6,14 +6,14 @@
 #include "mesh/formats.h"
 #include "mesh/split.h"
 
-/* The formats that go by the file's name. */
+/* Formats that are recognised by the file's name. */
 static const struct {
   const char *suffix;
   int (*read)(flesh_scanner *s, flesh_draft *draft);
 } named[] = {{".inp", flesh_abaqus_read}, {".vtu", flesh_vtk_read}, {".veg", flesh_vega_read}};
 
 #define FILL "; Gmsh, TetGen and fTetWild fill it with tets"
-/* The first bytes of formats that are known but not read, and what to do about them. */
+/* First bytes of formats that are recognised but not read, and advice for each. */
 static const struct {
   const char *begin;
   int bytes;

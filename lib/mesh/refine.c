@@ -1,5 +1,5 @@
-/* refine.c: uniform refinement: each tet is cut into eight of an eighth of its volume, four at its corners and four of
- * the octahedron between them (red refinement; Bey, Computing 55, 1995). */
+/* refine.c: uniform refinement: cuts each tet into eight of an eighth of its volume, four at its corners and four that
+ * fill the octahedron between them (red refinement; Bey, Computing 55, 1995). */
 #include "mesh/refine.h"
 
 #include <limits.h>
@@ -13,17 +13,17 @@
 #include "mesh/mesh.h"
 #include "mesh/shape.h"
 
-/* The eight children for each diagonal of the octahedron, in the numbers of the ten nodes (VTK's order): the middles of
- * the edges 02-13, 03-12 and 01-23. The last four of each stand around it; all are wound as their parent. */
+/* The eight children for each diagonal of the octahedron, between the middles of the edges 02-13, 03-12 or 01-23, as
+ * indices into the ten nodes (VTK's order). The last four stand around the diagonal; all are wound as their parent. */
 static const signed char cuts[3][8][4] = {
     {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}, {6, 8, 4, 5}, {6, 8, 5, 9}, {6, 8, 9, 7}, {6, 8, 7, 4}},
     {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}, {7, 5, 4, 6}, {7, 5, 6, 9}, {7, 5, 9, 8}, {7, 5, 8, 4}},
     {{0, 4, 6, 7}, {4, 1, 5, 8}, {6, 5, 2, 9}, {7, 8, 9, 3}, {4, 9, 5, 6}, {4, 9, 6, 7}, {4, 9, 7, 8}, {4, 9, 8, 5}}};
 
-/* A refined mesh before it has positions. `own` are the ten nodes of a tet; the children's nodes on edges are there at
- * order 2 only. */
+/* A refined mesh without positions. `own` below are the ten nodes of a tet; children have nodes on edges at order 2
+ * only. */
 typedef struct draft {
-  int nodes;            /* of the refined mesh */
+  int nodes;            /* nodes of the refined mesh */
   flesh_mesh_edges cut; /* order 1: the edges that get a node in the middle; order 2: those of the children */
   int *tets;            /* [32*tets] corners of the children, eight in a row for each tet */
 } draft;
@@ -34,7 +34,7 @@ static void clear(draft *d)
   flesh_free(d->tets);
 }
 
-/* The ten nodes of tet t; at order 1 those on edges are the ones to come. */
+/* Gives the ten nodes of tet t; at order 1 those on edges are nodes of the refined mesh. */
 static void own_nodes(const flesh_mesh *mesh, const flesh_mesh_edges *edges, int t, int own[10])
 {
   memcpy(own, mesh->tet_nodes + 4 * (size_t)t, 4 * sizeof *own);
@@ -43,8 +43,8 @@ static void own_nodes(const flesh_mesh *mesh, const flesh_mesh_edges *edges, int
                                   : mesh->nodes + edges->tet_edges[6 * (size_t)t + k];
 }
 
-/* How stretched the four tets around a diagonal are: their largest sum of squared edges, as they have the same volume
- * where edges are straight; infinite where one is not wound as its parent. at: the ten nodes. */
+/* Returns how stretched the four tets around a diagonal are: their largest sum of squared edges, which is a measure as
+ * their volumes are equal for straight edges; infinite if one is not wound as its parent. at: the ten nodes. */
 static double stretch(double at[10][3], const signed char tets[8][4])
 {
   static const int corners[4] = {0, 1, 2, 3};
@@ -62,7 +62,7 @@ static double stretch(double at[10][3], const signed char tets[8][4])
   return most;
 }
 
-/* The diagonal that leaves the least stretched tets. Of equals the first; of Kuhn's tets it makes Kuhn's tets. */
+/* Returns the diagonal with the least stretched tets, the first of equal ones. It cuts Kuhn's tets into Kuhn's tets. */
 static int best_cut(const flesh_mesh *mesh, int t)
 {
   const int *n = mesh->tet_nodes + 4 * (size_t)t;
@@ -130,7 +130,7 @@ static int make_draft(const flesh_mesh *mesh, draft *d)
   return FLESH_OK;
 }
 
-/* At order 2: the middles of the children's edges, by the shape functions of the tet they lie in. */
+/* Fills in the middles of the children's edges at order 2, by the shape functions of the parent. */
 static void fill_quadratic(const flesh_mesh *mesh, const draft *d, double *field)
 {
   for (int t = 0; t < mesh->tets; t++) {
@@ -179,7 +179,7 @@ int flesh_mesh_refine_field(const flesh_mesh *mesh, double *field)
   return status;
 }
 
-/* The children with their positions, and at order 2 with nodes on their edges. */
+/* Makes the mesh of the children from positions, and at order 2 nodes on their edges. */
 static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
 {
   const size_t tets = 8 * (size_t)mesh->tets;
@@ -200,7 +200,7 @@ static int finish(const flesh_mesh *mesh, const draft *d, flesh_mesh **refined)
   }
   if (!status) {
     flesh_mesh_sets *sets = &(*refined)->sets;
-    (*refined)->flipped = 0; /* the cuts' own winding */
+    (*refined)->flipped = 0; /* the table of cuts winds the children */
     status = flesh_mesh_sets_append(sets, &mesh->sets, &(flesh_mesh_sets_map){.children = 8});
     if (!status) status = flesh_mesh_sets_add_between(sets, mesh->nodes, d->nodes, ends);
     if (status) flesh_mesh_destroy(refined);

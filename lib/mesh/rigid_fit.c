@@ -22,7 +22,7 @@ void flesh_rigid_fit_find(int count, const double *X, const double *x, const uin
       for (int c = 0; c < 3; c++)
         H[3 * r + c] += (X[3 * i + r] - fit->centre[r]) * (x[3 * i + c] - fit->moved[c]);
   }
-  /* U and V are rotations and the last singular value carries the sign: V U^T maximises tr(R H). */
+  /* U and V are rotations and the last singular value carries the sign, so V U^T maximises tr(R H). */
   flesh_svd3(H, U, sigma, V);
   flesh_mat3_multiply_transposed(V, U, fit->R);
 }

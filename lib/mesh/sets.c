@@ -1,4 +1,4 @@
-/* sets.c: the named sets of a mesh, while they are read and where another mesh is made of theirs. */
+/* sets.c: the named sets of a mesh, read from a file or made from those of another mesh. */
 #include "mesh/sets.h"
 
 #include <limits.h>
@@ -75,7 +75,7 @@ void flesh_mesh_sets_clear(flesh_mesh_sets *sets)
   *sets = (flesh_mesh_sets){0};
 }
 
-/* The tets that those of a set became. */
+/* Appends the children of the tets in a set. */
 static int append_children(flesh_members *to, const flesh_members *from, const int *first)
 {
   int status = FLESH_OK;
@@ -85,7 +85,7 @@ static int append_children(flesh_members *to, const flesh_members *from, const i
   return status;
 }
 
-/* `first` + children * the new number of each, and those that follow it. */
+/* Appends for each member the numbers from `first` + children * its new number on, `children` of them. */
 static int append(flesh_members *to, const flesh_members *from, const int *numbers, int first, int children)
 {
   int status = FLESH_OK;

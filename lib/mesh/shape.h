@@ -4,14 +4,14 @@
 
 #include "mesh/edges.h"
 
-/* At barycentric L: L_i (2 L_i - 1) at corners, 4 L_i L_j on edges. */
+/* Computes the shape functions at barycentric L: L_i (2 L_i - 1) at corners, 4 L_i L_j on edges. */
 static inline void flesh_tet10_shape(const double L[4], double N[10])
 {
   for (int i = 0; i < 4; i++) N[i] = L[i] * (2 * L[i] - 1);
   for (int k = 0; k < 6; k++) N[4 + k] = 4 * L[flesh_edge_corners[k][0]] * L[flesh_edge_corners[k][1]];
 }
 
-/* Their change along the direction D (of sum 0) at L. */
+/* Computes their derivative at L along the direction D, whose sum is 0. */
 static inline void flesh_tet10_shape_along(const double L[4], const double D[4], double N[10])
 {
   for (int i = 0; i < 4; i++) N[i] = D[i] * (4 * L[i] - 1);
@@ -21,9 +21,9 @@ static inline void flesh_tet10_shape_along(const double L[4], const double D[4],
   }
 }
 
-/* The weights of the ten nodes at L; outside the tet the map is continued from the point with the
- * negative coordinates of L cut off, along its derivative there, so that it stays what it is where the
- * map is affine and does not bend away where it is not. */
+/* Computes the weights of the ten nodes at L, also outside the tet. There the map is continued linearly from the point
+ * at which the negative coordinates of L are cut off: this is exact if the map is affine, and does not bend away
+ * otherwise. */
 static inline void flesh_tet10_weights(const double L[4], double N[10])
 {
   double cut[4], D[4], sum = 0, along[10];

@@ -1,4 +1,4 @@
-/* smooth.c: corners are moved one by one. */
+/* smooth.c: moves corners one by one to improve the tets around them. */
 #include "mesh/smooth.h"
 
 #include <math.h>
@@ -12,25 +12,25 @@
 #include "mesh/edges.h"
 #include "mesh/inspect.h"
 
-/* There are so many passes over all bad tets, at most. Steps of a node, in cube roots of the mean volume around it, go from
- * the first to the last, halved where none leads on; an improvement counts from the share `gain` on. */
+/* Most passes over all bad tets. A node's steps, in units of the cube root of the mean volume around it, begin with
+ * first_step and are halved, if none improves, down to last_step; an improvement must exceed the fraction `gain`. */
 enum { PASSES = 8 };
 static const double first_step = 0.4, last_step = 0.02, gain = 1e-3;
-/* The sine of the angle up to which triangles are in one plane. */
+/* Sine of the angle up to which triangles lie in one plane. */
 static const double plane = 1e-9;
 
 typedef struct smoothing {
   const flesh_mesh *mesh;
   double *x;         /* [3*nodes] */
-  uint8_t *held;     /* [nodes] the node stays */
-  uint8_t *settled;  /* [nodes] no better place was found since a tet around it changed */
-  double *normals;   /* [nodes][2][3] of the planes in which a node of the surface slides, at right angles, or 0 */
-  int *first, *star; /* the tets of a corner n are star[first[n]] to before star[first[n + 1]] */
+  uint8_t *held;     /* [nodes] 1: the node stays in place */
+  uint8_t *settled;  /* [nodes] 1: no better place was found since a tet around the node changed */
+  double *normals;   /* [nodes][2][3] normals, orthogonal or 0, of the planes in which a node of the surface slides */
+  int *first, *star; /* the tets of corner n are star[k] for first[n] <= k < first[n + 1] */
 } smoothing;
 
 static double ratio_of(const smoothing *s, int tet) { return flesh_radius_ratio(s->x, s->mesh->tet_nodes + 4 * (size_t)tet); }
 
-/* The least radius ratio around a node, or one that is below the bound as soon as there is one. */
+/* Returns the least radius ratio around a node, or the first that is below the bound. */
 static double worst_around(const smoothing *s, int n, double bound)
 {
   double worst = INFINITY;
@@ -38,7 +38,7 @@ static double worst_around(const smoothing *s, int n, double bound)
   return worst;
 }
 
-/* Takes the parts along the node's normals from a vector. */
+/* Removes the components along the node's normals from a vector. */
 static void project(const smoothing *s, int n, double vector[3])
 {
   for (int k = 0; k < 2; k++) {
@@ -47,7 +47,7 @@ static void project(const smoothing *s, int n, double vector[3])
   }
 }
 
-/* One of 27 directions in space, in a plane or along an edge of the surface, of length 1 or 0. */
+/* Gives one of 27 directions, projected to the node's plane or edge if it is on the surface, with length 1 or 0. */
 static void find_way(const smoothing *s, int n, int number, double way[3])
 {
   for (int d = 0, power = 1; d < 3; d++, power *= 3) way[d] = number / power % 3 - 1;
@@ -56,7 +56,7 @@ static void find_way(const smoothing *s, int n, int number, double way[3])
   for (int d = 0; d < 3; d++) way[d] = length > plane ? way[d] / length : 0;
 }
 
-/* Looks around the node for a better place. Returns whether it has moved. */
+/* Searches around the node for a better place. Returns whether the node has moved. */
 static int move(smoothing *s, int n, double least)
 {
   double *at = s->x + 3 * (size_t)n, best = worst_around(s, n, -INFINITY), size = 0;
@@ -83,7 +83,7 @@ static int move(smoothing *s, int n, double least)
   return best > given;
 }
 
-/* Holds corners around which tets are of different kinds. */
+/* Holds corners between tets of different kinds. */
 static void hold_between(smoothing *s, const int *kinds)
 {
   for (int n = 0; n < s->mesh->nodes; n++)
@@ -97,7 +97,7 @@ static int is_outer(const smoothing *s, int n)
   return flesh_vec3_dot(normal, normal) > 0;
 }
 
-/* The normal of a triangle of the surface, of length 1. */
+/* Computes the unit normal of a triangle of the surface. */
 static void find_normal(const smoothing *s, int triangle, double normal[3])
 {
   flesh_area_vector_at(s->mesh->positions, s->mesh->surface + 3 * (size_t)triangle, normal);
@@ -105,8 +105,8 @@ static void find_normal(const smoothing *s, int triangle, double normal[3])
   for (int d = 0; d < 3; d++) normal[d] /= length;
 }
 
-/* A node's bits: it is in a set; of the triangles around it in its first plane some have all their nodes in the set, some
- * have not. Bits of the second plane are SECOND times those. */
+/* Bits of a node: IN, it is in the set; WHOLE and PART, some triangle around it in its first plane has all its nodes in
+ * the set, or not all. Bits of the second plane are SECOND times those. */
 enum { IN = 1, WHOLE = 2, PART = 4, SECOND = 4 };
 
 static void note_triangle(const smoothing *s, int triangle, int *known)
@@ -119,15 +119,16 @@ static void note_triangle(const smoothing *s, int triangle, int *known)
     known[nodes[a]] |= fabs(flesh_vec3_dot(s->normals + 6 * (size_t)nodes[a] + 3, normal)) > plane ? SECOND * kind : kind;
 }
 
-/* Holds those of a tet's inner nodes that are in a set which not all of them are in. */
+/* Holds the inner nodes of a tet that are in a set, unless the set has all nodes of the tet. */
 static void hold_in_tet(smoothing *s, const int *known, const int *nodes)
 {
   const int all = known[nodes[0]] & known[nodes[1]] & known[nodes[2]] & known[nodes[3]] & IN;
   for (int a = 0; a < 4 && !all; a++) s->held[nodes[a]] |= known[nodes[a]] & IN && !is_outer(s, nodes[a]);
 }
 
-/* A set is the same region with moved nodes where all tets around an inner one are in it; of the surface all triangles in a
- * plane around it, where another plane may have none, as at a straight edge that the set ends at. */
+/* Holds nodes whose motion would change the region of a set. An inner node may move if all tets around it are in the
+ * set; a node of the surface if in each of its planes all triangles around it are, or none, as at a straight edge where
+ * the set ends. */
 static void hold_set(smoothing *s, const flesh_mesh_set *set, int *known)
 {
   const flesh_mesh *mesh = s->mesh;
@@ -146,7 +147,7 @@ static void hold_set(smoothing *s, const flesh_mesh_set *set, int *known)
   if (set->tets.count) hold_between(s, known);
 }
 
-/* Adds the plane of a triangle to those of a node, which is held where there are more than two. */
+/* Adds the plane of a triangle to those of a node; a third plane holds the node. */
 static void add_plane(smoothing *s, int n, const double normal[3])
 {
   double own[3];
@@ -159,7 +160,7 @@ static void add_plane(smoothing *s, int n, const double normal[3])
   else for (int d = 0; d < 3; d++) to[d] = own[d] / length;
 }
 
-/* Nodes of the surface slide in a plane, or along the edge between two. */
+/* Lets nodes of the surface slide in a plane, or along the edge between two. */
 static void hold_surface(smoothing *s)
 {
   for (int k = 0; k < s->mesh->triangles; k++) {
@@ -205,7 +206,7 @@ static int move_all(smoothing *s, double least)
       }
     }
   }
-  /* Nodes on edges whose ends have moved, which are straight. */
+  /* Nodes on edges whose ends have moved; these edges are straight. */
   for (int k = 0; mesh->edge_nodes && k < 6 * mesh->tets; k++) {
     const int *corners = mesh->tet_nodes + 4 * (size_t)(k / 6), *ends = flesh_edge_corners[k % 6];
     const int a = corners[ends[0]], b = corners[ends[1]], middle = mesh->edge_nodes[k];

@@ -1,4 +1,4 @@
-/* split.c: the index of a split mesh, as text: a name, then counts, region tags and a row for each part. */
+/* split.c: the index of a split mesh, as text: a title, then counts, region tags and a row for each part. */
 #include "mesh/split.h"
 
 #include <inttypes.h>
@@ -32,7 +32,7 @@ int flesh_split_is_index(const char *path)
   return got == sizeof title - 1 && !memcmp(begin, title, got);
 }
 
-/* The row `word N` with N from `least` to `most`. */
+/* Reads the row `word N` with N from `least` to `most`. */
 static int read_number(flesh_scanner *s, const char *word, int64_t least, int64_t most, int64_t *number)
 {
   char form[48];
@@ -79,7 +79,7 @@ static int read_regions(flesh_scanner *s, flesh_split *split)
   return status;
 }
 
-/* The names of sets, each the whole of a line. */
+/* Reads the names of sets, each on a line of its own. */
 static int read_sets(flesh_scanner *s, flesh_split *split)
 {
   int count, status = flesh_scan_count(s, "set", 0, 2, &count);
@@ -117,7 +117,7 @@ static int read_row(flesh_scanner *s, const flesh_split *split, int part, flesh_
   return status;
 }
 
-/* The last line: a sum of the bytes before it. */
+/* Makes the last line, a checksum of the bytes before it. */
 static void sum_line(const char *text, size_t size, char line[SUM_SIZE])
 {
   snprintf(line, SUM_SIZE, "sum %016" PRIx64 "\n", flesh_archive_sum(0, text, size));
@@ -150,7 +150,7 @@ static int read_rows(flesh_scanner *s, flesh_split *split)
   return status ? status : check_sum(s, split->parts);
 }
 
-/* The word of a count, which is read next. */
+/* Reads the word that must come before a count. */
 static int expect(flesh_scanner *s, const char *word)
 {
   s->item = word, s->form = "a count", s->index = -1;
@@ -197,7 +197,7 @@ void flesh_split_close(flesh_split *split)
   *split = (flesh_split){0};
 }
 
-/* New; NULL without memory. */
+/* Returns the path of a file in the folder, new; NULL without memory. */
 static char *path_in(const char *folder, const char *name)
 {
   char *path = flesh_malloc(strlen(folder) + strlen(name) + 2);
@@ -219,7 +219,7 @@ int flesh_split_begin(const char *folder)
   return status;
 }
 
-/* Removes the files of parts from number `from` on, which an older split into more parts left. */
+/* Removes the files of parts from number `from` on, which an older split with more parts left. */
 static void drop_parts(const char *folder, int from)
 {
   char name[32];

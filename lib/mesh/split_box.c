@@ -1,4 +1,4 @@
-/* split_box.c: boxes in blocks of cells, one file after the other. */
+/* split_box.c: splits boxes into blocks of cells, one file after the other. */
 #include <math.h>
 #include <string.h>
 
@@ -8,8 +8,8 @@
 #include "mesh/box.h"
 #include "mesh/split.h"
 
-/* A grid of cells in blocks[0] x blocks[1] x blocks[2] blocks; along an axis block b has the cells from cells b / blocks,
- * rounded down, to before those of the next. */
+/* A grid of cells in blocks[0] x blocks[1] x blocks[2] blocks. Along an axis block b begins with cell cells b / blocks,
+ * rounded down. */
 typedef struct grid {
   const int *cells;
   const double *size, *origin;
@@ -29,7 +29,7 @@ static int block_of(const grid *g, int axis, int cell)
   return block;
 }
 
-/* The blocks whose faces between parts have the fewest cells. */
+/* Chooses the blocks with the fewest cells in the faces between parts. */
 static int choose_blocks(const int cells[3], int parts, int blocks[3])
 {
   double least = INFINITY;
@@ -47,7 +47,7 @@ static int choose_blocks(const int cells[3], int parts, int blocks[3])
                                       "each at most the number of cells along its axis", parts, cells[0], cells[1], cells[2]);
 }
 
-/* A part's cells, from low to before high along each axis: its own and two layers around them. */
+/* The cells of a part, low <= cell < high along each axis: its own and two layers around them. */
 typedef struct range {
   int low[3], high[3];
 } range;
@@ -119,7 +119,7 @@ static int write_part(const grid *g, flesh_split *split, const char *folder, int
   return status;
 }
 
-/* The index without its rows. */
+/* Fills the index except for its rows. */
 static int describe(const grid *g, int parts, flesh_split *split)
 {
   uint64_t sum = flesh_archive_sum(0, g->cells, 3 * sizeof *g->cells);

@@ -1,4 +1,4 @@
-/* split_file.c: the file of a part: a head of numbers, the arrays as memory has them, and a check sum of both. */
+/* split_file.c: the file of a part: a header of numbers, the arrays as they are in memory, and a checksum of both. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,20 +12,20 @@
 #include "base/memory.h"
 #include "mesh/split.h"
 
-/* 64 bits each: what tells another byte order, then what the index says. */
+/* The header, 64 bits each: a mark of the byte order, then numbers that the index has, too. */
 enum { BYTE_ORDER_MARK, MARK, PARTS, PART, ORDER, WHOLE_NODES, WHOLE_TETS, NODES, TETS, MEMBERS, HEAD_NUMBERS };
 static const int64_t byte_order_mark = 0x0102030405060708;
 static const char title[16] = "flesh part 2\n";
 
 enum { ARRAYS = 8, HEAD_BYTES = 16 + 8 * HEAD_NUMBERS, SUM_BYTES = 8 };
 
-/* An array of a part as bytes. */
+/* An array of a part, as bytes. */
 typedef struct array {
   void **place;
   size_t bytes;
 } array;
 
-/* In the order of the file. */
+/* Lists the arrays in the order of the file. */
 static void list_arrays(flesh_split_arrays *a, int order, array arrays[ARRAYS])
 {
   const size_t nodes = (size_t)a->nodes, tets = (size_t)a->tets;
@@ -58,7 +58,7 @@ void flesh_split_arrays_clear(flesh_split_arrays *a)
   *a = (flesh_split_arrays){0};
 }
 
-/* Beside the index, or in `folder`; new. NULL without memory. */
+/* Returns the path of a part's file in `folder`, or beside the index if that is NULL; new. NULL without memory. */
 static char *path_of(const flesh_split *split, const char *folder, int part)
 {
   const char *slash = folder ? NULL : strrchr(split->path, '/');
@@ -103,7 +103,7 @@ int flesh_split_write_part(flesh_split *split, const char *folder, int part, con
   return flesh_file_commit(&file);
 }
 
-/* Whether the head is the index's. */
+/* Checks that the header agrees with the index. */
 static int check_head(const flesh_split *split, const char *path, int part, const int64_t head[HEAD_NUMBERS])
 {
   int64_t wanted[HEAD_NUMBERS];
@@ -122,7 +122,7 @@ static int is_rising(const int *numbers, int count, int end)
   return 1;
 }
 
-/* Checks the numbers that flesh_mesh_build does not check: owners, nodes in range, rising numbers of the whole. */
+/* Checks the numbers that flesh_mesh_build does not check: owners, nodes in range, rising numbers in the whole. */
 static int check_arrays(const flesh_split *split, const char *path, int part, const flesh_split_arrays *a)
 {
   int own = 0, inside = 1;
@@ -139,7 +139,7 @@ static int check_arrays(const flesh_split *split, const char *path, int part, co
   return flesh_fail(FLESH_ERR_FILE, "%s: the part is inconsistent; split the mesh again", path);
 }
 
-/* Checks that the file is there and has exactly the bytes that the index's counts make. */
+/* Checks that the file is there and has exactly the size that follows from the index. */
 static int check_size(const flesh_split *split, const char *path, int part, size_t *bytes)
 {
   flesh_split_arrays counts = {.nodes = split->rows[part].nodes, .tets = split->rows[part].tets,
@@ -180,7 +180,7 @@ static int load(const flesh_split *split, const char *path, int part, char **dat
   return status;
 }
 
-/* From the bytes of a file. */
+/* Fills the arrays from the bytes of a file. */
 static int take(const flesh_split *split, const char *path, int part, const char *data, flesh_split_arrays *a)
 {
   array arrays[ARRAYS];

@@ -1,4 +1,4 @@
-/* split_mesh.c: cuts a mesh into the files of its parts. */
+/* split_mesh.c: splits a mesh into the files of its parts. */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,13 +9,13 @@
 #include "mesh/inspect.h"
 #include "mesh/split.h"
 
-/* One part being cut out: which tets and nodes it has. */
+/* A part being cut out: the tets and nodes that it has. */
 typedef struct cut {
   const flesh_mesh *mesh;
   const int *owners;
   uint8_t *has_tet; /* [tets] */
-  int *number;      /* [nodes] in the part; -1: none */
-  int *tet_number;  /* [tets] the same */
+  int *number;      /* [nodes] number in the part; -1: none */
+  int *tet_number;  /* [tets] number in the part; -1: none */
 } cut;
 
 static void mark_nodes(const cut *c, int tet)
@@ -26,7 +26,8 @@ static void mark_nodes(const cut *c, int tet)
     if (edges[6 * (size_t)tet + (size_t)k] >= 0) c->number[edges[6 * (size_t)tet + (size_t)k]] = 0;
 }
 
-/* A tet with a node on an edge has the edge's corners, too: corners are enough to find neighbours. */
+/* Returns whether the tet has a node of the part. Corners suffice, as tets that share a node on an edge share the
+ * edge's corners. */
 static int touches(const cut *c, int tet)
 {
   const int *corners = flesh_mesh_tets(c->mesh) + 4 * (size_t)tet;
@@ -35,7 +36,7 @@ static int touches(const cut *c, int tet)
   return 0;
 }
 
-/* The part's own tets, and two layers more; how many tets and nodes these are. */
+/* Chooses the part's own tets and two more layers; counts these tets and their nodes. */
 static void choose(const cut *c, int part, int *tet_count, int *node_count)
 {
   const int tets = flesh_mesh_tet_count(c->mesh), nodes = flesh_mesh_node_count(c->mesh);
@@ -91,7 +92,7 @@ static int write_part(const cut *c, flesh_split *split, const char *folder, int 
   return status;
 }
 
-/* A hash of the mesh and its cut, which tells splits apart. */
+/* Returns a hash of the mesh and its parts, which distinguishes splits. */
 static int64_t mark_of(const flesh_mesh *mesh, const int *owners, int parts)
 {
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
@@ -102,7 +103,7 @@ static int64_t mark_of(const flesh_mesh *mesh, const int *owners, int parts)
   return (int64_t)(sum >> 1);
 }
 
-/* The index without its rows. */
+/* Fills the index except for its rows. */
 static int describe(const flesh_mesh *mesh, int parts, const int *owners, flesh_split *split)
 {
   int *regions = NULL;

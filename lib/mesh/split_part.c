@@ -1,4 +1,4 @@
-/* split_part.c: numbers of a part of a split mesh in the whole. */
+/* split_part.c: numbers in the whole of a part of a split mesh. */
 #include "mesh/split_part.h"
 
 #include "base/memory.h"

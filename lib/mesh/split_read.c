@@ -1,11 +1,11 @@
-/* split_read.c: meshes from the files of a split one: that of a part, or the whole. */
+/* split_read.c: reads a split mesh: the mesh of a part, or the whole. */
 #include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "mesh/split.h"
 
-/* The part's mesh takes over the arrays' numbers. */
+/* Moves the arrays' numbers in the whole to the part's mesh. */
 static int attach(const flesh_split *split, int part, flesh_split_arrays *a, flesh_mesh *mesh)
 {
   flesh_split_part *self = flesh_calloc(1, sizeof *self);
@@ -46,12 +46,12 @@ int flesh_split_read_part(const flesh_split *split, int part, flesh_mesh **mesh)
   return status;
 }
 
-/* A mesh being put together, in the whole's numbers. */
+/* The whole mesh while its parts are read, with the numbers of the whole. */
 typedef struct whole {
   double *positions;
-  int *tet_nodes, *edge_nodes, *regions; /* tet_nodes[4 t]: -1 until a part has brought tet t */
+  int *tet_nodes, *edge_nodes, *regions; /* tet_nodes[4 t] is -1 until a part has tet t */
   uint8_t *node_known;
-  int tets, nodes; /* known */
+  int tets, nodes; /* tets and nodes read so far */
   flesh_mesh_sets sets;
 } whole;
 
@@ -121,7 +121,7 @@ int flesh_split_read_whole(const flesh_split *split, flesh_mesh **mesh)
 {
   whole w = {0};
   *mesh = NULL;
-  int status = flesh_split_check_files(split); /* counts that no file bears out take no memory */
+  int status = flesh_split_check_files(split); /* wrong counts in the index must not take memory */
   if (!status) status = open_whole(split, &w);
   for (int part = 0; part < split->parts && !status; part++) status = add_part(split, part, &w);
   if (!status && (w.nodes != split->nodes || w.tets != split->tets))

@@ -1,9 +1,9 @@
-/* split_sets.c: the named sets of a split mesh. The index has their names; a part has for each set, in that order, how many
- * of its nodes and of its tets are in the set, then these nodes and these tets. */
+/* split_sets.c: the named sets of a split mesh. The index has their names; a part has for each set, in that order, the
+ * number of its nodes and of its tets in the set, then these nodes and these tets. */
 #include "base/error.h"
 #include "mesh/split.h"
 
-/* Lists the members that the part has, in its numbers, into *to where it is not NULL. Returns how many they are. */
+/* Lists the members that the part has, in its numbers, at *to unless that is NULL. Returns their number. */
 static int list(const flesh_members *members, const int *numbers, int **to)
 {
   int found = 0;
@@ -34,7 +34,7 @@ void flesh_split_list_members(const flesh_mesh_sets *sets, const int *nodes, con
   }
 }
 
-/* Adds the next `count` numbers of the list, which must rise from 0 to before `end`. */
+/* Adds the next `count` numbers of the list, which must be rising and in 0 <= number < end. */
 static int take(const flesh_split_arrays *a, int *at, int count, int end, flesh_members *members)
 {
   int status = FLESH_OK;

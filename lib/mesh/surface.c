@@ -1,4 +1,4 @@
-/* surface.c: the boundary triangles of a mesh, found by pairing the faces of its tets. */
+/* surface.c: finds the boundary triangles of a mesh by pairing the faces of its tets. */
 #include "mesh/mesh.h"
 #include "mesh/edges.h"
 
@@ -8,10 +8,10 @@
 #include "base/memory.h"
 #include "base/stop.h"
 
-/* The face opposite to each node, wound so that it looks out of a positive tet. */
+/* The face opposite to each node, wound to face outwards from a positive tet. */
 static const int outward[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
 
-/* Sorts the three nodes; returns 1 when that took an odd permutation. */
+/* Sorts the three nodes; returns 1 for an odd permutation. */
 static int sort_face(int f[3])
 {
   int odd = 0;
@@ -40,7 +40,7 @@ static void face_nodes(const flesh_mesh *mesh, int64_t face, int f[3])
   for (int i = 0; i < 3; i++) f[i] = n[outward[face & 3][i]];
 }
 
-/* The four triangles of a face of six nodes: at its three corners, then between its edges' nodes. */
+/* Gives the four triangles of a face of six nodes: three at its corners, then the one between its edge nodes. */
 static void face_triangles(const flesh_mesh *mesh, int64_t face, int triangles[12])
 {
   const int *n = mesh->tet_nodes + (face & ~(int64_t)3), *c = outward[face & 3];
@@ -78,14 +78,14 @@ static int list_triangles(flesh_mesh *mesh, const uint8_t *inner)
   return FLESH_OK;
 }
 
-/* Face number 4*tet+k of the k-th face; a face is inner when the same nodes come again with the
- * opposite winding. What is left closes: the divergence theorem holds for any set of tets. */
+/* Face k of a tet has the number 4*tet+k. A face is inner if another tet has the same nodes with the opposite winding.
+ * The remaining faces form a closed surface: the divergence theorem holds for any set of tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 {
   int64_t faces = 4 * (int64_t)mesh->tets, buckets = 16;
   while (buckets < 2 * faces) buckets *= 2;
-  int *first = flesh_malloc((size_t)buckets * sizeof *first); /* first face of these nodes, or -1 */
-  int *second = flesh_malloc((size_t)faces * sizeof *second); /* of a first face: its partner, or -1 */
+  int *first = flesh_malloc((size_t)buckets * sizeof *first); /* first face with these nodes, or -1 */
+  int *second = flesh_malloc((size_t)faces * sizeof *second); /* partner of a first face, or -1 */
   uint8_t *inner = flesh_calloc((size_t)faces, 1);
   int status = FLESH_OK;
   if (!first || !second || !inner) {

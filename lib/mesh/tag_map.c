@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 
-/* The bucket where the tag is, or where it would go. */
+/* Returns the bucket that has the tag, or where it would go. */
 static size_t bucket_of(const flesh_tag_map *map, int64_t tag)
 {
   uint64_t h = (uint64_t)tag * 0x9e3779b97f4a7c15u;

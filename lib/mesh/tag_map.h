@@ -1,4 +1,4 @@
-/* tag_map.h: free 64-bit numbers of a file -> int. */
+/* tag_map.h: a hash map from 64-bit numbers, such as tags of a file, to ints. */
 #ifndef FLESH_MESH_TAG_MAP_H
 #define FLESH_MESH_TAG_MAP_H
 
@@ -13,8 +13,7 @@ typedef struct flesh_tag_map {
   size_t count;
 } flesh_tag_map;
 
-/* Sets tag -> value. Returns 1 when the tag was there
- * already (its value is replaced), 0 when it is new, FLESH_ERR_MEMORY when out of memory. */
+/* Sets tag -> value. Returns 1 if the tag was there (its value is replaced), 0 if it is new, FLESH_ERR_MEMORY. */
 int flesh_tag_map_set(flesh_tag_map *map, int64_t tag, int value);
 /* Finds the tag's value; returns whether it is there. */
 int flesh_tag_map_find(const flesh_tag_map *map, int64_t tag, int *value);

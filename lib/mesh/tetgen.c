@@ -1,7 +1,6 @@
-/* tetgen.c: TetGen's pair of files. `.node`: "points 3 attributes markers", then rows "index x y z
- * attributes... marker"; `.ele`: "tets 4 attributes", then rows "index a b c d attributes...". The
- * first index of the .node file, 0 or 1, is the base of all others (TetGen manual, section 5). With -o2
- * the tets have ten nodes. */
+/* tetgen.c: TetGen's pair of files. `.node`: "points 3 attributes markers", then rows "index x y z attributes...
+ * marker"; `.ele`: "tets 4 attributes", then rows "index a b c d attributes...". The first index of the .node file, 0
+ * or 1, is the base of all others (TetGen manual, section 5). With -o2 the tets have ten nodes. */
 #include "mesh/formats.h"
 
 #include <limits.h>
@@ -12,7 +11,7 @@
 
 #include "base/error.h"
 
-/* Reads the header row: `counts[0..have)`, of which the first is the number of rows. */
+/* Reads the header row: the number of rows, then up to three more numbers; missing ones are taken from `defaults`. */
 static int read_header(flesh_scanner *s, const char *item, const char *form, int bytes,
                        const int64_t defaults[4], int64_t values[4])
 {
@@ -39,7 +38,7 @@ static int skip_reals(flesh_scanner *s, int64_t count)
   return status;
 }
 
-/* Reads a row's own index; it must be `expected`. */
+/* Reads a row's own index, which must be `expected`. */
 static int read_index(flesh_scanner *s, int64_t expected)
 {
   int64_t index;
@@ -91,7 +90,7 @@ static int read_nodes(flesh_scanner *s, flesh_draft *draft)
   return status;
 }
 
-/* The region attribute: TetGen writes an integer, other programs the same as a real. */
+/* Reads the region attribute: TetGen writes an integer, other programs a real of the same value. */
 static int read_region(flesh_scanner *s, int *region)
 {
   double value;
@@ -166,7 +165,7 @@ int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft)
   status = read_nodes(given_node ? s : &other, draft);
   if (!status) status = read_tets(given_node ? &other : s, draft);
   if (given_node && !status) {
-    /* Whatever is wrong with a tet from here on stands in the .ele file. */
+    /* From here on, errors in tets refer to the .ele file. */
     draft->path = partner;
     draft->owned_path = partner;
     partner = NULL;

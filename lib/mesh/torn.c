@@ -1,4 +1,4 @@
-/* torn.c: a mesh torn into its tets. */
+/* torn.c: tears a mesh into its tets. */
 #include "mesh/torn.h"
 
 #include <string.h>

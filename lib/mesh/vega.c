@@ -1,7 +1,7 @@
-/* vega.c: VegaFEM's text files, .veg: *VERTICES, "vertices 3 0 0" and rows "index x y z"; *ELEMENTS, TET, "tets 4 0" and
- * rows "index a b c d"; then in any order *MATERIAL NAME with a row, *REGION with a row "set, material" and *SET NAME with
- * the numbers of tets (VegaFEM, library volumetricMesh). Numbers count from 0 or 1, as the first row of vertices and the
- * first of elements say. A comma separates as a blank does. */
+/* vega.c: VegaFEM's text files, .veg: *VERTICES, "vertices 3 0 0" and rows "index x y z"; *ELEMENTS, TET, "tets 4 0"
+ * and rows "index a b c d"; then in any order *MATERIAL NAME with a row, *REGION with a row "set, material" and *SET
+ * NAME with the numbers of tets (VegaFEM, library volumetricMesh). Numbers begin with 0 or 1, separately for vertices
+ * and elements, as the first row of each says. A comma separates as a blank does. */
 #include "mesh/formats.h"
 
 #include <string.h>
@@ -21,7 +21,7 @@ static int fail_expected(flesh_scanner *s, const char *expected)
   return flesh_scan_fail(s, "%s stands where %s is expected", flesh_scan_show(s), expected);
 }
 
-/* A row that begins with a count; what follows in it is left out. */
+/* Reads a row that begins with a count; the rest of the row is ignored. */
 static int read_count(flesh_scanner *s, const char *item, const char *form, int bytes, int *count)
 {
   s->form = form;
@@ -31,7 +31,7 @@ static int read_count(flesh_scanner *s, const char *item, const char *form, int 
   return status;
 }
 
-/* A row's own number, which the first row sets to 0 or 1 and which rises by one. */
+/* Reads a row's own number, which is 0 or 1 in the first row and rises by one. */
 static int read_number(flesh_scanner *s, int row, int *base)
 {
   int64_t number;
@@ -97,7 +97,7 @@ static int no_more_sets(const flesh_scanner *s, int status)
   return flesh_fail_within(status, "%s:%lld: ", s->path, (long long)s->line);
 }
 
-/* *SET NAME and the numbers of its tets, on any number of lines. */
+/* Reads *SET NAME and the numbers of its tets, on any number of lines. */
 static int read_set(vega *v)
 {
   flesh_scanner *s = v->s;
@@ -120,7 +120,7 @@ static int read_set(vega *v)
   return status;
 }
 
-/* The row "set, material" of *REGION number `v->regions`. The set allElements is there without being given. */
+/* Reads the row "set, material" of *REGION number `v->regions`. The set allElements always exists. */
 static int read_region(vega *v)
 {
   static const char all[] = "allElements";
@@ -141,7 +141,8 @@ static int read_region(vega *v)
   return FLESH_OK;
 }
 
-/* Reads the keywords behind the elements: the sets, or else the regions, which may stand before their sets. */
+/* Reads the keywords after the elements: the sets, or, in a second walk, the regions, which may stand before their
+ * sets. */
 static int read_rest(vega *v, int regions)
 {
   flesh_scanner *s = v->s;

@@ -1,4 +1,4 @@
-/* volume.c: volumes and Jacobians of a mesh whose nodes stand anywhere. */
+/* volume.c: volumes and Jacobians of a mesh with its nodes at any positions. */
 #include "mesh/mesh.h"
 
 #include <math.h>
@@ -6,8 +6,8 @@
 #include "mesh/bernstein.h"
 #include "mesh/tet10.h"
 
-/* Never inlined: compilers contract the products of each copy in their own way, and at rest the
- * volume must be that of the mesh to the last bit. */
+/* Never inlined: compilers contract the products of each copy differently, and at rest the volume must equal that of
+ * the mesh to the last bit. */
 __attribute__((noinline)) double flesh_tet_volume(const double *x, const int nodes[4])
 {
   const double *o = x + 3 * (size_t)nodes[0];
@@ -29,7 +29,7 @@ static double signed_volume(const flesh_mesh *mesh, const double *x, int t)
   return flesh_cubic_integral(c);
 }
 
-/* Below the least J in a tet of ten nodes by a hundredth of the largest at most. */
+/* For a tet of ten nodes, the bound is below the least J by at most a hundredth of the largest |J|. */
 double flesh_mesh_tet_jacobian_bound(const flesh_mesh *mesh, const double *x, int t)
 {
   double c[FLESH_CUBIC];
@@ -39,7 +39,7 @@ double flesh_mesh_tet_jacobian_bound(const flesh_mesh *mesh, const double *x, in
   return flesh_cubic_least(c, mesh->jacobians + FLESH_CUBIC * (size_t)t, 0.01).low;
 }
 
-/* The first NaN is the smallest and stays it. */
+/* Returns whether the value is smaller; NaN counts as smallest. */
 static int is_smaller(double value, double smallest)
 {
   return value < smallest || (isnan(value) && !isnan(smallest));
@@ -62,7 +62,7 @@ double flesh_mesh_jacobian_bounds(const flesh_mesh *mesh, const double *x, doubl
 
 typedef double point_weights[FLESH_TET10_POINTS][FLESH_CUBIC];
 
-/* The least J at the tet's points, and the mean of J over them by their volumes at rest. */
+/* Returns the least J at the tet's points; *mean: the mean of J over them, weighted by their volumes at rest. */
 static double least_at_points(const double c[FLESH_CUBIC], const double C[FLESH_CUBIC], const point_weights weights,
                               double *mean)
 {
@@ -85,7 +85,7 @@ static void find_weights(point_weights weights)
   }
 }
 
-/* Compensated (Neumaier): drift of volume is measured down to rounding. */
+/* Adds with compensation (Neumaier), as the drift of volume is measured down to rounding. */
 static void add_volume(double volume, double *sum, double *lost)
 {
   const double next = *sum + volume;

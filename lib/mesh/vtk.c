@@ -1,5 +1,5 @@
-/* vtk.c: VTK's XML files of unstructured grids, .vtu: one piece whose cells VTK_TETRA and VTK_QUADRATIC_TETRA are read,
- * the others left out (VTK File Formats, "XML File Formats"; vtkCellType.h). */
+/* vtk.c: reads VTK's XML files of unstructured grids, .vtu: one piece, its cells VTK_TETRA and VTK_QUADRATIC_TETRA;
+ * other cells are ignored (VTK File Formats, "XML File Formats"; vtkCellType.h). */
 #include "mesh/vtk.h"
 
 #include <limits.h>
@@ -12,7 +12,8 @@
 
 enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24 };
 
-/* Arrays of cells that are taken for regions, the first of them that there is; else the only one of integers. */
+/* Names of cell arrays that are taken as regions, by falling priority; without any, the only array of integers is
+ * taken. */
 static const char *const region_names[] = {"region", "regions", "MaterialIds", "gmsh:physical", "medit:ref"};
 enum { REGION_NAMES = sizeof region_names / sizeof *region_names };
 
@@ -22,8 +23,8 @@ typedef struct grid {
   int64_t points, cells; /* -1: no piece yet */
   flesh_vtk_array positions, connectivity, offsets, types;
   flesh_vtk_array region;
-  int region_rank; /* place of its name in the list; REGION_NAMES: another; beyond: none */
-  int others;      /* arrays of integers of other names */
+  int region_rank; /* place of its name in region_names; REGION_NAMES: another name; larger: no array */
+  int others;      /* number of integer arrays with other names */
 } grid;
 
 static int read_head(grid *g, const flesh_xml_tag *tag)
@@ -55,7 +56,7 @@ static int read_piece(grid *g, const flesh_xml_tag *tag)
                         INT_MAX / 4);
 }
 
-/* An array of numbers of cells: is it the regions? */
+/* Records an array of cell data if it may be the regions. */
 static int note_region(grid *g, const flesh_xml_tag *tag)
 {
   const char *name, *type;
@@ -73,7 +74,7 @@ static int note_region(grid *g, const flesh_xml_tag *tag)
   return FLESH_OK;
 }
 
-/* <DataArray> in <Points>, <Cells> or <CellData>. */
+/* Records a <DataArray> in <Points>, <Cells> or <CellData>. */
 static int note_array(grid *g, const flesh_xml_tag *tag, const char *section)
 {
   if (!strcmp(section, "Points")) return flesh_vtk_array_read(&g->file, tag, "of points", &g->positions);
@@ -85,7 +86,7 @@ static int note_array(grid *g, const flesh_xml_tag *tag, const char *section)
   return FLESH_OK;
 }
 
-/* <AppendedData>: the data begin behind the next '_'. */
+/* Records <AppendedData>: the data begin after the next '_'. */
 static int note_appended(grid *g, const flesh_xml_tag *tag)
 {
   const flesh_scanner *s = g->file.s;
@@ -98,7 +99,7 @@ static int note_appended(grid *g, const flesh_xml_tag *tag)
   return FLESH_OK;
 }
 
-/* Notes where everything is. */
+/* Records the places of all arrays. */
 static int find_arrays(grid *g)
 {
   static const char *const sections[] = {"Points", "Cells", "CellData"};
@@ -147,13 +148,14 @@ static int read_points(grid *g)
   return status;
 }
 
-/* The arrays of cells in memory. */
+/* Cell arrays in memory. */
 typedef struct cells {
   int64_t *connectivity, *offsets, *types;
   double *regions; /* NULL: none */
 } cells;
 
-/* Voxels, hexahedra, wedges, pyramids, other prisms and polyhedra, the quadratic and Lagrange's ones too. */
+/* Cell types of solids: voxels, hexahedra, wedges, pyramids, other prisms and polyhedra, also the quadratic and
+ * Lagrange ones. */
 static const unsigned char solids[] = {11, 12, 13, 14, 15, 16, 25, 26, 27, 29, 31, 32, 33, 37, 42, 72, 73, 74};
 
 static int read_cell(grid *g, const cells *c, int64_t e)
@@ -179,7 +181,7 @@ static int read_cell(grid *g, const cells *c, int64_t e)
   return flesh_draft_add_tet(g->draft, size, nodes, (int)region, g->connectivity.line, e);
 }
 
-/* Offsets rise from a point at least for each cell. */
+/* Checks that offsets do not fall and are in range. */
 static int check_offsets(const grid *g, const int64_t *offsets)
 {
   for (int64_t e = 0; e < g->cells; e++)

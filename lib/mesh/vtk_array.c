@@ -1,6 +1,6 @@
-/* vtk_array.c: an array of a VTK XML file, from text, base 64 or bytes, inline or appended, plain or deflated (VTK File
- * Formats, "XML File Formats"). Before the bytes stands their number; before deflated bytes the number of blocks, the
- * bytes of each block and of the last if it is shorter, and how many bytes each takes deflated. */
+/* vtk_array.c: reads an array of a VTK XML file from text, base 64 or bytes, inline or appended, plain or compressed
+ * (VTK File Formats, "XML File Formats"). Plain bytes follow their number. Compressed bytes follow the number of
+ * blocks, the size of each block and of the last if that is shorter, and the compressed size of each block. */
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,12 +48,12 @@ int flesh_vtk_array_read(const flesh_vtk_file *file, const flesh_xml_tag *tag, c
   return FLESH_OK;
 }
 
-/* Bytes of a binary array. Base 64 may be padded in between, where one piece ends and another begins. */
+/* Bytes of a binary array. Base 64 may be padded inside, where one piece ends and another begins. */
 typedef struct stream {
   const char *at, *end;
   int base64;
   unsigned char triple[3];
-  int next, have; /* of the triple */
+  int next, have; /* next byte of the triple, and how many it has */
 } stream;
 
 static int value_of(char c)
@@ -64,7 +64,7 @@ static int value_of(char c)
   return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/* The next four letters as bytes; 0 where there are none. */
+/* Decodes the next four letters into bytes; returns 0 if there are none. */
 static int decode(stream *b)
 {
   uint32_t bits = 0;
@@ -85,7 +85,7 @@ static int decode(stream *b)
   return 1;
 }
 
-/* Copies the next bytes; 0 where there are not so many. */
+/* Copies the next bytes; returns 0 if there are not enough. */
 static int take(stream *b, void *to, size_t bytes)
 {
   unsigned char *out = to;
@@ -102,7 +102,7 @@ static int take(stream *b, void *to, size_t bytes)
   return 1;
 }
 
-/* A number of the file in this machine's order. */
+/* Copies a number of the file in this machine's byte order. */
 static void put_number(const flesh_vtk_file *file, const char *from, int size, void *number)
 {
   char *to = number;
@@ -174,8 +174,8 @@ static int open_stream(const flesh_vtk_file *file, const flesh_vtk_array *array,
   return FLESH_OK;
 }
 
-/* The bytes of `count` numbers, as the file has them. Returns new. Before it takes memory, the file must be long enough:
- * zlib makes at most 1032 bytes of one. */
+/* Reads the bytes of `count` numbers, as they are in the file. Returns new. Before it takes memory, it checks that the
+ * file is long enough: zlib expands a byte to at most 1032. */
 static int read_bytes(const flesh_vtk_file *file, const flesh_vtk_array *array, int64_t count, char **bytes)
 {
   const size_t size = (size_t)count * (size_t)array->size;
@@ -195,7 +195,7 @@ static int read_bytes(const flesh_vtk_file *file, const flesh_vtk_array *array, 
   return take(&b, *bytes, size) ? FLESH_OK : ends_early(file, array);
 }
 
-/* The numbers of an array as text, into one of the two. */
+/* Reads the numbers of a text array into `reals` or `integers`, whichever is not NULL. */
 static int read_text(const flesh_vtk_file *file, const flesh_vtk_array *array, int64_t count, double *reals,
                      int64_t *integers)
 {
@@ -250,7 +250,7 @@ static double real_of(const flesh_vtk_file *file, const flesh_vtk_array *array, 
   return wide;
 }
 
-/* All numbers, into one of the two. */
+/* Reads all numbers into `reals` or `integers`, whichever is not NULL. */
 static int read_numbers(const flesh_vtk_file *file, const flesh_vtk_array *array, int64_t count, double **reals,
                         int64_t **integers)
 {

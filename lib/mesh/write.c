@@ -1,4 +1,4 @@
-/* write.c: flesh_mesh_write: one mesh in the format of the path's suffix. */
+/* write.c: flesh_mesh_write: writes a mesh in the format of the path's suffix. */
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,7 +56,7 @@ static int write_medit(FILE *file, const flesh_mesh *mesh)
 
 typedef int (*writer)(FILE *file, const flesh_mesh *mesh);
 
-/* One file per writer. No file gets its name before all are on the disk. */
+/* Writes one file for each writer. No file gets its name before all are on the disk. */
 static int write_files(const flesh_mesh *mesh, int count, const char *const *paths,
                        const writer *writers)
 {
@@ -74,7 +74,7 @@ static int write_files(const flesh_mesh *mesh, int count, const char *const *pat
   return status;
 }
 
-/* The name's end from its last dot on; NULL: it has none, or nothing before it. */
+/* Returns the suffix of a path, from the last dot on; NULL: there is none, or nothing before it. */
 static const char *suffix_of(const char *path)
 {
   const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path, *suffix = strrchr(name, '.');

@@ -1,18 +1,18 @@
-/* xml.c: tags and attributes of an XML file; no more of XML than VTK's files have. */
+/* xml.c: tags and attributes of an XML file, limited to the XML that VTK's files use. */
 #include <string.h>
 
 #include "mesh/vtk.h"
 
 static int is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
-/* Goes to `to`, and counts the lines before it. */
+/* Moves to `to`, and counts the lines before it. */
 static void go_to(flesh_scanner *s, const char *to)
 {
   for (const char *at = s->at; (at = memchr(at, '\n', (size_t)(to - at))); at++) s->line++;
   s->at = to;
 }
 
-/* Behind the next `text`; the end of the file where there is none. */
+/* Returns the place after the next `text`, or the end of the file. */
 static const char *behind(const flesh_scanner *s, const char *at, const char *text)
 {
   const size_t length = strlen(text);
