@@ -1,4 +1,4 @@
-/* arena.c: memory that lives as long as a scene and is freed in one go; and text that grows. */
+/* arena.c: memory that lives as long as a scene and is freed all at once; and text that grows. */
 #include "scene/arena.h"
 
 #include <stdarg.h>

@@ -1,4 +1,4 @@
-/* bodies.c: the bodies beside the first: their meshes, put in their places, become parts of one mesh. */
+/* bodies.c: the bodies beside the first: moves their meshes into place and joins them into one mesh. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 
-/* The key `bodies`, its list and where entry k's key at `offset` stands. */
+/* Return the key `bodies`, its list, and the node to which an error about the key at `offset` of entry k refers. */
 static const flesh_key *list_key(void)
 {
   return flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, bodies));
@@ -23,13 +23,13 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
   return flesh_scene_place(flesh_node_item(list, k), list_key()->children, offset);
 }
 
-/* A mesh being joined of several. */
+/* A mesh being joined from several. */
 typedef struct join {
   double *X;
-  int *tets, *edges, *regions; /* edges: [6*tet_count], -1 of tets of four nodes */
+  int *tets, *edges, *regions; /* edges: [6*tet_count], -1 for tets of four nodes */
   int *ends; /* [2*nodes] */
   int nodes, tet_count;
-  flesh_mesh_sets sets; /* of the same name in several bodies: one */
+  flesh_mesh_sets sets; /* sets of the same name in several bodies become one */
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)

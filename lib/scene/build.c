@@ -1,4 +1,4 @@
-/* build.c: from a scene's keys to the body's arrays and the system of its effects. */
+/* build.c: makes the arrays of the body and the system of its effects from a scene's keys. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -25,7 +25,7 @@ const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *ke
   return node && !node->removed ? node : above;
 }
 
-/* "1, 2, 7": the tags that the mesh has, cut when many. */
+/* Writes the tags of the mesh, such as "1, 2, 7", cut if there are many. */
 static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
 {
   enum { LISTED = 12 };
@@ -43,7 +43,7 @@ static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
   }
 }
 
-/* FLESH_ERR_ARGUMENT at the first tag of entry `e` that no tet of the mesh has. */
+/* Fails with FLESH_ERR_ARGUMENT for the first tag of entry `e` that no tet of the first body has. */
 static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
 {
   const flesh_integers *tags = &((const flesh_scene_region *)scene->keys.body.regions.values)[e].tets.regions;
@@ -61,8 +61,8 @@ static int check_tags(const flesh_scene *scene, const flesh_node *entry, int e)
   return FLESH_OK;
 }
 
-/* Makes the body's material first and then those of the regions; of_region[e] is the index for
- * region e, `base` that of the body or -1. */
+/* Makes the body's material, then those of the regions; of_region[e] is the index for region e, `base` that of the
+ * body, or -1. */
 static int make_materials(flesh_scene *scene, const flesh_node *body_node,
                           const flesh_node *regions, int *base, int *of_region)
 {
@@ -102,7 +102,7 @@ static int needs_material(const flesh_scene *scene)
   return needed;
 }
 
-/* Gives the first body's tets the materials that body.material_map says. */
+/* Gives the first body's tets the materials of the file body.material_map. */
 static int map_materials(flesh_scene *scene, const flesh_node *body_node, int base, const int *of_region, int *tet_material)
 {
   const flesh_scene_region *entries = scene->keys.body.regions.values;
@@ -120,7 +120,7 @@ static int map_materials(flesh_scene *scene, const flesh_node *body_node, int ba
   return status ? flesh_node_fail_within(status, place, "body.material_map: ") : FLESH_OK;
 }
 
-/* Chooses the tets of entry `e`; entry_of[] says of each tet which entry has it, -1 none. */
+/* Chooses the tets of entry `e`; entry_of[t] is the entry of tet t, or -1. */
 static int choose_region(const flesh_scene *scene, const flesh_node *regions, int e, int *entry_of)
 {
   const flesh_node *node = flesh_node_item(regions, e);
@@ -131,7 +131,7 @@ static int choose_region(const flesh_scene *scene, const flesh_node *regions, in
   if (status) return status;
   const flesh_body body = {.mesh = scene->mesh, .part_count = scene->part_count, .parts = scene->parts};
   flesh_chosen_fibres chosen;
-  tets.body = scene->keys.body.name; /* the regions are those of the body's own mesh */
+  tets.body = scene->keys.body.name; /* regions apply to the mesh of the first body */
   status = flesh_tets_choose(&tets, &body, &chosen);
   if (status) status = flesh_node_fail_within(status, node, "body.regions[%d]: ", e);
   for (int k = 0; !status && k < chosen.count; k++) {
@@ -205,8 +205,8 @@ int flesh_scene_make_body(flesh_scene *scene)
   return status ? status : assign_tets(scene, body_node, regions, base, of_region);
 }
 
-/* Appends elasticity when the body has a material and the list does not name it; refuses it without
- * one. */
+/* Appends elasticity if the body has a material and the list does not name it; fails if the list names it and there is
+ * no material. */
 static int complete_effects(flesh_scene *scene)
 {
   const flesh_effect_row *elasticity = flesh_effect_row_named("elasticity");
@@ -244,13 +244,14 @@ int flesh_scene_has_inertia(const flesh_scene *scene)
   return 0;
 }
 
-/* Whether the scene asks for an equilibrium, where gravity's exact load is wanted and no free fall. */
+/* Returns whether the scene asks for an equilibrium; then the exact load of gravity is used, not the lumped one of free
+ * fall. */
 static int is_static(const flesh_scene *scene)
 {
   return scene->keys.time.method == FLESH_METHOD_STATIC || !flesh_scene_has_inertia(scene);
 }
 
-/* Incompressible tets have pressures, which a start has of the whole. */
+/* Returns whether there are incompressible tets. Their pressures are part of the start, which is of the whole body. */
 static int has_pressures(const flesh_scene *scene)
 {
   int some = 0;
@@ -258,8 +259,9 @@ static int has_pressures(const flesh_scene *scene)
   return some;
 }
 
-/* Adds what the entry says to the system. Where that is not observed, on all ranks but the first, and of a part of a split
- * mesh, sums over tets are made with the rank's own system alone (share.c). `found`: what a selection found here. */
+/* Adds the effect or constraint of the entry to the system. Ranks other than the first, and all ranks of a split mesh,
+ * skip effects that sum over tets, as their own systems make these (share.c); nobody observes this system there.
+ * entry->found: number of nodes or triangles that a selection found in this part of a split mesh. */
 static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
 {
   flesh_split_part *split = scene->mesh->split;
@@ -304,8 +306,8 @@ int flesh_scene_make_system(flesh_scene *scene)
       return status;
   if (!scene->mesh->split && (status = flesh_system_settle_internals(scene->system)))
     return flesh_fail_within(status, "%s: ", scene->path);
-  /* A rank steps a system of its own; the first alone observes this one, which is the whole's. Internal variables are all
-   * ranks'. */
+  /* Each rank steps a system of its own; only the first observes this one, of the whole. Internal variables are kept in
+   * this one on all ranks. */
   if (scene->mesh->split || (scene->rank > 0 && !has_internals(scene->system))) return FLESH_OK;
   status = flesh_system_finalize(scene->system);
   return status ? flesh_fail_within(status, "%s: ", scene->path) : FLESH_OK;

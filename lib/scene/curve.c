@@ -1,4 +1,4 @@
-/* curve.c: the surfaces that a body's boundary stands for, as a scene names them. */
+/* curve.c: the surfaces that a body's boundary approximates, as given in a scene. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -39,7 +39,7 @@ const flesh_key flesh_curved_table[] = {
 #undef INSIDE
 #undef AT
 
-/* d along its own direction; returns its length. */
+/* Computes the unit vector along d; returns the length of d. */
 static double normalise(const double d[3], double unit[3])
 {
   const double length = sqrt(flesh_vec3_dot(d, d));
@@ -67,7 +67,7 @@ static void nearest_on_cylinder(const void *data, const double p[3], double at[3
   for (int c = 0; c < 3; c++) at[c] = s->cylinder.from[c] + foot * along[c] + s->cylinder.radius * normal[c];
 }
 
-/* Triangles with a ball round each, which most need not be looked at beyond. */
+/* Triangles, each with a ball around it by which most are skipped. */
 typedef struct triangles {
   int count;
   const int *corners;
@@ -123,7 +123,7 @@ typedef struct surfaces {
   int count;
   flesh_nearest_surface *nearest; /* [count] */
   triangles *files;               /* [count], empty where no file is named */
-  int *found, *left;              /* [count] faces that lie on each, and that are near it and do not */
+  int *found, *left;              /* [count] faces on each surface, and faces near it but not on it */
 } surfaces;
 
 static int open_surface(flesh_scene *scene, flesh_scene_curved *to, flesh_nearest_surface *nearest, triangles *file)
@@ -167,7 +167,8 @@ static int open_surfaces(flesh_scene *scene, const flesh_objects *curved, surfac
   return FLESH_OK;
 }
 
-/* Which faces are meant, into on [4*tets]; those that seem to be and cannot be go into the scene's warning. */
+/* Finds the faces on the surfaces, into on [4*tets]; the scene's warning lists faces that are near a surface but not on
+ * it. */
 static int find_faces(flesh_scene *scene, const char *body, const flesh_mesh *mesh, const surfaces *s, int *on)
 {
   int status = flesh_mesh_find_curved_faces(mesh, s->count, s->nearest, on, s->found, s->left);
@@ -184,7 +185,7 @@ static int find_faces(flesh_scene *scene, const char *body, const flesh_mesh *me
   return status;
 }
 
-/* Replaces *mesh by the refined one, and *on [4*tets] by its faces. */
+/* Replaces *mesh by the refined mesh and *on [4*tets] by the marks of its faces. */
 static int refine(flesh_mesh **mesh, int **on)
 {
   flesh_mesh *refined;
@@ -200,7 +201,8 @@ static int refine(flesh_mesh **mesh, int **on)
   return status;
 }
 
-/* Faces are found on the mesh as it was read, where they are as far from the surface as their corners say. */
+/* Finds the faces on the unrefined mesh: its corners are where the file puts them, so that their distance from the
+ * surface is known. */
 int flesh_scene_curve_mesh(flesh_scene *scene, const char *body, const flesh_objects *curved, flesh_mesh **mesh)
 {
   surfaces s = {0};

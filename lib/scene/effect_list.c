@@ -1,4 +1,4 @@
-/* effect_list.c: the scene's list of effects: one-key mappings whose rows are the registry's. */
+/* effect_list.c: the scene's list of effects: one-key mappings whose names are rows of the registry. */
 #include "scene/effect_list.h"
 
 #include <string.h>
@@ -78,7 +78,7 @@ static int read_entry(const flesh_key_reader *reader, const flesh_node *item, co
   return flesh_keys_read(reader, entry->row->keys, node, node, entry->path, entry->parameters);
 }
 
-/* Refuses a second of a kind that acts on the whole body: its mass, say, would count twice. */
+/* Refuses a second effect of a kind that acts on the whole body and would count twice, such as inertia. */
 static int check_once(const flesh_effect_entry *entries, int count)
 {
   const flesh_effect_entry *added = &entries[count];
@@ -111,7 +111,7 @@ static int read_list(const flesh_key_reader *reader, const flesh_node *list, con
     if (!below) return flesh_no_memory();
     int status = read_entry(reader, item, below, &values[entries->count]);
     if (status) return status;
-    if (!values[entries->count].parameters) continue; /* what was removed is only checked */
+    if (!values[entries->count].parameters) continue; /* a removed effect is only checked */
     if ((status = check_once(values, entries->count))) return status;
     entries->count++;
   }

@@ -1,4 +1,4 @@
-/* effect_registry.c: the effects that a scene can name, as their list has them. */
+/* effect_registry.c: the effects that a scene can name, in the order of their list. */
 #include "scene/effect_registry.h"
 
 static const flesh_effect_row *const rows[] = {

@@ -1,48 +1,47 @@
-/* effect_registry.h: the effects that a scene can name: one row each. Adding an effect is a file and a
- * row.
+/* effect_registry.h: the effects that a scene can name, one row each. Adding an effect takes a file and a row.
  *
- * A row's keys are read into its parameter struct, and `add` puts what they mean into the system.
- * The row's sample is a mapping in scene syntax that the derivative tests, the tests under every
- * method, the docs and the schema use.
+ * A row's keys are read into its parameter struct, and `add` adds the effect that they describe to the system. The
+ * row's sample is a mapping in scene syntax; the derivative tests, the tests under every method, the docs and the
+ * schema use it.
  *
- * Nothing else knows what effects there are: an effect from outside the library
- * (drivers/examples/user_effect.c, a floor) is created by flesh_effect_create and added to the
- * system beside these, and a new row needs no change elsewhere. That goes for what couples nodes
- * too, through the effect's cells: forces in tets (viscosity, muscles; drivers/examples/coupled_reflex.c
- * has fibres of its own) have the tets as cells; welds and springs between nodes have pairs of
- * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
- * What couples nodes that come near each other, as contact of bodies does, has a memory
- * (flesh_effect_barrier). */
+ * Nothing else knows which effects there are: an effect from outside the library (drivers/examples/user_effect.c, a
+ * floor) is created by flesh_effect_create and added to the system like these, and a new row needs no change elsewhere.
+ * This includes effects that couple nodes, through their cells: forces in tets (viscosity, muscles;
+ * drivers/examples/coupled_reflex.c with its own fibres) have tets as cells, welds and springs between nodes have pairs
+ * of nodes, loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished. An effect that
+ * couples nodes that come near each other, such as contact of bodies, has a memory (flesh_effect_barrier). */
 #ifndef FLESH_SCENE_EFFECT_REGISTRY_H
 #define FLESH_SCENE_EFFECT_REGISTRY_H
 
 #include "base/key.h"
 #include "flesh/system.h"
 
-/* How a rank makes an effect that knows a part of a split mesh alone (mesh/split.h), with two layers of tets around. */
+/* How a rank makes an effect when it has only a part of a split mesh (mesh/split.h), with two layers of tets around
+ * it. */
 typedef enum flesh_row_on_parts {
-  FLESH_PARTS_REFUSED, /* it needs the whole: its count of nodes, say, or whether its surface is closed */
-  FLESH_PARTS_NODES,   /* of the nodes and faces that it acts on here */
-  FLESH_PARTS_TETS     /* of the rank's own tets */
+  FLESH_PARTS_REFUSED, /* not at all: it needs the whole mesh, such as its count of nodes, or whether its surface is
+                        * closed */
+  FLESH_PARTS_NODES,   /* not at all: it needs the whole mesh, such as its number of nodes */
+  FLESH_PARTS_TETS     /* from the rank's own tets */
 } flesh_row_on_parts;
 
 typedef struct flesh_effect_row {
   const char *name;
   const char *doc;
-  const flesh_key *keys; /* of the mapping below the name; ended by a row without name */
+  const flesh_key *keys; /* keys of the mapping under the name; a row without name ends them */
   size_t parameters_size;
   const char *sample; /* for the unit cube [0,1]^3, "{...}" */
-  /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller
-   * knows them). */
+  /* Adds the effect to the system. Reads nothing but `parameters`; errors do not name file and line, which the caller
+   * knows. */
   int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
-  /* The nodes on which probes sum up what the effect bears, where these are not all; new *nodes [*count], freed by the
-   * caller. NULL: none (a contact has all). */
+  /* Gives the nodes over which probes sum the effect's forces, new *nodes [*count], freed by the caller. NULL: all
+   * nodes, as for a contact. */
   int (*bearers)(const void *parameters, const flesh_body *body, int *count, int **nodes);
-  int once; /* of the whole body: a scene names it once at most */
+  int once; /* 1: acts on the whole body, so a scene names it at most once */
   flesh_row_on_parts on_parts;
 } flesh_effect_row;
 
-/* ROW(name): flesh_effect_row_<name>, defined in effects/; in the order of the docs. */
+/* ROW(name) stands for flesh_effect_row_<name>, defined in effects/; in the order of the docs. */
 #define FLESH_EFFECT_LIST(ROW)                                                                     \
   ROW(inertia)                                                                                   \
   ROW(elasticity)                                                                                \
@@ -67,10 +66,10 @@ typedef struct flesh_effect_row {
 FLESH_EFFECT_LIST(FLESH_EFFECT_ROW_EXTERN)
 #undef FLESH_EFFECT_ROW_EXTERN
 
-/* All rows; *count of them. */
+/* Returns all rows; *count is their number. */
 const flesh_effect_row *const *flesh_effect_registry(int *count);
 
-/* flesh_body.instructions of the whole scene, as elasticity's row reads them. */
+/* Parameters of elasticity's row; flesh_body.instructions of the whole scene comes from here. */
 typedef struct flesh_elasticity_parameters {
   int instructions;
 } flesh_elasticity_parameters;

@@ -1,4 +1,4 @@
-/* effect_rows.c: what the rows of effects share. */
+/* effect_rows.c: functions shared by the rows of effects. */
 #include <stdlib.h>
 
 #include "scene/effect_rows.h"

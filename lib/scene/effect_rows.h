@@ -1,4 +1,4 @@
-/* effect_rows.h: what the rows of effects (effects/) share: selections, amplitudes, intervals, axes. */
+/* effect_rows.h: shared by the rows of effects (effects/): selections, amplitudes, intervals, axes. */
 #ifndef FLESH_SCENE_EFFECT_ROWS_H
 #define FLESH_SCENE_EFFECT_ROWS_H
 
@@ -8,40 +8,40 @@
 #include "scene/effect_registry.h"
 #include "scene/selection.h"
 
-/* Adds an effect that was made with `status`. */
+/* Adds an effect to the system if `status`, that of its creation, is FLESH_OK; returns the status. */
 int flesh_effect_row_add(flesh_system *system, int status, flesh_effect **effect);
 
-/* An amplitude, as a scene's keys give it. */
+/* Parameters of an amplitude, read from a scene. */
 typedef struct flesh_amplitude_parameters {
   double from, until;
   int interpolation;
   flesh_objects points;
 } flesh_amplitude_parameters;
 extern const flesh_key flesh_curve_keys[];
-/* The amplitude that the keys describe; borrows the parameters. */
+/* Returns the amplitude of the parameters, which it borrows. */
 flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *parameters);
 
-/* The keys of a dead load. */
+/* Parameters of a dead load. */
 typedef struct flesh_load_parameters {
   flesh_selection selection;
   double vector[3]; /* N, Pa */
   flesh_amplitude_parameters amplitude;
 } flesh_load_parameters;
-/* Adds one to what `select` finds of the selection. */
+/* Finds the nodes or triangles of the selection by `select`, makes the load on them by `create` and adds it. */
 int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *body, flesh_system *system,
                               int (*select)(const flesh_selection *, const flesh_body *, int *, int **),
                               int (*create)(const flesh_body *, int, const int *, const double[3],
                                             const flesh_amplitude *, flesh_effect **));
 
 /* clang-format off */
-/* The two ends of an effect's action. */
+/* Keys of the interval in which an effect acts. */
 #define FLESH_INTERVAL_KEYS(parameters)                                                            \
   {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
    .default_value = "-.inf", .doc = "start of its action"},                                        \
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
-/* How values between points of time are found. */
+/* Key of the interpolation between points in time. */
 #define FLESH_INTERPOLATION_KEY(at, points, each)                                                                     \
   {.name = "interpolation", .type = FLESH_KEY_CHOICE, .offset = (at), .choices = flesh_interpolation_names,           \
    .default_value = "linear", .doc = "between " points ": linear, or smooth (cubic, at rest at every " each ")"}
@@ -60,7 +60,7 @@ int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *
    .doc = "end of its action (release); it acts while from <= t < until"}
 /* clang-format on */
 
-/* The bits of FLESH_AXIS_*. */
+/* Names of the bits of FLESH_AXIS_*. */
 extern const char *const flesh_axis_names[];
 /* clang-format off */
 #define FLESH_AXES_KEY(parameters)                                                                       \

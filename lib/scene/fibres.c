@@ -1,4 +1,4 @@
-/* fibres.c: which tets have muscle fibres, and along what. */
+/* fibres.c: which tets have muscle fibres, and the directions of the fibres. */
 #include "scene/fibres.h"
 
 #include <math.h>
@@ -50,7 +50,7 @@ static int is_chosen(const flesh_tet_selection *s, const flesh_mesh_set *set, co
   return 1;
 }
 
-/* The chosen tets, without directions. */
+/* Finds the chosen tets, without directions. */
 static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part, const flesh_mesh *mesh,
                        flesh_chosen_fibres *chosen)
 {
@@ -66,14 +66,15 @@ static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part
   if (!chosen->tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d tets", tets);
   for (int e = 0; e < tets; e++)
     if (is_chosen(s, set, part, mesh, e)) chosen->tets[chosen->count++] = e;
-  if (mesh->split) mesh->split->found = chosen->count; /* here: share.c asks all ranks */
+  if (mesh->split) mesh->split->found = chosen->count; /* found in this part; share.c asks all ranks */
   if (!chosen->count && !mesh->split)
     return flesh_fail(FLESH_ERR_ARGUMENT, "no tet of the mesh meets all of the given regions, box, set and body");
   chosen->directions = calloc(3 * (size_t)chosen->count + 1, sizeof *chosen->directions);
   return chosen->directions ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d fibres", chosen->count);
 }
 
-/* The field of the tangents of all circles through a and b: that of a line source and a line sink in their plane. */
+/* Computes the direction at x of the circle through a, b and x: the field of a line source at a and a line sink at b in
+ * the plane of the three. */
 static void tangent(const double a[3], const double b[3], const double x[3], double direction[3])
 {
   double from[3], to[3];
@@ -84,8 +85,8 @@ static void tangent(const double a[3], const double b[3], const double x[3], dou
   for (int c = 0; c < 3; c++) direction[c] = length > 0 ? direction[c] / length : b[c] - a[c];
 }
 
-/* The rows of the tets from `first` on, `count` of them, of which the chosen ones are kept; `numbers`: in the whole of
- * which the mesh is a part, or NULL. */
+/* Reads the rows of `count` tets from `first` on and keeps those of the chosen tets. `numbers`: the tets' numbers in
+ * the whole if the mesh is a part, else NULL. */
 static int read_rows(flesh_scanner *s, int first, int count, const int *numbers, flesh_chosen_fibres *chosen)
 {
   int kept = 0;

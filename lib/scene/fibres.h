@@ -1,19 +1,19 @@
-/* fibres.h: the tets of a muscle and the directions of their fibres, as a scene names them. */
+/* fibres.h: the tets of a muscle and the directions of its fibres, as given in a scene. */
 #ifndef FLESH_SCENE_FIBRES_H
 #define FLESH_SCENE_FIBRES_H
 
 #include "base/key.h"
 #include "flesh/body.h"
 
-/* Which tets: all, or those that meet every given condition. */
+/* Selection of tets: all that meet every given condition. */
 typedef struct flesh_tet_selection {
   flesh_integers regions;
   double box[6]; /* NaN: none */
-  char *set;     /* of the mesh; NULL: any */
+  char *set;     /* name of a set of the mesh; NULL: any */
   char *body;    /* NULL: any */
 } flesh_tet_selection;
 
-/* One of three. */
+/* Directions of fibres; one of the three is given. */
 typedef struct flesh_fibre_field {
   double direction[3]; /* NaN: not given */
   char *file;          /* NULL: not given */
@@ -39,18 +39,20 @@ extern const flesh_key flesh_fibre_field_keys[];
    .default_value = "", .doc = "only tets of the body of this name"}
 /* clang-format on */
 
-/* Tets, ascending, and of each the direction of its fibre, of any length, 0 where it has none. Free both. */
+/* Tets in rising order, and for each the direction of its fibre, of any length, 0 if it has none. Freed by
+ * flesh_fibres_free. */
 typedef struct flesh_chosen_fibres {
   int count;
   int *tets;          /* [count] */
   double *directions; /* [3*count] */
 } flesh_chosen_fibres;
 
-/* The tets alone, without directions. FLESH_ERR_ARGUMENT where none is chosen, FLESH_ERR_MEMORY. To be freed also when it
- * fails. */
+/* Chooses the tets, without directions. FLESH_ERR_ARGUMENT if none is chosen, FLESH_ERR_MEMORY. The caller frees
+ * `chosen`, also after an error. */
 int flesh_tets_choose(const flesh_tet_selection *selection, const flesh_body *body, flesh_chosen_fibres *chosen);
-/* FLESH_ERR_ARGUMENT where no tet is chosen, not one field is given, or the file's rows are not those of the tets;
- * FLESH_ERR_FILE with the file's line, FLESH_ERR_MEMORY. To be freed also when it fails. */
+/* Chooses the tets and their directions. FLESH_ERR_ARGUMENT if no tet is chosen, not exactly one field is given, or the
+ * file's rows do not match the tets; FLESH_ERR_FILE with the file's line, FLESH_ERR_MEMORY. The caller frees `chosen`,
+ * also after an error. */
 int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_field *field, const flesh_body *body,
                         flesh_chosen_fibres *chosen);
 void flesh_fibres_free(flesh_chosen_fibres *chosen);

@@ -1,5 +1,5 @@
-/* fit.c: the mesh of a body as body.refine and body.element want it, and a start state that was given for the mesh as
- * it was. */
+/* fit.c: fits the mesh of a body to body.refine and body.element, and interpolates a start state that was given for the
+ * mesh as it was read. */
 #include <stdio.h>
 
 #include "base/error.h"
@@ -11,7 +11,7 @@
 
 enum { MOST_REFINED = 10 };
 
-/* The next mesh on the way from the mesh that was read to the one that is wanted; *next is NULL where it is that. */
+/* Makes the next mesh on the way from the mesh that was read to the wanted one; *next is NULL if `mesh` is that. */
 static int next_mesh(const flesh_scene *scene, flesh_element element, const flesh_mesh *mesh, int refined,
                      flesh_mesh **next)
 {
@@ -21,7 +21,7 @@ static int next_mesh(const flesh_scene *scene, flesh_element element, const fles
   return flesh_mesh_raise_order(mesh, next);
 }
 
-/* Whether body.refine can be done, before any of it is. */
+/* Checks that body.refine can be done, before it is begun. */
 static int check_refine(const flesh_scene *scene, flesh_element element, const flesh_mesh *mesh)
 {
   const int times = scene->keys.body.refine, linear = element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4;
@@ -38,7 +38,8 @@ int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element ele
                       "tet4 needs a mesh of four-node tets, and these have ten nodes; the element must be tet10 or "
                       "tet10-mean, or convert the mesh by `flesh mesh convert --order 1`");
   int status = check_refine(scene, element, *mesh);
-  /* Which faces lie on surfaces is seen on the mesh as it was read: such a mesh is refined while it is put on them. */
+  /* The faces on surfaces are found on the mesh as it was read: a mesh with such faces is refined when it is put on
+   * them. */
   for (int refined = curved->count ? scene->keys.body.refine : 0; !status; refined++) {
     flesh_mesh *next;
     status = next_mesh(scene, element, *mesh, refined, &next);
@@ -49,7 +50,8 @@ int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element ele
   return status ? status : flesh_scene_curve_mesh(scene, body, curved, mesh);
 }
 
-/* Takes the state, of the nodes of *mesh, all the way to the scene's mesh; *mesh is replaced on the way. */
+/* Interpolates the state from the nodes of *mesh, through all meshes on the way, to the scene's mesh; replaces *mesh by
+ * each. */
 static int interpolate(const flesh_scene *scene, flesh_mesh **mesh, flesh_state *state)
 {
   for (int refined = 0;; refined++) {

@@ -1,5 +1,4 @@
-/* keys.c: reads a mapping into a struct by a table of keys, with a sentence for everything that is
- * wrong. */
+/* keys.c: reads a mapping into a struct by a table of keys, with a sentence for every error. */
 #include "scene/keys.h"
 
 #include <limits.h>
@@ -33,7 +32,7 @@ char *flesh_key_path(flesh_arena *arena, const char *path, const char *name)
   return flesh_arena_print(arena, "%s%s%s", path, *path ? "." : "", name);
 }
 
-/* "" for no bounds. */
+/* Returns the words of a range; "" for no bounds. */
 static const char *range_text(flesh_key_range range)
 {
   switch (range) {
@@ -74,7 +73,7 @@ int flesh_key_takes_infinity(const flesh_key *key)
 const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE])
 {
   const char *range = range_text(key->range), *each = *range ? ", each" : "";
-  const size_t most = FLESH_EXPECTATION_SIZE - 40; /* of a list; the unit stands behind it */
+  const size_t most = FLESH_EXPECTATION_SIZE - 40; /* most bytes of a list; the unit follows it */
 #define SAY(...) flesh_text_add(text, FLESH_EXPECTATION_SIZE, __VA_ARGS__)
   *text = 0;
   switch (key->type) {
@@ -129,7 +128,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   return text;
 }
 
-/* The limit that a whole number is beyond; else nothing. */
+/* Returns the words of the int limit that a whole number exceeds; "" if it does not. */
 static const char *integer_limit(const flesh_key *key, const flesh_node *node)
 {
   const int whole = key->type == FLESH_KEY_INTEGER || key->type == FLESH_KEY_INTEGERS;
@@ -144,7 +143,7 @@ int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *pat
                          flesh_key_expectation(key, expected), integer_limit(key, node));
 }
 
-/* Sets every value to what stands for "absent" in base/key.h. */
+/* Sets every value to the one that means "absent" in base/key.h. */
 static void blank(const flesh_key *keys, void *target)
 {
   for (const flesh_key *key = keys; key->name; key++) {
@@ -192,7 +191,7 @@ static void blank(const flesh_key *keys, void *target)
   }
 }
 
-/* Returns whether the node is a number that the key takes. */
+/* Reads a number; returns whether the node is one that the key takes. */
 static int read_number(const flesh_key *key, const flesh_node *node, double *value)
 {
   return node && node->kind == FLESH_NODE_SCALAR && flesh_number_parse(node->text, value) &&
@@ -244,7 +243,7 @@ static int read_choice(const flesh_key *key, const flesh_node *node, int *value)
   return 0;
 }
 
-/* Every choice of a set. */
+/* Returns the bits of all choices of a set. */
 static unsigned all_of(const flesh_key *key)
 {
   unsigned all = 0;
@@ -281,7 +280,7 @@ static int read_text(const flesh_key_reader *reader, const flesh_key *key, const
   return *value ? FLESH_OK : flesh_no_memory();
 }
 
-/* A list: the item that is wrong is named, since the list may be long. */
+/* Reads a list of integers. An error names the wrong item, as the list may be long. */
 static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
                          const flesh_node *node, const char *path, flesh_integers *integers)
 {
@@ -390,7 +389,7 @@ static int read_absent(const flesh_key_reader *reader, const flesh_key *key,
     return flesh_node_fail(place, "%s is missing; it must be %s", path,
                            flesh_key_expectation(key, expected));
   }
-  if (!*key->default_value) return FLESH_OK; /* stays blank */
+  if (!*key->default_value) return FLESH_OK; /* the value stays absent */
   if (key->type == FLESH_KEY_OBJECT)
     return flesh_keys_read(reader, key->children, NULL, place, path, value);
   flesh_node *node = NULL;
@@ -398,8 +397,7 @@ static int read_absent(const flesh_key_reader *reader, const flesh_key *key,
   return status ? status : read_value(reader, key, node, path, value);
 }
 
-/* Refuses names that no row has; below what was removed as well, so that a misspelt removal is
- * noticed. */
+/* Refuses names that no row has, also below removed nodes, so that the misspelt path of a removal is noticed. */
 static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
                        const flesh_node *mapping, const char *path)
 {

@@ -1,5 +1,5 @@
-/* keys_write.c: writes a struct as YAML by its table of keys, so that reading it gives the same
- * struct; and finds the files that it names. */
+/* keys_write.c: writes a struct as YAML by its table of keys, so that reading gives the same struct, and finds the
+ * files that the struct names. */
 #include "scene/keys.h"
 
 #include <limits.h>
@@ -94,7 +94,7 @@ static void write_objects(const flesh_key *key, const flesh_objects *objects, in
   }
 }
 
-/* Writes the path as an absolute one, because the text is read from another folder. */
+/* Writes an absolute path, as the text may be read from another folder. */
 static void write_path(const char *path, flesh_text *text)
 {
   char *whole = realpath(path, NULL);
@@ -102,7 +102,8 @@ static void write_path(const char *path, flesh_text *text)
   free(whole);
 }
 
-/* Its choices; where it may be all, "[all]", or what is left out where that is less than half of the choices. */
+/* Writes the choices of a set. If may_be_all and more than half are chosen, writes "[all]", or the others with a
+ * minus. */
 static void write_set(const flesh_key *key, unsigned set, flesh_text *text)
 {
   const char *before = "";
@@ -118,7 +119,7 @@ static void write_set(const flesh_key *key, unsigned set, flesh_text *text)
   flesh_text_print(text, "]");
 }
 
-/* On one line. */
+/* Writes a tree on one line. */
 static void write_tree(const flesh_node *node, flesh_text *text)
 {
   const char *before = "";

@@ -1,5 +1,4 @@
-/* material.c: from a scene's material keys to a material: which pair of constants counts, and how
- * it enters. */
+/* material.c: makes a material from a scene's keys: which pair of constants is used, and how it enters. */
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -10,7 +9,7 @@
 #include "scene/scene.h"
 #include "material/form.h"
 
-/* Two constants that belong together: how many are given, and the last override that gave one. */
+/* Two constants that belong together, how many of them are given, and the last override that gave one. */
 typedef struct pair {
   size_t offsets[2];
   int given, last;
@@ -36,7 +35,7 @@ static void forget(const pair *p, flesh_scene_material *keys)
   for (int i = 0; i < 2; i++) *(double *)((char *)keys + p->offsets[i]) = NAN;
 }
 
-/* Whether p is to be used rather than q: whole, and alone or given later than q. */
+/* Returns whether p is used instead of q: both of its constants are given, and q has none or earlier ones. */
 static int wins(const pair *p, const pair *q)
 {
   return p->given == 2 && (!q->given || p->last > q->last);
@@ -59,7 +58,7 @@ static int no_pair(const flesh_node *node, const char *path, const pair *lame, c
       constant(young, 0)->name, constant(young, 1)->name);
 }
 
-/* The material at `path` is incompressible, which only one element can be. */
+/* Checks that the element can have an incompressible material, the one at `path`. */
 static int check_element(const flesh_node *node, const char *path, const pair *young, flesh_element element)
 {
   const flesh_key *key = constant(young, 1);

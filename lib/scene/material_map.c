@@ -1,4 +1,5 @@
-/* material_map.c: constants of single tets by a file, body.material_map, instead of those of the body's or region's material. */
+/* material_map.c: material constants of single tets from a file, body.material_map, in place of those of the body's or
+ * region's material. */
 #include <math.h>
 #include <string.h>
 
@@ -12,11 +13,11 @@
 
 enum { COLUMNS = 8 };
 
-/* The file while it is read. */
+/* State of reading the file. */
 typedef struct reading {
   flesh_scene *scene;
   flesh_scanner scanner;
-  int tets; /* of the mesh as it was read */
+  int tets; /* tets of the mesh as it was read */
   int column_count;
   const flesh_key *columns[COLUMNS]; /* after the first */
   int row_count;
@@ -24,7 +25,7 @@ typedef struct reading {
   double *values;  /* [tets * COLUMNS] by rows */
 } reading;
 
-/* A constant of materials by its name; NULL: there is none. */
+/* Returns the material constant with that name; NULL: there is none. */
 static const flesh_key *constant_named(const char *name, flesh_suggestion *suggestion)
 {
   for (const flesh_key *key = flesh_material_table; key->name; key++) {
@@ -35,7 +36,7 @@ static const flesh_key *constant_named(const char *name, flesh_suggestion *sugge
   return NULL;
 }
 
-/* Whether the unit [UNIT] of a column, if there is one, is that of its constant. */
+/* Checks that the unit [UNIT] of a column, if given, is that of its constant. */
 static int check_unit(reading *r, const flesh_key *key)
 {
   char unit[40] = "";
@@ -48,7 +49,7 @@ static int check_unit(reading *r, const flesh_key *key)
                          *unit ? "in " : "without a unit", unit);
 }
 
-/* The line of the names: tet,young [Pa]. */
+/* Reads the line of the names, such as tet,young [Pa]. */
 static int read_head(reading *r)
 {
   flesh_scanner *s = &r->scanner;
@@ -91,7 +92,7 @@ static int read_rows(reading *r)
   return status;
 }
 
-/* The material of a row: that of `keys` with the row's constants. */
+/* Makes the material of a row: that of `keys` with the row's constants. */
 static int make_material(const reading *r, int row, int tet, const flesh_scene_material *keys, flesh_material *material)
 {
   flesh_scene_material own = *keys;
@@ -108,15 +109,15 @@ static int make_material(const reading *r, int row, int tet, const flesh_scene_m
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s: tet %d: a map cannot change whether poisson is 0.5", r->scanner.path, tet);
 }
 
-/* Whether the row says the same as the one before. */
+/* Returns whether the row repeats the values of the row before. */
 static int repeats(const reading *r, int row)
 {
   const double *own = r->values + (size_t)row * COLUMNS;
   return row > 0 && !memcmp(own, own - COLUMNS, (size_t)r->column_count * sizeof *own);
 }
 
-/* Gives the tets that have rows materials of their own, which come after the others; `of` [material_count] are the keys of
- * each, NULL of what is not the first body's. */
+/* Gives tets with rows materials of their own, which follow the others. `of` [material_count] are the keys of each
+ * material, NULL for those that are not of the first body. */
 static int assign(reading *r, int shift, const flesh_scene_material *const *of, int *tet_material)
 {
   flesh_scene *scene = r->scene;
@@ -124,7 +125,7 @@ static int assign(reading *r, int shift, const flesh_scene_material *const *of, 
   const int before = scene->material_count, room = before + r->row_count;
   flesh_material *materials = flesh_arena_take(&scene->arena, ((size_t)room + 1) * sizeof *materials);
   flesh_element *elements = flesh_arena_take(&scene->arena, ((size_t)room + 1) * sizeof *elements);
-  int *made = flesh_arena_take(&scene->arena, ((size_t)r->row_count + 1) * 2 * sizeof *made); /* and what it replaces */
+  int *made = flesh_arena_take(&scene->arena, ((size_t)r->row_count + 1) * 2 * sizeof *made); /* and what each replaces */
   if (!materials || !elements || !made) return flesh_no_memory_for(scene->path);
   memcpy(materials, scene->materials, (size_t)before * sizeof *materials);
   memcpy(elements, scene->material_elements, (size_t)before * sizeof *elements);

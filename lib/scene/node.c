@@ -1,5 +1,4 @@
-/* node.c: the tree of a scene's text: making, finding, changing, and sentences that say where it
- * stands. */
+/* node.c: the tree of a scene's text: makes, finds and changes nodes, and names their places in errors. */
 #include "scene/node.h"
 
 #include <stdarg.h>
@@ -29,7 +28,7 @@ void flesh_node_append(flesh_node *parent, flesh_node *child)
   parent->count++;
 }
 
-/* The link that points to `child`, and the sibling before it in *before. */
+/* Returns the link that points to `child`, and the sibling before it in *before. */
 static flesh_node **link_to(flesh_node *parent, const flesh_node *child, flesh_node **before)
 {
   flesh_node **link = &parent->first;
@@ -109,7 +108,7 @@ static int fail_at(int status, const flesh_node *node, int line, int column)
   return flesh_fail_within(status, "%s:%d:%d: ", node->source, line, column);
 }
 
-/* The value of that key in a mapping or in the mappings below it; NULL if it is not there. */
+/* Returns the value of that key in a mapping or in the mappings below it; NULL: it is not there. */
 static const flesh_node *find_below(const flesh_node *mapping, const char *key, size_t size)
 {
   if (mapping->kind != FLESH_NODE_MAPPING) return NULL;
@@ -121,8 +120,8 @@ static const flesh_node *find_below(const flesh_node *mapping, const char *key, 
   return found;
 }
 
-/* The node that a sentence about a mapping is about: that of the last key in it with which one of its parts begins, as in
- * "effects[0].pin: axes is ..." or "time.gamma is ..."; the mapping where none is. */
+/* Returns the node that a sentence about a mapping refers to: that of the last key in the mapping with which one of the
+ * sentence's parts begins, as in "effects[0].pin: axes is ..." or "time.gamma is ..."; without any, the mapping. */
 static const flesh_node *subject(const flesh_node *node, const char *sentence)
 {
   const flesh_node *best = node;
@@ -137,7 +136,7 @@ static const flesh_node *subject(const flesh_node *node, const char *sentence)
   return best;
 }
 
-/* Longer than any error text that is kept. */
+/* Bytes, more than any error text that is kept. */
 enum { SENTENCE_SIZE = 2048 };
 
 #define READ_SENTENCE(sentence)                                                                    \
@@ -178,7 +177,7 @@ const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE])
   size_t cut = strlen(word), size = cut;
   if (cut > CUT) {
     cut = CUT;
-    while (cut > 0 && ((unsigned char)word[cut] & 0xc0) == 0x80) cut--; /* whole letters */
+    while (cut > 0 && ((unsigned char)word[cut] & 0xc0) == 0x80) cut--; /* cut at a whole letter */
   }
   snprintf(text, FLESH_SHOW_SIZE, "%.*s%s", (int)cut, word, cut < size ? "..." : "");
   for (unsigned char *c = (unsigned char *)text; *c; c++) {
@@ -188,7 +187,7 @@ const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE])
   return text;
 }
 
-/* Appends a scalar, or a list as "[0, [1, a]]"; returns whether it fits and has no mapping in it. */
+/* Appends a scalar, or a list as "[0, [1, a]]"; returns whether it fits and contains no mapping. */
 static int show_value(const flesh_node *node, char text[FLESH_SHOW_SIZE])
 {
   char word[FLESH_SHOW_SIZE];

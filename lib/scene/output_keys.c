@@ -1,4 +1,4 @@
-/* output_keys.c: the keys of what a scene's run writes. */
+/* output_keys.c: the keys of a scene's output. */
 #include "scene/scene_keys.h"
 
 #include <stddef.h>

@@ -1,4 +1,4 @@
-/* override.c: "path.to.key=value" applied to a scene's tree before it is read. */
+/* override.c: applies "path.to.key=value" to a scene's tree before it is read. */
 #include "scene/override.h"
 
 #include <limits.h>
@@ -11,7 +11,7 @@ enum { MAX_SEGMENTS = 24 };
 
 /* One step of a path: a name or an index. */
 typedef struct segment {
-  const char *name; /* NULL for an index */
+  const char *name; /* end of the step in the path, for messages */
   int index;        /* -1 for a name */
   int end;          /* where it ends in the path, for sentences */
 } segment;
@@ -23,7 +23,7 @@ typedef struct change {
   const char *path;
   segment segments[MAX_SEGMENTS];
   int count;
-  flesh_node *value; /* removed: take away */
+  flesh_node *value; /* a removed node: remove the key */
 } change;
 
 static int bad_path(const change *c)
@@ -34,7 +34,7 @@ static int bad_path(const change *c)
                     c->source.name);
 }
 
-/* A decimal index, or -1. */
+/* Returns the decimal index, or -1. */
 static int index_of(const char *digits, size_t size)
 {
   int value = 0;
@@ -72,7 +72,7 @@ static int split_path(change *c)
   return c->count ? FLESH_OK : bad_path(c);
 }
 
-/* The key that the steps before `depth` lead to; NULL: none. */
+/* Returns the key to which the steps before `depth` lead; NULL: none. */
 static const flesh_key *key_at(const change *c, int depth)
 {
   const flesh_key *keys = c->keys, *key = NULL;
@@ -86,14 +86,15 @@ static const flesh_key *key_at(const change *c, int depth)
   return key;
 }
 
-/* Whether the path's first step leads to the list of effects, whose items have names. */
+/* Returns whether the step before `depth` leads to the list of effects, whose items have names. */
 static int names_items(const change *c, int depth)
 {
   const flesh_key *key = key_at(c, depth);
   return depth == 1 && key && key->type == FLESH_KEY_EFFECTS;
 }
 
-/* Makes what is null or was removed into the list or mapping that step `depth` needs; a list is the key's default. */
+/* Turns a null or removed node into the list or mapping that step `depth` needs; a list begins with the key's
+ * default. */
 static int open_node(const change *c, flesh_node *node, int depth)
 {
   const segment *s = &c->segments[depth];
@@ -128,13 +129,13 @@ static flesh_node *new_child(const change *c, flesh_node *parent, const char *ke
   flesh_node *child = flesh_node_create(c->arena, FLESH_NODE_SCALAR, &c->source);
   if (!child) return NULL;
   child->key = key;
-  child->removed = c->value->removed; /* only there so that its name is checked */
+  child->removed = c->value->removed; /* only there to have its name checked */
   flesh_node_append(parent, child);
   return child;
 }
 
-/* The parent of the named effect's parameters: the n-th item of the list that has the name. Takes
- * the index that may follow the name. */
+/* Finds the n-th item of the list that is the named effect, the parent of its parameters. Uses the index that may
+ * follow the name. */
 static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node **item)
 {
   const char *name = c->segments[*depth].name;
@@ -149,8 +150,8 @@ static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node
   return new_child(c, *item, name) ? FLESH_OK : flesh_no_memory();
 }
 
-/* The child of `node` by step *depth and the parent it hangs on; made when missing. *depth moves to
- * the step's last segment. */
+/* Finds the child of `node` by step *depth, and its parent; makes the child if it is missing. *depth moves to the last
+ * segment of the step. */
 static int step(const change *c, flesh_node *node, int *depth, flesh_node **parent,
                 flesh_node **child)
 {
@@ -211,7 +212,7 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   if (!status)
     status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
   if (status) return status;
-  /* An empty text is a null; one that is only a comment or directive of YAML was meant as a value. */
+  /* An empty text is null; a text that is only a comment or directive of YAML was meant as a value. */
   if (!c.value && equals[1 + strspn(equals + 1, " \t\r\n")])
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no value follows the =; put a text that begins with # or %% into quotes",
                       c.source.name);

@@ -5,18 +5,17 @@
 #include "base/key.h"
 #include "scene/node.h"
 
-/* Applies `text` as override number `number` (from 1) to the tree of a scene whose top keys are
- * `keys`.
+/* Applies `text` as override number `number` (from 1) to the tree of a scene whose top keys are `keys`.
  *
- *   body.material.young=1e5          a key; mappings on the way are made when missing
- *   body.regions[0].density=900      a list's item by index from 0; the index one past the end
- * appends effects.gravity.acceleration[2]=0   an effect by name: the first of that name (appended
- * if there is none) effects.pin[1].until=2           the second of the effects named pin
- *   effects[3].pin.until=2           the fourth effect
- *   body.material.mu=null            takes the key (or the item, the effect) away
+ *   body.material.young=1e5             a key; mappings on the way are made if missing
+ *   body.regions[0].density=900         an item of a list, by index from 0; the index after the last appends
+ *   effects.gravity.acceleration[2]=0   an effect by name: the first of that name, appended if there is none
+ *   effects.pin[1].until=2              the second of the effects named pin
+ *   effects[3].pin.until=2              the fourth effect
+ *   body.material.mu=null               removes the key (or the item, the effect)
  *
  * The value is YAML. Whether keys are known and values valid is checked when the tree is read.
- * FLESH_ERR_ARGUMENT with "--set text: ..." otherwise. */
+ * FLESH_ERR_ARGUMENT with "--set text: ..."; FLESH_ERR_MEMORY. */
 int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *text, int number,
                          flesh_node *root);
 

@@ -1,4 +1,4 @@
-/* probe_effects.c: probes of what a pin, a prescribed motion, a contact, a weld or a joint of the scene bears. */
+/* probe_effects.c: probes of the forces of a pin, a prescribed motion, a contact, a weld or a joint of the scene. */
 #include "scene/probe_effects.h"
 
 #include <math.h>
@@ -20,7 +20,7 @@ static int bears(const flesh_scene *scene, const flesh_effect_entry *entry)
   return entry->constraint || is_contact(scene, entry) || (entry->effect && entry->row->bearers);
 }
 
-/* How many effects of its name are listed before it. */
+/* Returns how many effects of the same name are listed before the entry. */
 static int index_of(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   int index = 0;
@@ -28,7 +28,7 @@ static int index_of(const flesh_scene *scene, const flesh_effect_entry *entry)
   return index;
 }
 
-/* "effect is 'pin[3]'; it must be pin, pin[1] or contact" */
+/* Fails with a sentence such as "effect is 'pin[3]'; it must be pin, pin[1] or contact". */
 static int refuse(const flesh_scene *scene, const char *word)
 {
   const flesh_effect_entry *entries = scene->keys.effects.values;
@@ -46,7 +46,7 @@ static int refuse(const flesh_scene *scene, const char *word)
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect is '%s'; of this scene it must be one of %s", word, list);
 }
 
-/* The effect that "pin" or "pin[1]" names among those that bear something; NULL: none. */
+/* Returns the effect that "pin" or "pin[1]" names, among those that have forces to probe; NULL: none. */
 static const flesh_effect_entry *find(const flesh_scene *scene, const char *word)
 {
   const flesh_effect_entry *entries = scene->keys.effects.values;
@@ -61,7 +61,7 @@ static const flesh_effect_entry *find(const flesh_scene *scene, const char *word
   return NULL;
 }
 
-/* For a weld or a joint, takes the nodes on its first side. */
+/* Takes the nodes on the first side of a weld or joint. */
 static int take_bearers(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe *probe)
 {
   int count, *nodes = NULL, status = entry->row->bearers(entry->parameters, &scene->body, &count, &nodes);
@@ -77,7 +77,7 @@ static int take_bearers(flesh_scene *scene, const flesh_effect_entry *entry, fle
   return FLESH_OK;
 }
 
-/* The nodes of what bears, all where it is a contact, and its number in the system. */
+/* Takes the effect's nodes, all for a contact, and its number in the system. */
 static int take(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe *probe)
 {
   if (entry->row->bearers) return take_bearers(scene, entry, probe);
@@ -128,7 +128,7 @@ int flesh_scene_probe_bearing(flesh_scene *scene, flesh_probe *probes)
     *probe = (flesh_probe){.name = name,
                            .quantities = entry->constraint ? FLESH_PROBE_REACTION : FLESH_PROBE_CONTACT_FORCE,
                            .point = {NAN, NAN, NAN},
-                           .about = {0, 0, 0}, /* of all the same, so that they add up */
+                           .about = {0, 0, 0}, /* the same point for all, so that their moments can be added */
                            .tet = -1};
     int status = take(scene, entry, probe);
     if (status) return status;

@@ -1,4 +1,4 @@
-/* probes.c: the places of output.probes, chosen and checked, and the fields of frames, checked. */
+/* probes.c: chooses and checks the probes of output.probes, and checks the fields of frames. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -63,8 +63,8 @@ int flesh_scene_probe_fail(const flesh_scene *scene, int k, int status)
   return flesh_node_fail_within(status, place, "%s.reactions: the probe %s: ", output->name, name);
 }
 
-/* Prepares the k-th probe. If ranks share out the body, each of its parts is prepared later (share_probes.c); the first
- * rank prepares a copy for the whole mesh, so that its errors read as on a single rank. */
+/* Prepares the k-th probe. If ranks share the body, its parts are prepared later (share_probes.c); the first rank
+ * prepares a copy for the whole mesh, so that errors read as on a single rank. */
 static int prepare(const flesh_scene *scene, int k)
 {
   flesh_probe alone = scene->probes[k], *probe = scene->ranks > 1 ? &alone : &scene->probes[k];
@@ -84,7 +84,7 @@ int flesh_scene_make_probes(flesh_scene *scene)
   int status = FLESH_OK;
   for (int k = 0; k < objects->count + bearing && !status; k++) {
     if (k < objects->count) status = choose(scene, &keys[k], &scene->probes[k]);
-    else if (k == objects->count) status = flesh_scene_probe_bearing(scene, scene->probes + k); /* all of them */
+    else if (k == objects->count) status = flesh_scene_probe_bearing(scene, scene->probes + k); /* makes all of them */
     if (!status) status = prepare(scene, k);
     if (status) return flesh_scene_probe_fail(scene, k, status);
     scene->probe_count = k + 1;

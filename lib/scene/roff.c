@@ -1,4 +1,4 @@
-/* roff.c: escapes what troff takes for its own. */
+/* roff.c: escapes text for troff. */
 #include "scene/roff.h"
 
 void flesh_roff_print(flesh_text *text, const char *words)

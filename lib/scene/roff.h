@@ -4,8 +4,8 @@
 
 #include "scene/arena.h"
 
-/* Appends what troff prints as `words`: with its own signs escaped, and hyphens and quotes that can be copied as they
- * are. */
+/* Appends text that troff prints as `words`: its special characters are escaped, and hyphens and quotes can be copied
+ * from the page as they are. */
 void flesh_roff_print(flesh_text *text, const char *words);
 
 #endif

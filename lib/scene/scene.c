@@ -1,4 +1,4 @@
-/* scene.c: reads a scene's file into everything a run needs, and gives it out. */
+/* scene.c: reads a scene's file into everything that a run needs, and gives access to it. */
 #include "scene/scene.h"
 
 #include <errno.h>
@@ -37,7 +37,7 @@ static int load_text(const char *path, char **text, size_t *size)
   return flesh_file_load(path, text, size);
 }
 
-/* The tree of the file with the overrides applied. */
+/* Reads the tree of the file and applies the overrides. */
 static int read_tree(flesh_scene *scene, int count, const char *const *overrides, flesh_node **root)
 {
   char *loaded = NULL;
@@ -133,7 +133,7 @@ static int check_solver(const flesh_scene *scene)
   return FLESH_OK;
 }
 
-/* The skin's file must be there; what is in it is seen when it is bound. */
+/* Checks the keys of the output. The skin's file must exist; its content is checked when the skin is bound. */
 static int check_output(flesh_scene *scene)
 {
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, output));
@@ -151,7 +151,7 @@ static int check_output(flesh_scene *scene)
   return status ? flesh_node_fail_within(status, place, "output.skin.surface: ") : FLESH_OK;
 }
 
-/* The values of all keys, before anything is made of them. */
+/* Reads the values of all keys, before anything is made of them. */
 static int read_keys(flesh_scene *scene, int count, const char *const *overrides)
 {
   flesh_node *root = NULL;
@@ -160,7 +160,7 @@ static int read_keys(flesh_scene *scene, int count, const char *const *overrides
   scene->root = root;
   const char *slash = strrchr(scene->path, '/');
   flesh_key_reader reader = {.arena = &scene->arena};
-  /* The root's own slash stays: "/scene.yaml" lies in "/". */
+  /* If the path's last slash is the root's, it stays: "/scene.yaml" lies in "/". */
   reader.directory =
       flesh_arena_text(&scene->arena, scene->path,
                        slash ? (size_t)(slash - scene->path) + (slash == scene->path) : 0);
@@ -202,7 +202,7 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
   return status;
 }
 
-/* `text`: NULL where the file is to be read. */
+/* Makes a scene from `text`, or from the file at `path` if that is NULL. */
 static int make_scene(const char *text, const char *path, int count, const char *const *overrides, int rank, int ranks,
                       flesh_scene **scene)
 {
@@ -221,7 +221,7 @@ static int make_scene(const char *text, const char *path, int count, const char 
   const int stopped = flesh_stop_end();
   if (status && stopped)
     status = flesh_fail(stopped, "%s: %s while the scene was set up", path, flesh_status_text(stopped));
-  made->text = NULL; /* the caller's */
+  made->text = NULL; /* borrowed during the call only */
   if (status) flesh_scene_destroy(&made);
   else *scene = made;
   return status;

@@ -1,5 +1,5 @@
-/* scene_keys.c: the keys of a scene but those of the solver and the output (solver_keys.c, output_keys.c) and of the
- * effects, which stand in the effects' own rows. */
+/* scene_keys.c: the keys of a scene, except those of the solver and the output (solver_keys.c, output_keys.c) and of
+ * the effects, which are in the effects' rows. */
 #include "scene/effect_list.h"
 #include "scene/scene_keys.h"
 
@@ -10,7 +10,7 @@
 #include "time/butcher_table.h"
 #include "time/method.h"
 
-/* In the order of the enums. */
+/* Names in the order of the enums. */
 #define FORM_NAME(NAME, name, text, ...) text,
 #define FORM_FULL_NAME(NAME, name, text, full, ...) full,
 #define FORM_DOC(NAME, name, text, full, ...) ", " text " or " full

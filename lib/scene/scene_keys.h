@@ -1,4 +1,4 @@
-/* scene_keys.h: what a scene's keys are read into, and the table of the top keys. */
+/* scene_keys.h: the structs into which a scene's keys are read, and the table of the top keys. */
 #ifndef FLESH_SCENE_SCENE_KEYS_H
 #define FLESH_SCENE_SCENE_KEYS_H
 
@@ -18,7 +18,7 @@ typedef struct flesh_scene_region {
   flesh_scene_material material;
 } flesh_scene_region;
 
-/* A surface that boundary faces stand for. */
+/* A surface that boundary faces approximate; one of the three is given. */
 typedef struct flesh_scene_curved {
   struct {
     double centre[3], radius;
@@ -37,7 +37,7 @@ typedef struct flesh_scene_other {
   flesh_scene_material material;
 } flesh_scene_other;
 
-/* A place of which a run writes what happens there. */
+/* A place at which a run writes quantities over time. */
 typedef struct flesh_scene_probe {
   char *name;
   double point[3], about[3]; /* NaN: none */
@@ -49,8 +49,8 @@ typedef struct flesh_scene_probe {
 typedef struct flesh_output_keys {
   flesh_scene_output given;
   flesh_objects probes; /* of flesh_scene_probe */
-  int reactions;        /* whether there is a probe of each pin, prescribed motion and contact besides */
-  int error_bars;       /* whether `flesh run` adds error bars */
+  int reactions;        /* 1: adds a probe of each pin, prescribed motion and contact */
+  int error_bars;       /* 1: `flesh run` adds error bars */
 } flesh_output_keys;
 
 typedef struct flesh_scene_keys {
@@ -60,7 +60,7 @@ typedef struct flesh_scene_keys {
     double density;
     int mass; /* flesh_mass */
     int element; /* flesh_element */
-    int refine;  /* times that each tet is cut into eight */
+    int refine;  /* number of refinements; each cuts every tet into eight */
     flesh_objects curved; /* of flesh_scene_curved */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
@@ -70,7 +70,7 @@ typedef struct flesh_scene_keys {
   flesh_objects effects; /* of flesh_effect_entry */
   struct {
     int method, table; /* flesh_method, flesh_table */
-    int controlled;    /* -1: not said */
+    int controlled;    /* whether errors choose the steps; -1: not given */
     double step, end, max_energy_gain;
     flesh_adaptive_options adaptive;
     flesh_method_options options;

@@ -1,4 +1,4 @@
-/* schema.c: finds the part of the keys that is asked for and writes it, as JSON Schema or in one of the styles. */
+/* schema.c: finds a part of the keys and writes it as JSON Schema or in one of the styles. */
 #include "scene/schema.h"
 
 #include <stddef.h>
@@ -20,7 +20,7 @@ static int is_mapping(const flesh_key *key)
   return key->type == FLESH_KEY_OBJECT || key->type == FLESH_KEY_OBJECTS;
 }
 
-/* The keys of the list's items have the path of the list with []. */
+/* Returns the path of a key; keys of a list's items have the list's path with []. */
 static char *path_below(flesh_arena *arena, const char *path, const flesh_key *key)
 {
   return flesh_arena_print(arena, "%s%s%s%s", path, *path ? "." : "", key->name,
@@ -48,8 +48,8 @@ static int unknown(const char *section, const char *word, const flesh_schema_par
                     flesh_suggestion_text(&suggestion, text));
 }
 
-/* Finds "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The
- * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
+/* Finds the part for "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The arena
+ * holds the texts. FLESH_ERR_ARGUMENT with the nearest name. */
 static int find(flesh_arena *arena, const char *section, flesh_schema_part *part)
 {
   *part = (flesh_schema_part){
@@ -77,7 +77,7 @@ static int find(flesh_arena *arena, const char *section, flesh_schema_part *part
   return FLESH_OK;
 }
 
-/* Tables that have been written, so that a table of several places is written once. */
+/* State of writing, with the tables written so far, so that a table used in several places is written once. */
 typedef struct writer {
   flesh_arena *arena;
   flesh_text *text;
@@ -195,7 +195,7 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
     free(made.data);
     return status;
   }
-  /* A section begins with the blank line that separates sections. */
+  /* Drops the blank line before the first section. */
   size_t blank = made.size && made.data[0] == '\n';
   memmove(made.data, made.data + blank, made.size + 1 - blank);
   *text = made.data;

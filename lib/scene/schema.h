@@ -5,24 +5,25 @@
 #include "flesh/scene.h"
 #include "scene/keys.h"
 
-/* A part of the keys: of a mapping (key->children), or a single value. */
+/* A part of the keys: a mapping (key->children), or a single value. */
 typedef struct flesh_schema_part {
   const char *path, *doc;
-  const flesh_key *keys;  /* of a mapping; NULL for a single value */
-  const flesh_key *value; /* the row of a single value or of the list of effects */
-  const char *sample;     /* of an effect; NULL otherwise */
+  const flesh_key *keys;  /* keys of a mapping; NULL for a single value */
+  const flesh_key *value; /* row of a single value or of the list of effects */
+  const char *sample;     /* sample of an effect; NULL otherwise */
 } flesh_schema_part;
 
-/* A key as it is written: `default_value` NULL: required; "": none. */
+/* A key to write. `default_value` NULL: required; "": none. */
 typedef struct flesh_schema_row {
-  const char *path; /* of the mapping that has the key */
+  const char *path; /* path of the mapping that has the key */
   const flesh_key *key;
   const char *expected, *default_value;
 } flesh_schema_row;
 
-/* How a section (`doc` may be NULL; has_keys -1: a list of effects), its rows and an effect's example look. */
+/* Functions that write the introduction, a section (`doc` may be NULL; has_keys -1: a list of effects), a row and an
+ * effect's example in one style. */
 typedef struct flesh_schema_style {
-  int everywhere; /* a table of several places is written at each of them */
+  int everywhere; /* 1: a table used in several places is written at each of them */
   void (*introduction)(flesh_text *text);
   void (*section)(flesh_text *text, const char *path, const char *doc, int has_keys);
   void (*row)(flesh_text *text, const flesh_schema_row *row);
@@ -31,12 +32,12 @@ typedef struct flesh_schema_style {
 
 extern const flesh_schema_style flesh_schema_markdown, flesh_schema_man, flesh_schema_paths;
 
-/* JSON Schema, draft 2020-12. */
+/* Writes the part as JSON Schema, draft 2020-12. */
 void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
 
-/* Like flesh_scene_schema, for one section. */
+/* Like flesh_scene_schema, but for one section. */
 int flesh_scene_schema_section(flesh_schema_format format, const char *section, char **text);
-/* The unit of the value at a path such as effects.pin.until; "": it has none, or there is no such value. */
+/* Returns the unit of the value at a path such as effects.pin.until; "": it has none, or there is no such value. */
 const char *flesh_scene_schema_unit(const char *path);
 
 #endif

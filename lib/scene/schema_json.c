@@ -7,7 +7,7 @@
 #include "scene/schema.h"
 #include "scene/words.h"
 
-/* Bounds of a number as keywords, with a leading comma. */
+/* Returns the bounds of a number as JSON Schema keywords, with a leading comma. */
 static const char *bounds(flesh_key_range range)
 {
   switch (range) {
@@ -24,8 +24,8 @@ static const char *bounds(flesh_key_range range)
   }
 }
 
-/* Whether JSON writes the text as it stands: a number without sign + or a point at an end, true,
- * false. */
+/* Returns whether the text is valid in JSON without quotes: true, false, or a number without a + sign or a point at an
+ * end. */
 static int is_json_word(const char *word)
 {
   if (!strcmp(word, "true") || !strcmp(word, "false")) return 1;
@@ -94,7 +94,7 @@ static void write_three(const flesh_key *key, flesh_text *text)
 
 static void write_key(flesh_arena *arena, const flesh_key *key, int indent, flesh_text *text);
 
-/* "type": "object" and its properties, without the braces around. */
+/* Writes "type": "object" and its properties, without the braces around. */
 static void write_object(flesh_arena *arena, const flesh_key *keys, int may_be_null, int indent,
                          flesh_text *text)
 {

@@ -1,4 +1,5 @@
-/* schema_styles.c: the keys as Markdown tables, as the manual page flesh-scene(5), and as paths, one a line. */
+/* schema_styles.c: writes the keys as Markdown tables, as the manual page flesh-scene(5), and as paths, one per
+ * line. */
 #include "flesh/version.h"
 #include "scene/roff.h"
 #include "scene/schema.h"
@@ -93,7 +94,7 @@ static void no_section(flesh_text *text, const char *path, const char *doc, int 
   (void)text, (void)path, (void)doc, (void)has_keys;
 }
 
-/* Prints a key's path, with the first item of each list. A mapping's keys follow by themselves. */
+/* Prints a key's path with index 0 for each list. A mapping's own path is skipped, as its keys follow. */
 static void path_row(flesh_text *text, const flesh_schema_row *row)
 {
   if (row->key->children || row->key->type == FLESH_KEY_EFFECTS) return;

@@ -1,4 +1,4 @@
-/* selection.c: which nodes and surface triangles an effect is about. */
+/* selection.c: finds the nodes and surface triangles that an effect acts on. */
 #include "scene/selection.h"
 
 #include <math.h>
@@ -21,7 +21,7 @@ const flesh_key flesh_sphere_keys[] = {
 static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }
 static int has_sphere(const flesh_selection *selection) { return !isnan(selection->sphere.radius); }
 
-/* Whether more is given than a body. */
+/* Returns whether more than a body is given. */
 static int has_criteria(const flesh_selection *selection)
 {
   return has_box(selection) || has_sphere(selection) || selection->nodes.count || selection->regions.count ||
@@ -48,13 +48,13 @@ int flesh_selection_body(const char *name, const flesh_body *body, const flesh_b
                     body->part_count ? body->parts[0].name : "one without a name");
 }
 
-/* The body and the set that are named, or NULL. */
+/* The body and the set that a selection names, or NULL. */
 typedef struct named {
   const flesh_body_part *part;
   const flesh_mesh_set *set;
 } named;
 
-/* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else what is named, in *found. */
+/* Checks a selection; *found: the body and set that it names. FLESH_ERR_ARGUMENT for the first fault. */
 static int check(const flesh_selection *selection, const flesh_body *body, named *found)
 {
   const flesh_mesh *mesh = body->mesh;
@@ -92,7 +92,7 @@ int flesh_selection_contains(const flesh_selection *selection, const double p[3]
          d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius;
 }
 
-/* Marks the nodes in the box, the sphere, the list and the set; a node between two of the list is of the list. */
+/* Marks the nodes in the box, the sphere, the list and the set, and nodes between two nodes of the list. */
 static void mark(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, uint8_t *chosen)
 {
   for (int k = 0; k < selection->nodes.count; k++) {
@@ -107,7 +107,7 @@ static void mark(const flesh_selection *selection, const flesh_mesh_set *set, co
     if (flesh_selection_contains(selection, mesh->positions + 3 * (size_t)i)) chosen[i] = 1;
 }
 
-/* Whether a tet's nodes or faces are chosen by what it is of. */
+/* Returns whether the tet is in a chosen region or in the set. */
 static int is_named(const flesh_selection *selection, const flesh_mesh_set *set, const flesh_mesh *mesh, int tet)
 {
   for (int k = 0; k < selection->regions.count; k++)
@@ -115,7 +115,7 @@ static int is_named(const flesh_selection *selection, const flesh_mesh_set *set,
   return set && flesh_rising_find(set->tets.values, 0, set->tets.count, tet) >= 0;
 }
 
-/* Takes the empty list back: the callers free what they were given. */
+/* Fails as nothing was found, and frees the empty list. */
 static int nothing_found(const flesh_selection *selection, const char *what, int **list)
 {
   free(*list);
@@ -127,7 +127,7 @@ static int nothing_found(const flesh_selection *selection, const char *what, int
                                                                 : "nodes, regions, set or body");
 }
 
-/* Whether the count that was found suffices: in a part of a split mesh it may be 0 (share.c asks all ranks). */
+/* Returns whether the number found suffices; in a part of a split mesh it may be 0 (share.c asks all ranks). */
 static int is_enough(const flesh_mesh *mesh, int found)
 {
   if (mesh->split) mesh->split->found = found;
@@ -148,7 +148,7 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
   int status = check(selection, body, &by);
   if (status) return status;
   const flesh_body_part *part = by.part;
-  /* 1: by place or number, 2: of the part. */
+  /* Bits of a node: 1, chosen by place or number; 2, in the body. */
   uint8_t *chosen = calloc((size_t)total, 1);
   if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
   mark(selection, by.set, mesh, chosen);
@@ -192,7 +192,7 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
     if (!whole && !(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) && !is_named(selection, by.set, mesh, tet[k])) continue;
     for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];
     found++;
-    /* Around a part of a split mesh there are faces that are none of the whole's. */
+    /* A part of a split mesh has faces at its rim that are inside the whole. */
     of_whole += !mesh->split || mesh->split->owners[tet[k]] == mesh->split->part;
   }
   free(chosen);

@@ -1,4 +1,5 @@
-/* selection.h: the nodes and surface triangles that an effect is about, chosen by box, sphere, list, region or named set of the mesh. */
+/* selection.h: selects the nodes and surface triangles that an effect acts on, by box, sphere, list, region or named
+ * set of the mesh. */
 #ifndef FLESH_SCENE_SELECTION_H
 #define FLESH_SCENE_SELECTION_H
 
@@ -12,8 +13,8 @@ typedef struct flesh_selection {
     double centre[3], radius; /* NaN: none */
   } sphere;
   flesh_integers nodes, regions;
-  char *set;  /* of the mesh; NULL: none */
-  char *body; /* NULL: any */
+  char *set;  /* name of a set of the mesh; NULL: none */
+  char *body; /* name of a body; NULL: any */
 } flesh_selection;
 
 /* Key rows for a struct that has a flesh_selection as `member`. */
@@ -41,31 +42,30 @@ extern const flesh_key flesh_sphere_keys[];
    .doc = "restricts the selection to this body; given alone, selects all of it"}
 /* clang-format on */
 
-/* The keys of a selection, for messages. */
+/* Keys of a selection, for messages. */
 #define FLESH_SELECTION_NAMES "box, sphere, nodes, regions, set or body"
 
-/* Whether anything is given. */
+/* Returns whether any key of the selection is given. */
 int flesh_selection_is_given(const flesh_selection *selection);
 
-/* Whether a box or sphere of the selection holds the place p, m, bounds included; what is not given holds none. */
+/* Returns whether a box or sphere of the selection contains the point p, m, bounds included; 0 if neither is given. */
 int flesh_selection_contains(const flesh_selection *selection, const double p[3]);
 
-/* The mesh's set of that name into *set; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none, with the names of
- * those that there are. */
+/* Finds the mesh's set with that name; *set is NULL if `name` is. FLESH_ERR_ARGUMENT, with the names of all sets, if
+ * there is none. */
 int flesh_selection_set(const char *name, const flesh_mesh *mesh, const flesh_mesh_set **set);
 
-/* The body of that name into *part; NULL where `name` is. FLESH_ERR_ARGUMENT where there is none. */
+/* Finds the body with that name; *part is NULL if `name` is. FLESH_ERR_ARGUMENT if there is none. */
 int flesh_selection_body(const char *name, const flesh_body *body, const flesh_body_part **part);
 
-/* The selected nodes, ascending (by all given criteria together). Returns new *nodes [*count],
- * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
- * node is selected. */
+/* Selects nodes by all given criteria together. Returns new *nodes [*count], in rising order, freed by the caller.
+ * FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no node is selected; FLESH_ERR_MEMORY. */
 int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
                           int **nodes);
 
-/* The boundary triangles whose nodes are all chosen by box, sphere, list or among a set's nodes, or whose tet is of a
- * chosen region or a set's; outward normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
- */
+/* Selects boundary triangles whose nodes are all chosen by box, sphere, list or the nodes of a set, or whose tet is in
+ * a chosen region or set; outward normals. Returns new *triangles [3 * *count], freed by the caller. Fails as
+ * flesh_selection_nodes, also when no triangle is selected. */
 int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
                               int **triangles);
 

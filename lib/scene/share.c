@@ -1,5 +1,5 @@
-/* share.c: the part of a scene's body that a rank has: its tets' materials, the constraints of its nodes, and effects that
- * are made anew on its mesh. */
+/* share.c: a rank's part of a scene's body: the materials of its tets, the constraints of its nodes, and effects made
+ * on its mesh. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,11 +22,11 @@ struct flesh_scene_share {
   const flesh_scene *scene;
   flesh_rank_part *part;
   double *density;   /* [tets of the part] */
-  int *tet_material; /* the same; NULL: all have one */
+  int *tet_material; /* [tets of the part]; NULL: all have the same material */
   flesh_body_part *bodies;
   flesh_body body;
   flesh_system *system;
-  int *effects; /* [the scene's] the number of each in this system, from 1; of constraints 0 */
+  int *effects; /* [the scene's effects] number of each in this system, from 1; 0 for constraints */
   flesh_share_probes probes;
 };
 
@@ -45,7 +45,7 @@ static int take_tets(flesh_scene_share *self)
     self->density[t] = whole->density[numbers[t]];
     self->tet_material[t] = whole->tet_material ? whole->tet_material[numbers[t]] : 0;
   }
-  /* Numbers rise, so that the tets of a body are a run here, too. */
+  /* Numbers rise, so the tets of each body are consecutive here, too. */
   size_t next = 0;
   for (int b = 0; b < whole->part_count; b++) {
     const int end = whole->parts[b].first_tet + whole->parts[b].tets;
@@ -61,7 +61,7 @@ static int take_tets(flesh_scene_share *self)
   return FLESH_OK;
 }
 
-/* A pin or a prescribed motion of those of its nodes that this rank has, which may be none. */
+/* Adds a pin or a prescribed motion for those of its nodes that this rank has, which may be none. */
 static int take_constraint(flesh_scene_share *self, const flesh_constraint *whole)
 {
   int *nodes = malloc(((size_t)whole->count + 1) * sizeof *nodes), count = 0;
@@ -77,8 +77,7 @@ static int take_constraint(flesh_scene_share *self, const flesh_constraint *whol
   return status;
 }
 
-/* How many of the nodes or triangles that a constraint or an effect is about a rank has, of a part of a split mesh: what
- * no rank has is chosen by mistake. Each node counts on all ranks around it, which does no harm. Collective. */
+/* Fails if a constraint or an effect of a split mesh selects nothing on any rank. Collective. */
 static int check_found(const flesh_scene_share *self, flesh_communicator *communicator)
 {
   const flesh_effect_entry *entries = self->scene->keys.effects.values;
@@ -129,7 +128,7 @@ static int build(flesh_scene_share *self)
   return status;
 }
 
-/* With what the effects know of the whole. */
+/* Finalizes the system, with data of effects that depend on the whole body. */
 static int finish(flesh_scene_share *self)
 {
   const int status = flesh_system_finalize(self->system);

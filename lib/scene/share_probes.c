@@ -1,4 +1,4 @@
-/* share_probes.c: what a rank has of a scene's probes. */
+/* share_probes.c: a rank's part of a scene's probes. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -12,7 +12,7 @@ void flesh_share_probes_clear(flesh_share_probes *self)
   *self = (flesh_share_probes){0};
 }
 
-/* The nodes of the probe that the part has. */
+/* Lists the probe's nodes that the part has. */
 static int take_nodes(const flesh_probe *whole, const flesh_rank_part *part, flesh_probe *probe)
 {
   int *nodes = malloc(((size_t)whole->node_count + 1) * sizeof *nodes), count = 0;
@@ -24,7 +24,7 @@ static int take_nodes(const flesh_probe *whole, const flesh_rank_part *part, fle
   return FLESH_OK;
 }
 
-/* The number in the part's system of the effect that has this number in the scene's. */
+/* Returns the number in the part's system of the effect with this number in the scene's system. */
 static int find_effect(const flesh_scene *scene, const int *effects, int number)
 {
   const flesh_effect_entry *entries = scene->keys.effects.values;

@@ -7,16 +7,16 @@
 #include "linear/preconditioner.h"
 #include "newton/mechanisms.h"
 
-/* "name: doc; " of a mechanism. */
+/* Doc of a mechanism: "name: doc; ". */
 #define DOC(id, name, doc) name ": " doc "; "
 
 /* Choices are read as int into fields of enum type. */
 static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
 
-/* In the order of the enums. */
+/* Names in the order of the enums. */
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static_assert(sizeof linear_solvers / sizeof *linear_solvers == FLESH_LINEAR_CHOLMOD + 2, "a name of every solver");
-/* In the order of flesh_eigenvalue_filter. */
+/* Names in the order of flesh_eigenvalue_filter. */
 static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto",
                                                  "clamp-always", "absolute-always", "trust-region-always", NULL};
 static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_TRUST_REGION_ALWAYS + 2,

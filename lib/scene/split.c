@@ -1,5 +1,5 @@
-/* split.c: scenes whose mesh is split, on ranks each of which reads its part alone: the mesh, and what is refused because
- * it needs the whole. */
+/* split.c: scenes with a split mesh, of which each rank reads only its part: reads the mesh, and refuses what needs the
+ * whole. */
 #include <math.h>
 #include <stddef.h>
 
@@ -10,7 +10,7 @@
 #include "scene/keys.h"
 #include "scene/scene.h"
 
-/* Whether the scene takes the mesh as it is. */
+/* Checks that the scene uses the mesh as it is. */
 static int check_mesh(const flesh_scene *scene, const flesh_mesh *mesh)
 {
   const flesh_element element = (flesh_element)scene->keys.body.element;

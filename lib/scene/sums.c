@@ -1,4 +1,4 @@
-/* sums.c: numbers by which ranks see whether they have read the same scene. */
+/* sums.c: checksums by which ranks see whether they have read the same scene. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,12 +12,13 @@
 
 typedef struct reading {
   const flesh_scene *scene;
-  char *keys; /* in force, as text */
+  char *keys; /* the keys in force, as text */
   uint64_t sum;
   int status;
 } reading;
 
-/* The content of a file counts, not where it lies on a rank's machine. The mesh is in memory as it was read. */
+/* Adds the content of a file to the sum, and removes the path from the keys, as it may differ between ranks. The body's
+ * mesh is skipped: its sum is that of the mesh in memory. */
 static void add_file(void *data, const char *path)
 {
   reading *r = data;

@@ -1,4 +1,4 @@
-/* time.c: the method, steps and end in force of a scene. */
+/* time.c: the method, steps and end in force for a scene. */
 #include <math.h>
 
 #include "scene/keys.h"
@@ -7,7 +7,7 @@
 #include "time/ida.h"
 #include "time/method.h"
 
-/* Whether and how errors choose the steps of the method, which may have been `adaptive` by name. */
+/* Sets whether and how errors choose the steps of the method; `by_name`: the scene named the method `adaptive`. */
 static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_node *place, flesh_adaptive_options *taken)
 {
   const flesh_method method = (flesh_method)scene->keys.time.method;
@@ -23,7 +23,7 @@ static int settle_adaptive(const flesh_scene *scene, int by_name, const flesh_no
                          by_name ? "chooses steps" : "is not estimated", by_name ? "true" : "false");
 }
 
-/* Without inertia there is nothing to step: takes statics, with a warning where the scene names another method. */
+/* Uses statics, as without inertia there is nothing to step; warns if the scene names another method. */
 static int take_statics(flesh_scene *scene, const flesh_node *place)
 {
   const flesh_node *method = flesh_node_find(place, "method");

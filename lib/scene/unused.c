@@ -1,5 +1,5 @@
-/* unused.c: warns of keys and effects that mean nothing beside what else the scene chose: no figure depends on them. A
- * value that is the key's default needs no warning. */
+/* unused.c: warns of keys and effects that change nothing in this scene, because of its other choices. A value equal to
+ * the key's default needs no warning. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -35,7 +35,7 @@ static int lags(const flesh_scene *s)
   return uses_order(s) || (moves(s) && (flesh_system_has_follower_loads(s->system) ||
                                         flesh_scene_has_positive(s, "friction") || flesh_scene_has_positive(s, "speed")));
 }
-/* Whether a tet has the body's material, the first one, or one that a map makes of it. */
+/* Returns whether a tet has the body's material, which is the first, or one that a map makes from it. */
 static int has_own_material(const flesh_scene *s)
 {
   const int *of = s->keys.body.material_map || s->mesh->split ? NULL : s->body.tet_material;
@@ -43,7 +43,7 @@ static int has_own_material(const flesh_scene *s)
   while (of && tet < flesh_mesh_tet_count(s->mesh) && of[tet] != 0) tet++;
   return tet < flesh_mesh_tet_count(s->mesh);
 }
-/* Whether a tet has the body's density, and not one of a region or another body alone. */
+/* Returns whether a tet has the body's density, which no region or other body replaces. */
 static int has_own_density(const flesh_scene *s)
 {
   int tet = 0;
@@ -58,7 +58,7 @@ static int has_places(const flesh_scene *s)
 }
 static int has_bearing(const flesh_scene *s) { return flesh_scene_count_bearing(s) > 0; }
 
-/* Keys of a section, whether the scene uses them, and what would. */
+/* Keys of a section, whether the scene uses them, and what would use them. */
 static const struct {
   const char *section, *keys[7];
   int (*is_used)(const flesh_scene *scene);
@@ -91,7 +91,7 @@ static const struct {
     {"output", {"reactions"}, has_bearing, "there is no pin, prescribed_motion, contact, weld or joint"},
 };
 
-/* Finds whether the value is another than the key has by default. FLESH_ERR_MEMORY. */
+/* Finds whether the value differs from the key's default. FLESH_ERR_MEMORY. */
 static int find_given(flesh_scene *scene, const flesh_key *key, const void *value, int *given)
 {
   _Alignas(16) char other[64];
@@ -101,7 +101,7 @@ static int find_given(flesh_scene *scene, const flesh_key *key, const void *valu
   row->offset = 0;
   *given = 0;
   const int status = flesh_keys_read(&reader, row, NULL, NULL, "", other);
-  if (status) return status == FLESH_ERR_MEMORY ? status : FLESH_OK; /* a key without a default */
+  if (status) return status == FLESH_ERR_MEMORY ? status : FLESH_OK; /* the key has no default */
   flesh_keys_write(row, value, 0, &texts[0]);
   flesh_keys_write(row, other, 0, &texts[1]);
   const int failed = texts[0].failed || texts[1].failed;
@@ -131,7 +131,7 @@ static int warn_of_sections(flesh_scene *scene)
   return status;
 }
 
-/* The effect's key of that name, or of one in a mapping of its, as passive.c1, and its value; NULL where it has none. */
+/* Returns the effect's key of that name, or one in a nested mapping, such as passive.c1, and its value; NULL: none. */
 static const flesh_key *key_of(const flesh_effect_entry *entry, const char *name, const void **value)
 {
   const char *dot = strchr(name, '.');
@@ -153,7 +153,7 @@ static const void *value_of(const flesh_effect_entry *entry, const char *name)
   return value;
 }
 
-/* The effect's list of points in time; NULL where it has none. */
+/* Returns the effect's list of points in time; NULL: it has none. */
 static const flesh_objects *points_of(const flesh_effect_entry *entry, const flesh_key **key)
 {
   for (*key = entry->row->keys; (*key)->name; (*key)++)
@@ -191,7 +191,7 @@ static int rubs(const flesh_scene *scene, const flesh_effect_entry *entry)
   return is_positive(entry, "friction");
 }
 
-/* Whether the muscle has a passive part: by default where it has an active one. */
+/* Returns whether the muscle has a passive part; by default it has one if it has an active part. */
 static int resists(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   (void)scene;
@@ -214,14 +214,14 @@ static int shortens(const flesh_scene *scene, const flesh_effect_entry *entry)
   return moves(scene) && is_positive(entry, "peak_stress");
 }
 
-/* The fluid of a drag moves, or the body does. */
+/* Returns whether the fluid of a drag or the body moves. */
 static int streams(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   const double *v = value_of(entry, "velocity");
   return moves(scene) || v[0] != 0 || v[1] != 0 || v[2] != 0;
 }
 
-/* Equilibria know no speeds but those of obstacles. */
+/* Returns whether friction can act: in equilibria only moving obstacles slide. */
 static int can_rub(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
   const flesh_objects *motion = value_of(entry, "motion");
@@ -240,9 +240,9 @@ static int is_stiff(const flesh_scene *scene, const flesh_effect_entry *entry)
   return is_positive(entry, "stiffness");
 }
 
-/* A key of effects, or all of an effect. */
+/* A key of effects, or a whole effect, and what would use it. */
 static const struct {
-  const char *effect, *key; /* NULL: of any; all of it */
+  const char *effect, *key; /* NULL: of any effect; the whole effect */
   int (*is_used)(const flesh_scene *scene, const flesh_effect_entry *entry);
   const char *user;
 } effect_rules[] = {
@@ -279,8 +279,9 @@ static int warn_of_effect(flesh_scene *scene, const flesh_effect_entry *entry)
   return status;
 }
 
-/* Effects that act before the start or after the end alone, and points in time of which only the first is reached. What
- * ends before a start.state that goes on from another run has acted in that run. */
+/* Warns of effects that act only before the start or after the end, and of lists of points in time of which only the
+ * first is reached. An effect that ends before a start.state taken from another run has acted in that run, so it gets
+ * no warning. */
 static int warn_of_times(flesh_scene *scene, const flesh_effect_entry *entry)
 {
   const double begin = scene->start.t, end = scene->time.end;
@@ -304,7 +305,7 @@ static int warn_of_times(flesh_scene *scene, const flesh_effect_entry *entry)
   return flesh_scene_warn(scene, flesh_arena_print(&scene->arena, "%s.%s changes nothing: %s", entry->path, key->name, why));
 }
 
-/* Warns of velocities that a start.state replaces, and of points of reference for moments that a probe has not. */
+/* Warns of velocities that start.state replaces, and of reference points of probes that have no moment. */
 static int warn_of_lists(flesh_scene *scene)
 {
   const flesh_scene_other *others = scene->keys.bodies.values;

@@ -1,4 +1,4 @@
-/* up.c: which way is up in pictures of a scene. */
+/* up.c: the direction that is up in pictures of a scene. */
 #include <math.h>
 
 #include "flesh/effects.h"

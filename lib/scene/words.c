@@ -1,4 +1,4 @@
-/* words.c: the nearest known word to a misspelt one, and numbers as a scene may write them. */
+/* words.c: finds the known word nearest to a misspelt one, and parses numbers of a scene. */
 #define _GNU_SOURCE /* strtod_l */
 #include "scene/words.h"
 
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Insertions, deletions, replacements and swaps of neighbours that turn a into b. */
+/* Returns how many insertions, deletions, replacements and swaps of neighbours turn a into b. */
 static int word_distance(const char *a, const char *b)
 {
   enum { LONGEST = 40 };
@@ -31,7 +31,7 @@ static int word_distance(const char *a, const char *b)
   return rows[n % 3][m];
 }
 
-/* Other names of keys: in formulas, and in other programs. */
+/* Other names of keys, from formulas and from other programs. */
 static const char *const synonyms[][2] = {
     {"E", "young"},  {"youngs_modulus", "young"},    {"nu", "poisson"},      {"poisson_ratio", "poisson"}, {"G", "mu"},
     {"rho", "density"}, {"dt", "step"},              {"time_step", "step"},  {"t_end", "end"},             {"duration", "end"},
@@ -71,8 +71,8 @@ const char *flesh_suggestion_text(const flesh_suggestion *s, char text[512])
   return text;
 }
 
-/* Reads a decimal number of [0-9.eE+-] at *text and moves on; strtod alone would take hexadecimals,
- * "nan" and blanks. */
+/* Reads a decimal number of [0-9.eE+-] at *text and moves past it; strtod alone would accept hexadecimals, "nan" and
+ * blanks. */
 static int parse_decimal(const char **text, double *value)
 {
   size_t size = strspn(*text, "0123456789.eE+-");

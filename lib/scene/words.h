@@ -1,20 +1,20 @@
-/* words.h: the nearest known word to a misspelt one, and numbers as a scene may write them. */
+/* words.h: finds the known word nearest to a misspelt one, and parses numbers of a scene. */
 #ifndef FLESH_SCENE_WORDS_H
 #define FLESH_SCENE_WORDS_H
 
-/* Start with {.word = ...}, offer every known word, then ask for the sentence's end. */
+/* A search for the nearest word: start with {.word = ...}, offer every known word, then call flesh_suggestion_text. */
 typedef struct flesh_suggestion {
   const char *word, *best;
   int distance, count;
-  char list[400]; /* the words offered, while they fit */
+  char list[400]; /* the words offered, if they fit */
 } flesh_suggestion;
 
 void flesh_suggestion_offer(flesh_suggestion *suggestion, const char *known);
-/* "did you mean density? Known here: mesh, density, ...". Returns `text`. */
+/* Writes the end of a sentence, such as "did you mean density? Known here: mesh, density, ...". Returns `text`. */
 const char *flesh_suggestion_text(const flesh_suggestion *suggestion, char text[512]);
 
-/* A decimal number, a fraction a/b of two, or .inf with a sign; a point in any locale. Returns
- * whether `text` is one; what is too large for a double is not. */
+/* Parses a decimal number, a fraction a/b of two, or .inf with a sign; the decimal point is the same in any locale.
+ * Returns whether `text` is one; a number too large for a double is not. */
 int flesh_number_parse(const char *text, double *value);
 
 #endif

@@ -1,5 +1,4 @@
-/* yaml.c: libfyaml's events made into a tree, with limits on depth and size so that no text can
- * exhaust us. */
+/* yaml.c: makes a tree of libfyaml's events, with limits on depth and size so that no text can exhaust the memory. */
 #include "scene/node.h"
 
 #include <libfyaml.h>
@@ -12,7 +11,7 @@
 
 enum { MAX_DEPTH = 48, MAX_NODES = 1000000, MAX_KEYS = 1000 };
 
-/* An open list or mapping, and the key that waits for its value. */
+/* An open list or mapping, and the key whose value is expected. */
 typedef struct frame {
   flesh_node *node;
   const char *anchor, *key;
@@ -28,8 +27,8 @@ typedef struct anchor {
 typedef struct builder {
   flesh_arena *arena;
   const flesh_source *source;
-  const char *text; /* as libfyaml has it */
-  size_t size, behind; /* of text; in it the place behind the last token */
+  const char *text; /* text as libfyaml has it */
+  size_t size, behind; /* size of the text, and the place in it after the last token */
   flesh_node *root;
   anchor *anchors;
   int depth, nodes, documents;
@@ -43,8 +42,7 @@ static int fail_at(const builder *b, int line, int column, const char *sentence)
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s:%d:%d: %s", b->source->name, line, column, sentence);
 }
 
-/* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them.
- */
+/* Finds bytes that are not UTF-8, and control characters, before the parser sees them. */
 static int check_text(const builder *b, const unsigned char *text, size_t size)
 {
   int line = 1, column = 1;
@@ -69,10 +67,10 @@ static void token_place(struct fy_token *token, int quoted, int *line, int *colu
   const struct fy_mark *mark = token ? fy_token_start_mark(token) : NULL;
   if (!mark) return;
   *line = mark->line + 1;
-  *column = mark->column + 1 - (quoted && mark->column > 0); /* the mark is behind the quote */
+  *column = mark->column + 1 - (quoted && mark->column > 0); /* the mark is after the quote */
 }
 
-/* Whether there is nothing between the token's marks but blanks, line ends and what escapes these. */
+/* Returns whether the text between the token's marks has only blanks, line ends and the escapes of these. */
 static int is_blank(const builder *b, struct fy_token *token)
 {
   const struct fy_mark *from = fy_token_start_mark(token), *to = fy_token_end_mark(token);
@@ -82,12 +80,13 @@ static int is_blank(const builder *b, struct fy_token *token)
   return 1;
 }
 
-/* The text of a scalar or name; escapes in quotes ("\0", "\ud800") can make what is no text. */
+/* Copies the text of a scalar or key. Escapes in quotes ("\0", "\ud800") may give characters that are not allowed in
+ * text. */
 static int token_text(const builder *b, struct fy_token *token, const char **copy)
 {
   size_t size = 0;
   const char *text = token ? fy_token_get_text(token, &size) : NULL;
-  /* Without memory for a text that it has to copy, libfyaml gives an empty one. */
+  /* When out of memory for a copy, libfyaml returns an empty text. */
   if (token && (!text || (!size && !is_blank(b, token)))) return flesh_no_memory_for(b->source->name);
   for (size_t i = 0, bytes; i < size; i += bytes) {
     unsigned code = 0;
@@ -101,7 +100,7 @@ static int token_text(const builder *b, struct fy_token *token, const char **cop
   return *copy ? FLESH_OK : flesh_no_memory_for(b->source->name);
 }
 
-/* "effects[1].pin.box": what leads to the innermost mapping, then `key`. */
+/* Writes the path of the innermost mapping and `key`, such as "effects[1].pin.box". */
 static void path_of(const builder *b, const char *key, char *path, size_t size)
 {
   char shown[FLESH_SHOW_SIZE];
@@ -114,7 +113,7 @@ static void path_of(const builder *b, const char *key, char *path, size_t size)
   }
 }
 
-/* Finds the place of a key that has no token: that of the next ? or : after the last token. */
+/* Finds the place of an empty key, which has no token: that of the next ? or : after the last token. */
 static void empty_key_place(const builder *b, int *line, int *column)
 {
   size_t at = b->behind, start = 0;
@@ -127,7 +126,7 @@ static void empty_key_place(const builder *b, int *line, int *column)
   *column = (int)(at - start) + 1;
 }
 
-/* A scalar that is a key of the innermost mapping. */
+/* Takes a scalar that is a key of the innermost mapping. */
 static int take_key(builder *b, struct fy_token *token, int quoted)
 {
   frame *top = &b->stack[b->depth - 1];
@@ -164,7 +163,7 @@ static int count_node(builder *b, int line, int column)
   return fail_at(b, line, column, sentence);
 }
 
-/* Gives a finished or opened node its place in the innermost list or mapping. */
+/* Adds a node to the innermost list or mapping. */
 static int place_node(builder *b, flesh_node *node)
 {
   if (!b->depth) {
@@ -210,7 +209,7 @@ static int copy_node(builder *b, const flesh_node *from, flesh_node **copy)
   return FLESH_OK;
 }
 
-/* Height of a tree; bounded because every tree that is built is at most MAX_DEPTH high. */
+/* Returns the height of a tree; the recursion is bounded, as every tree is at most MAX_DEPTH high. */
 static int height(const flesh_node *node)
 {
   int most = 0;
@@ -249,7 +248,7 @@ static int take_alias(builder *b, struct fy_token *token)
   return status ? status : place_node(b, copy);
 }
 
-/* A scalar value, or the opening of a list or mapping. */
+/* Takes a scalar value, or the opening of a list or mapping. */
 static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
                       struct fy_token *name, int quoted)
 {
@@ -273,7 +272,7 @@ static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
   return FLESH_OK;
 }
 
-/* The tokens of an event: what stands there (NULL: nothing) and its tag. */
+/* Returns the token of an event (NULL: none) and its tag. */
 static struct fy_token *token_of(struct fy_event *event, struct fy_token **tag)
 {
   *tag = NULL;
@@ -286,7 +285,7 @@ static struct fy_token *token_of(struct fy_event *event, struct fy_token **tag)
   }
 }
 
-/* Notes the place behind the event's token; behind a value that is empty, that behind the colon of its key. */
+/* Records the place after the event's token; after an empty value, the place after the colon of its key. */
 static void note_place(builder *b, const struct fy_event *event, struct fy_token *token, int key_expected)
 {
   const struct fy_mark *end = token ? fy_token_end_mark(token) : NULL;
@@ -355,7 +354,7 @@ static void discard(struct fy_diag *diag, void *user, const char *text, size_t s
   (void)diag, (void)user, (void)text, (void)size;
 }
 
-/* The line of the first directive of a version that libfyaml does not read, and the version; 0 without one. */
+/* Returns the line of the first directive with a version that libfyaml does not read, and the version; 0: none. */
 static int unread_version(const builder *b, char version[16])
 {
   static const char directive[] = "%YAML";
@@ -377,7 +376,7 @@ static int unread_version(const builder *b, char version[16])
   return 0;
 }
 
-/* The first error that libfyaml collected, in its words. It has none for want of memory, nor for versions of YAML. */
+/* Fails with the first error that libfyaml collected. For lack of memory and for versions of YAML it has none. */
 static int syntax_error(const builder *b, struct fy_diag *diag)
 {
   void *at = NULL;

@@ -1,4 +1,4 @@
-/* buoyancy.c: the lift of a fluid as a scene names it. */
+/* buoyancy.c: the lift of a fluid: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 typedef struct parameters {

@@ -1,4 +1,4 @@
-/* contact.c: contact as a scene names it. */
+/* contact.c: contact: its keys in a scene. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -127,7 +127,7 @@ static int make_mesh(const char *path, flesh_obstacle **obstacle)
   return status;
 }
 
-/* The number of the body that the node names; -1: none. A body alone may have no name. */
+/* Returns the number of the body that the node names; -1: none. The only body of a scene may have no name. */
 static int body_named(const flesh_body *body, const flesh_node *name)
 {
   if (name->kind != FLESH_NODE_SCALAR) return -1;
@@ -136,7 +136,7 @@ static int body_named(const flesh_body *body, const flesh_node *name)
   return -1;
 }
 
-/* A pair of the list. FLESH_ERR_ARGUMENT with what is wrong with it. */
+/* Reads a pair of the list. FLESH_ERR_ARGUMENT with what is wrong with it. */
 static int read_pair(const flesh_body *body, const flesh_node *node, int pair[2])
 {
   char shown[FLESH_SHOW_SIZE];
@@ -152,7 +152,7 @@ static int read_pair(const flesh_body *body, const flesh_node *node, int pair[2]
   return FLESH_OK;
 }
 
-/* The pairs that `between` lists, new: all (NULL), each with itself, or those named. */
+/* Reads `between` into new pairs: NULL for all, each body with itself, or those listed. */
 static int read_between(const flesh_body *body, const flesh_node *between, int *count, int **pairs)
 {
   const int is_self = between->kind == FLESH_NODE_SCALAR && !strcmp(between->text, "self"),

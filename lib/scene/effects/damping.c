@@ -1,4 +1,4 @@
-/* damping.c: damping as a scene names it. */
+/* damping.c: damping: its keys in a scene. */
 #include <assert.h>
 
 #include "scene/effect_rows.h"

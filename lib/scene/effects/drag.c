@@ -1,4 +1,4 @@
-/* drag.c: the resistance of air or water as a scene names it. */
+/* drag.c: the resistance of air or water: its keys in a scene. */
 #include <stdlib.h>
 
 #include "scene/effect_rows.h"

@@ -1,4 +1,4 @@
-/* elasticity.c: elasticity as a scene names it. */
+/* elasticity.c: elasticity: its keys in a scene. */
 #include <assert.h>
 
 #include "scene/effect_rows.h"
@@ -18,7 +18,7 @@ static const flesh_key keys[] = {
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
-  (void)values; /* what they say is the body's */
+  (void)values; /* the body has taken the values already */
   flesh_effect *effect = NULL;
   return flesh_effect_row_add(system, flesh_effect_elasticity(body, &effect), &effect);
 }

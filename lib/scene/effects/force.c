@@ -1,4 +1,4 @@
-/* force.c: a dead force as a scene names it. */
+/* force.c: a dead force: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 static const flesh_key keys[] = {

@@ -1,4 +1,4 @@
-/* gravity.c: gravity as a scene names it. */
+/* gravity.c: gravity: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 typedef struct parameters {

@@ -1,4 +1,4 @@
-/* inertia.c: inertia as a scene names it. */
+/* inertia.c: inertia: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 static const flesh_key keys[] = {{0}};

@@ -1,4 +1,4 @@
-/* joint.c: balls, hinges and springs between points as a scene names them. */
+/* joint.c: balls, hinges and springs between points: their keys in a scene. */
 #include <math.h>
 #include <stdlib.h>
 

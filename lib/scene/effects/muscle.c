@@ -1,4 +1,4 @@
-/* muscle.c: muscles as a scene names them. */
+/* muscle.c: muscles: their keys in a scene. */
 #include <math.h>
 
 #include "scene/effect_rows.h"
@@ -89,7 +89,7 @@ const flesh_effect_row flesh_effect_row_muscle = {
            "may depend on the speed. What a change of the activation puts in at a fixed shape is external work.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
-    /* Beyond the joints of the curve, near which differences are less exact. */
+    /* Strains away from the joints of the curve, near which finite differences are less exact. */
     .sample = "{fibres: {direction: [1, 2, 0.5]}, curve: thelen, peak_stress: 30000, optimal_stretch: 0.6, "
               "max_shortening_velocity: 8, passive: {c1: 3000, c2: 2, limit: 5}, "
               "activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",

@@ -1,4 +1,4 @@
-/* pin.c: pins as a scene names them. */
+/* pin.c: pins: their keys in a scene. */
 #include <stdlib.h>
 
 #include "scene/effect_rows.h"

@@ -1,4 +1,4 @@
-/* prescribed_motion.c: prescribed motions as a scene names them. */
+/* prescribed_motion.c: prescribed motions: their keys in a scene. */
 #include <stdlib.h>
 
 #include "scene/effect_rows.h"

@@ -1,4 +1,4 @@
-/* pressure.c: pressure as a scene names it. */
+/* pressure.c: pressure: its keys in a scene. */
 #include <stdlib.h>
 
 #include "scene/effect_rows.h"

@@ -1,4 +1,4 @@
-/* settling_damping.c: settling damping as a scene names it. */
+/* settling_damping.c: settling damping: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 typedef struct parameters {

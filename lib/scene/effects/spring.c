@@ -1,4 +1,4 @@
-/* spring.c: springs to moving targets as a scene names them. */
+/* spring.c: springs to moving targets: their keys in a scene. */
 #include <stdlib.h>
 
 #include "base/error.h"

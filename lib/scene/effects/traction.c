@@ -1,4 +1,4 @@
-/* traction.c: a dead traction as a scene names it. */
+/* traction.c: a dead traction: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 static const flesh_key keys[] = {

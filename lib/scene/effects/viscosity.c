@@ -1,4 +1,4 @@
-/* viscosity.c: viscosity as a scene names it. */
+/* viscosity.c: viscosity: its keys in a scene. */
 #include "scene/effect_rows.h"
 
 typedef struct parameters {

@@ -1,4 +1,4 @@
-/* weld.c: tied surfaces as a scene names them. */
+/* weld.c: tied surfaces: their keys in a scene. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@ typedef struct side {
 static const flesh_key side_keys[] = {FLESH_SELECTION_KEYS(side, selection), {0}};
 
 typedef struct parameters {
-  const flesh_node *bodies; /* NULL: first and second */
+  const flesh_node *bodies; /* NULL: first and second are used */
   side first, second;
   double distance, stiffness, breaks_at;
 } parameters;
@@ -40,7 +40,7 @@ static const flesh_key keys[] = {
             "compression is ignored. Without it nothing breaks. time.method: ida refuses it"},
     {0}};
 
-/* The two surfaces as selections, which borrow from the parameters. */
+/* Makes the two surfaces into selections, which borrow from the parameters. */
 static int read_sides(const parameters *p, flesh_selection sides[2])
 {
   const flesh_node *bodies = p->bodies;
@@ -60,7 +60,7 @@ static int read_sides(const parameters *p, flesh_selection sides[2])
     const flesh_node *name = flesh_node_item(bodies, s);
     if (name->kind != FLESH_NODE_SCALAR)
       return flesh_fail(FLESH_ERR_ARGUMENT, "bodies has %s; it must be the name of a body", flesh_node_show(name, shown));
-    sides[s].body = (char *)name->text; /* only read */
+    sides[s].body = (char *)name->text; /* the selection is only read */
   }
   if (!strcmp(sides[0].body, sides[1].body))
     return flesh_fail(FLESH_ERR_ARGUMENT, "bodies is [%s, %s]; a weld ties two different bodies", sides[0].body,
