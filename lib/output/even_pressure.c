@@ -1,8 +1,8 @@
-/* even_pressure.c: pressures of tet10-mean as a continuous field, without the checkerboards of one number for each tet.
+/* even_pressure.c: pressures of tet10-mean as a continuous field, without the checkerboards of one number per tet.
  *
- * Steps of Landweber (1951) towards the least squares of (p - mean of q at the corners)^2 over the body, q continuous and
- * linear, from means over the tets around a node. They find slopes up to the surface, and leave most of a checkerboard
- * out, as next to none of it lies in such fields. */
+ * Steps of Landweber (1951) towards the least squares of (p - mean of q at the corners)^2 over the body, with q
+ * continuous and linear, beginning with means over the tets around a node. They recover slopes up to the surface and
+ * leave out most of a checkerboard, as such fields contain almost none of it. */
 #include "output/even_pressure.h"
 
 #include <math.h>
@@ -21,7 +21,8 @@ static int material_of(const flesh_tet_stress *stress, int tet)
   return stress->shares && flesh_mesh_is_quadratic(stress->body->mesh, tet) && stress->shares[m].share > 0 ? m : -1;
 }
 
-/* Leaves nodes out whose tets, of all ranks, differ: their count times the sum of squares is above the square of the sum. */
+/* Leaves out nodes whose tets, on any rank, differ: their number times the sum of squares is above the square of the
+ * sum. */
 static int leave_out(const flesh_tet_stress *stress, flesh_even_pressure *even)
 {
   const flesh_mesh *mesh = even->body->mesh;
@@ -63,7 +64,7 @@ void flesh_even_pressure_clear(flesh_even_pressure *even)
   *even = (flesh_even_pressure){0};
 }
 
-/* The mean of the field over a tet; at a node that is left out, it has the tet's own value. */
+/* Returns the mean of the field over a tet; a node that is left out has the tet's own value. */
 static double mean_of(const flesh_even_pressure *even, int tet)
 {
   double sum = 0;

@@ -1,9 +1,10 @@
 /* fields.c: stress, strain, energy and forces as arrays over nodes, tets and the points of tets, for frames.
  *
- * A node's stress and stretch are means over the tets around it by their volume at rest, of the tet's value at the
- * node: constant in a tet of four nodes, in one of ten linear through its four points of quadrature and carried on to
- * its corners (Hinton & Campbell 1974, local smoothing), on an edge half-way. J and energy are means of the tets'
- * means: beyond the points they could change their sign. Pressures of tet10-mean are evened out (even_pressure.h). */
+ * The stress and stretch of a node are means over the tets around it, weighted by rest volume, of the tet's value at
+ * the node. This value is constant in a tet of four nodes; in a tet of ten it is linear through the four quadrature
+ * points, extrapolated to the corners (Hinton & Campbell 1974, local smoothing), and half-way on an edge. J and energy
+ * are means of the tets' means, as extrapolated values could change their sign. Pressures of tet10-mean are smoothed
+ * (even_pressure.h). */
 #include "output/fields.h"
 
 #include <math.h>
@@ -24,7 +25,7 @@ _Static_assert(ENERGY_DENSITY + 1 == FLESH_TET_FIELDS, "a field is missing");
 static const char *const stretch_names[] = {"1", "2", "3"};
 static const char *const stress_names[] = {"XX", "YY", "ZZ", "XY", "YZ", "XZ"}; /* VTK's order */
 
-/* `at`: where the field's values begin in a sample; -1: it follows from the stress. */
+/* `at`: index of the field's first value in a sample; -1: the field is computed from the stress. */
 static const struct {
   const char *name, *points_name, *unit;
   int components, at;
@@ -36,7 +37,7 @@ static const struct {
                             {"pressure", "pressure_at_points", "Pa", 1, -1, NULL},
                             {"energy_density", "energy_density_at_points", "J/m^3", 1, 10, NULL}};
 
-/* J, three stretches, six stresses and the energy of a place. */
+/* Number of values at a point: J, three stretches, six stresses and the energy. */
 enum { SAMPLE = 11 };
 static const int tensor_place[6] = {0, 4, 8, 1, 5, 2};
 
@@ -64,14 +65,14 @@ int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsig
   return FLESH_OK;
 }
 
-/* The most points of quadrature that a tet has; a tet of four nodes beside others of ten has the same value at all of
- * them. */
+/* Returns the largest number of quadrature points of a tet; a tet of four nodes beside others of ten has the same value
+ * at all of them. */
 static int point_count(const flesh_body *body)
 {
   return flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
 }
 
-/* Room for an array, which joins the list. */
+/* Allocates an array and adds it to the list. */
 static int add_array(flesh_field_list *list, const char *name, int row, int groups, int count, double **values)
 {
   const int components = groups * rows[row].components;
@@ -90,8 +91,8 @@ static int add_arrays(flesh_fields *f)
   const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
   int status = FLESH_OK;
   for (int row = 0; row < FLESH_TET_FIELDS && !status; row++) {
-    /* von Mises stress and pressure follow from the stress, which is computed for them but stays out of the lists
-     * unless it is asked for. */
+    /* von Mises stress and pressure are computed from the stress, which stays out of the lists unless it is asked
+     * for. */
     const int hidden = row == STRESS && !wants(f, row) && f->fields & of_stress;
     const int node_count = f->nodes.count, tet_count = f->tets.count;
     if (!wants(f, row) && !hidden) continue;
@@ -148,7 +149,7 @@ void flesh_fields_clear(flesh_fields *f)
   *f = (flesh_fields){0};
 }
 
-/* Fills in the values at a point of quadrature; the stress is Cauchy's. */
+/* Fills in the values at a quadrature point; the stress is Cauchy's. */
 static void take_sample(const flesh_fields *f, const flesh_strain_point *p, double sample[SAMPLE])
 {
   double U[9], V[9];
@@ -158,7 +159,8 @@ static void take_sample(const flesh_fields *f, const flesh_strain_point *p, doub
   sample[rows[ENERGY_DENSITY].at] = p->energy;
 }
 
-/* Means over the tet: of stress over its volume, of the rest over that at rest, which is returned. */
+/* Computes means over the tet: of stress over its current volume, of the rest over its rest volume, which is
+ * returned. */
 static double take_mean(int count, const flesh_strain_point *points, double (*samples)[SAMPLE], double mean[SAMPLE])
 {
   double volume = 0, now = 0;
@@ -173,7 +175,7 @@ static double take_mean(int count, const flesh_strain_point *points, double (*sa
   return volume;
 }
 
-/* A field of a sample to its place; `stress` is what others follow from. */
+/* Writes a field of a sample to `to`; `s` is the stress, from which some fields are computed. */
 static void put(int row, const double *values, const double *s, double *to)
 {
   if (row == VON_MISES)
@@ -191,11 +193,11 @@ static void put_sample(const double sample[SAMPLE], double *const arrays[FLESH_T
           arrays[row] + index * (size_t)rows[row].components);
 }
 
-/* Adds a tet's values at its nodes, times its volume. */
+/* Adds a tet's values at its nodes, times the tet's rest volume. */
 static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[SAMPLE], const double mean[SAMPLE],
                          double volume)
 {
-  const double beyond = 1 / (FLESH_TET10_NEAR - FLESH_TET10_FAR); /* from point a to corner a, seen from the middle */
+  const double beyond = 1 / (FLESH_TET10_NEAR - FLESH_TET10_FAR); /* from point a to corner a, relative to the centroid */
   double values[10][SAMPLE], middle[SAMPLE] = {0};
   int nodes[10];
   const int size = flesh_mesh_tet_nodes(f->body->mesh, tet, nodes);
@@ -216,7 +218,7 @@ static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[
   }
 }
 
-/* Sums over tets, of all ranks, become means; a node of no tet has no value. */
+/* Turns sums over the tets of all ranks into means; a node without tets has no value. */
 static void finish_nodes(flesh_fields *f, int n)
 {
   flesh_team_sum_nodes(f->team, 1, f->weight);
@@ -240,7 +242,7 @@ static void clear_nodes(flesh_fields *f, size_t n)
     if (f->at_nodes[row]) memset(f->at_nodes[row], 0, n * (size_t)rows[row].components * sizeof(double));
 }
 
-/* The pressures of tet10-mean, of tets and at nodes, become those of a continuous field. */
+/* Replaces the pressures of tet10-mean, of tets and at nodes, by those of a continuous field. */
 static void even_pressures(flesh_fields *f, int tets)
 {
   double *at_tets = f->at_tets[PRESSURE], *at_nodes = f->at_nodes[PRESSURE];

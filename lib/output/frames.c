@@ -1,4 +1,4 @@
-/* frames.c: VTU files of the body as it moves, whole or in parts, one of each rank, and their index. */
+/* frames.c: VTU files of the moving body, whole or in one part per rank, and their index. */
 #include "output/part_frames.h"
 
 #include <dirent.h>
@@ -21,7 +21,7 @@ enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
 
 struct flesh_frames {
   const flesh_mesh *mesh;
-  const flesh_team *team; /* that shares out the body, of which the mesh is this rank's part; NULL: the mesh is the whole */
+  const flesh_team *team; /* team of the body if the mesh is this rank's part; NULL: the mesh is the whole */
   int rank, ranks, every;
   int last;               /* step of the last frame; -1: none */
   char *directory, *path; /* path: room for directory/name */
@@ -37,7 +37,7 @@ static const char *path_of(flesh_frames *frames, const char *name)
   return frames->path;
 }
 
-/* This rank's file of a step. */
+/* Returns the path of this rank's file of a step. */
 static const char *own_file(flesh_frames *frames, int step)
 {
   char name[2 * NAME_SIZE];
@@ -46,7 +46,7 @@ static const char *own_file(flesh_frames *frames, int step)
   return path_of(frames, name);
 }
 
-/* frame_<digits and _>.vtu or .pvtu, or obstacle_<digits and _>.obj */
+/* Returns whether the name is frame_<digits and _>.vtu or .pvtu, or obstacle_<digits and _>.obj. */
 static int is_frame(const char *name)
 {
   const char *digits = strncmp(name, "frame_", 6) ? name + 9 : name + 6;
@@ -56,7 +56,7 @@ static int is_frame(const char *name)
   return count > 0 && (!strcmp(digits + count, suffix) || (digits == name + 6 && !strcmp(digits + count, ".pvtu")));
 }
 
-/* The step of a frame, or of a moving obstacle's file beside it; -1 of a still one's. */
+/* Returns the step of a frame, or of a moving obstacle's file; -1 for a still obstacle. */
 static int step_of(const char *name)
 {
   int number, step, end = 0;
@@ -108,7 +108,7 @@ int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every
   int status = flesh_folder_make(directory);
   if (!status) status = create(directory, mesh, every, &frames);
   if (status) return status;
-  /* The index first, so that it never lists a file that is gone. */
+  /* The index is emptied first, so that it never lists a file that is gone. */
   status = flesh_pvd_write(path_of(frames, "frames.pvd"), 0, NULL, NULL);
   if (status) flesh_frames_close(&frames);
   else remove_frames(frames, -1);
@@ -194,6 +194,6 @@ int flesh_part_frames_sync(flesh_frames *frames, int settled)
   const int every = frames->every, first = settled < 0 ? 0 : (settled / every + 1) * every;
   int status = FLESH_OK;
   for (int step = first; step <= frames->last && !status; step += every) status = flesh_sync(own_file(frames, step));
-  /* The last one of a run is of any step. */
+  /* The last frame of a run can be of any step, so it is synced in any case. */
   return status || frames->last < 0 ? status : flesh_sync(own_file(frames, frames->last));
 }

@@ -13,13 +13,13 @@
 #include "system/rank_numbers.h"
 
 struct flesh_history {
-  int reports;     /* columns of what effects report */
+  int reports;     /* number of columns that effects report */
   double *values;  /* [reports] */
-  double *zeros;   /* [3*n] accelerations, where there are any reports */
+  double *zeros;   /* [3*n] accelerations, if there are reports */
   flesh_rows rows;
 };
 
-/* energy_spring, energy_spring_2, ... or spring_<column>, spring_2_<column> */
+/* Prints a column's name: energy_spring, energy_spring_2, ... or spring_<column>, spring_2_<column>. */
 static void print_name(FILE *stream, const flesh_system *system, int index, const char *prefix,
                        const char *column)
 {
@@ -39,7 +39,7 @@ static const char *const *report_names(const flesh_system *system, int index)
   return figures->report_names ? figures->report_names : none;
 }
 
-/* Without its file. */
+/* Makes a history without its file. */
 static int create(const char *path, const flesh_system *system, flesh_history **result)
 {
   flesh_history *history = calloc(1, sizeof *history);

@@ -1,8 +1,9 @@
 /* node_forces.c: forces of constraints and of contact on every node.
  *
- * The sum of all effects, r(t, x, v, a), is 0 on free dofs; on constrained ones it is the force of what holds them. With
- * a lumped mass r there does not depend on the accelerations of free dofs. With a consistent one these are found from
- * M a = -r, by conjugate gradients with M's diagonal, for which Wathen (1987) bounds the condition. */
+ * The sum of all effects, r(t, x, v, a), is 0 on free dofs; on constrained dofs it is the force of the constraint. With
+ * a lumped mass this force does not depend on the accelerations of free dofs. With a consistent mass they are found
+ * from M a = -r, by conjugate gradients preconditioned with M's diagonal, whose condition number Wathen (1987)
+ * bounds. */
 #include "output/node_forces.h"
 
 #include <math.h>
@@ -16,7 +17,7 @@
 #include "system/parts.h"
 #include "system/ranks.h"
 
-/* The diagonal of the consistent mass, of a part with what other ranks' tets add. */
+/* Computes the diagonal of the consistent mass; on a part of a body it includes the tets of other ranks. */
 static void find_diagonal(const flesh_body *body, const flesh_team *team, double *diagonal)
 {
   const flesh_mesh *mesh = body->mesh;
@@ -43,7 +44,7 @@ int flesh_node_forces_open(int status, const flesh_body *body, const flesh_syste
   const int wants = wants_reaction || wants_contact;
   *forces = (flesh_node_forces){.body = body, .system = wants ? system : NULL, .team = flesh_system_team(system),
                                 .is_static = is_static};
-  double *room = wants ? forces->v = calloc(9 * n + n / 3, sizeof(double)) : NULL; /* with pages that may stay untouched */
+  double *room = wants ? forces->v = calloc(9 * n + n / 3, sizeof(double)) : NULL; /* pages that stay untouched cost nothing */
   if (wants && (!room || !(forces->constrained = calloc(n, 1)) || !(forces->holder = calloc(n, sizeof(int)))))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
   else if (wants) forces->a = room + n, forces->zeros = room + 2 * n;
@@ -60,7 +61,7 @@ int flesh_node_forces_open(int status, const flesh_body *body, const flesh_syste
 
 void flesh_node_forces_clear(flesh_node_forces *forces)
 {
-  free(forces->v); /* with all other doubles */
+  free(forces->v); /* one block with all other doubles */
   free(forces->constrained);
   free(forces->holder);
   *forces = (flesh_node_forces){0};
@@ -78,21 +79,21 @@ static flesh_point point_of(flesh_node_forces *f, const flesh_step_record *recor
   return point;
 }
 
-/* f->residual over the diagonal, z, takes the place of f->product. Returns the product of both. */
+/* Replaces f->product by z, f->residual divided by the diagonal. Returns their dot product. */
 static double precondition(flesh_node_forces *f, int n)
 {
   for (int d = 0; d < n; d++) f->product[d] = f->constrained[d] ? 0 : f->residual[d] / f->diagonal[d / 3];
   return flesh_system_product(f->system, f->product, f->residual);
 }
 
-/* The next direction, z + keep * f->direction. */
+/* Computes the next direction, z + keep * f->direction. */
 static void turn(flesh_node_forces *f, int n, double keep)
 {
   for (int d = 0; d < n; d++) f->direction[d] = f->product[d] + keep * f->direction[d];
   flesh_team_update_ghosts(f->team, f->direction);
 }
 
-/* Free components of f->a: r = 0. */
+/* Solves r = 0 for the free components of f->a. */
 static int balance(flesh_node_forces *f, const flesh_step_record *record, int n)
 {
   flesh_point point = point_of(f, record, record->state, f->a);

@@ -11,7 +11,7 @@
 #include "geometry/obstacle.h"
 #include "flesh/surface.h"
 
-/* Planes are drawn around the box of the rest shape, four times as wide. */
+/* Makes the surface of an obstacle at time t. A plane is drawn around the box of the rest shape, four times as wide. */
 static int make_surface(const double box[6], const flesh_obstacle *obstacle, double t, flesh_surface **surface)
 {
   double centre[3], extent = 0;

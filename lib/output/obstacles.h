@@ -4,9 +4,9 @@
 
 #include "flesh/observer.h"
 
-/* obstacle_<k>.obj in the directory for the k-th obstacle, from 1: those that stand still with the
- * first step's record; those that move with every one, as obstacle_<k>_<step>.obj. `box`: flesh_body_rest_box, around which
- * planes are drawn. */
+/* Writes the k-th obstacle, from 1, into the directory: a still one as obstacle_<k>.obj with the first step's record, a
+ * moving one as obstacle_<k>_<step>.obj with every record. `box`: flesh_body_rest_box, around which planes are drawn.
+ * FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_obstacles_write(const char *directory, const flesh_step_record *record, const double box[6]);
 
 #endif

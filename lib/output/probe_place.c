@@ -1,4 +1,4 @@
-/* probe_place.c: checks probes, and finds where they are. */
+/* probe_place.c: checks probes and finds their places. */
 #include "output/probe_place.h"
 
 #include <ctype.h>
@@ -46,7 +46,7 @@ static int check_name(const char *name)
                     name ? name : "");
 }
 
-/* The tet of this rank's that holds a point at rest, or is nearest to it, and the box around all of the body. */
+/* Finds the tet of this rank that contains a point at rest, or is nearest to it, and the box around the whole body. */
 static int find_place(const flesh_mesh *mesh, const flesh_team *team, const double p[3], flesh_place *place,
                       double box[6])
 {
@@ -59,8 +59,8 @@ static int find_place(const flesh_mesh *mesh, const flesh_team *team, const doub
   return FLESH_OK;
 }
 
-/* Chooses the nearest of the ranks' places; of several that are as near, the first tet of the body. Only the rank that
- * has it keeps it. */
+/* Chooses the nearest of the ranks' places; of equally near ones, the first tet of the body. Only the rank that has it
+ * keeps it. */
 static void choose_place(const flesh_team *team, flesh_place *place)
 {
   if (!team) return;
@@ -71,7 +71,7 @@ static void choose_place(const flesh_team *team, flesh_place *place)
   place->distance = -nearest;
 }
 
-/* The tet that holds the probe's point at rest. */
+/* Finds the tet that contains the probe's point at rest. */
 static int locate(flesh_probe *probe, const flesh_mesh *mesh, const flesh_team *team)
 {
   flesh_place place;
@@ -111,7 +111,7 @@ int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k)
 static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_team *team)
 {
   const double *X = flesh_mesh_positions(body->mesh);
-  double sums[5] = {0}; /* of the nodes, each once, and of their places at rest; of the tets between them */
+  double sums[5] = {0}; /* number of nodes and sum of their rest positions, each counted once; number of tets between */
   const int wants_tets = (probe->quantities & FLESH_PROBE_OF_TETS) != 0;
   int *tets = NULL, count = 0;
   probe->tet = -1;

@@ -1,4 +1,4 @@
-/* probes.c: a CSV file with a row per step, of chosen places. */
+/* probes.c: a CSV file with a row per step, of values at chosen places. */
 #include "flesh/probe.h"
 
 #include <math.h>
@@ -19,10 +19,10 @@
 #include "output/tet_stress.h"
 #include "system/ranks.h"
 
-/* Columns of a quantity, with their unit and that of points where it is another. */
+/* Columns of a quantity with their units, and names and units for a point if these differ. */
 static const struct {
   flesh_probe_quantity quantity;
-  const char *name, *unit, *point_name, *point_unit; /* NULL: of a point as of nodes */
+  const char *name, *unit, *point_name, *point_unit; /* NULL: the same for a point as for nodes */
 } columns[] = {
     {FLESH_PROBE_POSITION, "position_x", "m", NULL, NULL},
     {FLESH_PROBE_POSITION, "position_y", "m", NULL, NULL},
@@ -59,21 +59,21 @@ enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS 
 typedef struct place {
   flesh_probe probe; /* with its own name and nodes */
   char *name;
-  int *nodes, *tets; /* of a point NULL: its one tet is the probe's */
+  int *nodes, *tets; /* NULL for a point, whose tet is in the probe */
   int tet_count;
-  double node_count; /* of all ranks */
+  double node_count; /* over all ranks */
 } place;
 
 struct flesh_probes {
   flesh_rows rows; /* on the first rank */
   const flesh_mesh *mesh;
-  const flesh_team *team; /* the system's; NULL: there is one rank */
+  const flesh_team *team; /* the system's; NULL: a single rank */
   flesh_tet_stress stress;
   flesh_node_forces forces;
   int count;
   place *places;   /* [count] */
-  double *numbers; /* [count*NUMBERS] of a row */
-  double *figures; /* borrowed; NULL: nobody asks */
+  double *numbers; /* [count*NUMBERS] numbers of a row */
+  double *figures; /* borrowed; NULL: not wanted */
 };
 
 static int is_point(const flesh_probe *probe) { return !isnan(probe->point[0]); }
@@ -119,7 +119,7 @@ static void print_header(const flesh_probes *probes)
   putc('\n', stream);
 }
 
-/* Whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
+/* Returns whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
 static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
 {
   const int has_tet = p->tet < tets && (team || p->tet >= 0);
@@ -142,7 +142,7 @@ static int check_probes(const flesh_mesh *mesh, int count, const flesh_probe *pr
   return FLESH_OK;
 }
 
-/* Makes the probes as far as this rank can do so without the others. */
+/* Makes the probes, without communication between ranks. */
 static int create_here(const flesh_body *body, const flesh_system *system, int count, const flesh_probe *probes,
                        flesh_probes **result)
 {
@@ -185,7 +185,7 @@ int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_
 
 static int writes(const flesh_probes *probes) { return !probes->team || probes->team->rank == 0; }
 
-/* All ranks go on, or none. */
+/* Agrees on the status, so that all ranks continue or all close their probes. */
 static int settle(int status, flesh_probes **probes)
 {
   status = flesh_team_agree((*probes)->team, status);
@@ -239,8 +239,8 @@ int flesh_probes_close(flesh_probes **probes)
   return status;
 }
 
-/* The value at the point, or the sum over the nodes, of a vector x [3*n]. Here and below, the contribution of other
- * ranks' nodes and tets is 0. */
+/* Adds the value at the point, or the sum over the nodes, of a vector x [3*n]. Here and below, other ranks' nodes and
+ * tets contribute 0. */
 static void find_vector(const flesh_probes *probes, const flesh_probe *probe, const double *x, double value[3])
 {
   const flesh_mesh *mesh = probes->mesh;
@@ -258,7 +258,7 @@ static void find_vector(const flesh_probes *probes, const flesh_probe *probe, co
       value[d] += x[3 * (size_t)probe->nodes[k] + (size_t)d];
 }
 
-/* The sum of forces [3*n] on the probe's nodes, and their moment; with `holder`, of the probe's holder alone. */
+/* Sums forces [3*n] on the probe's nodes, and their moment; with `holder`, only those of the probe's holder. */
 static void sum_forces(const flesh_probes *probes, const flesh_probe *probe, const double *x, const double *force,
                        const int *holder, double sums[6])
 {
@@ -276,10 +276,10 @@ static void sum_forces(const flesh_probes *probes, const flesh_probe *probe, con
   }
 }
 
-/* The numbers of points are in the order of their columns. */
+/* Indices of a point's numbers, in the order of the columns. */
 enum { J_AT = FLESH_POINT_J, STRETCH_AT = FLESH_POINT_STRETCH, STRESS_AT = FLESH_POINT_TAU, OF_TETS = FLESH_POINT_NUMBERS };
 
-/* Adds a point's integrals over `volume` at rest: J, stretches where they are wanted, tau, energy. */
+/* Adds a point's integrals over `volume` at rest: J, stretches if they are wanted, tau, energy. */
 static void add_point(const flesh_strain_point *p, double volume, int stretches, double sums[OF_TETS])
 {
   double U[9], V[9], stretch[3] = {0};
@@ -290,7 +290,7 @@ static void add_point(const flesh_strain_point *p, double volume, int stretches,
   sums[FLESH_POINT_ENERGY] += volume * p->energy;
 }
 
-/* The points of the place's k-th tet; returns how many there are. */
+/* Finds the points of the place's k-th tet; returns their number. */
 static int find_points(const flesh_probes *probes, const place *at, const flesh_state *state, int k, flesh_strain_point points[4])
 {
   const flesh_probe *probe = &at->probe;
@@ -300,7 +300,7 @@ static int find_points(const flesh_probes *probes, const place *at, const flesh_
   return 1;
 }
 
-/* Adds integrals over the place's k-th tet, and the volume at rest that they are over. */
+/* Adds the integrals over the place's k-th tet, and its rest volume. */
 static void add_tet(const flesh_probes *probes, const place *at, const flesh_state *state, int k, double value[OF_TETS],
                     double *volume)
 {
@@ -336,7 +336,7 @@ static void find_numbers(flesh_probes *probes, const place *at, const flesh_step
                NULL, numbers + CONTACT_AT);
 }
 
-/* Notes a column's last, smallest and largest value. */
+/* Records a column's last, smallest and largest value. */
 static void note(double figures[FLESH_PROBE_FIGURES], double value)
 {
   figures[0] = value;
@@ -344,7 +344,7 @@ static void note(double figures[FLESH_PROBE_FIGURES], double value)
   figures[2] = fmax(figures[2], value);
 }
 
-/* Sums over all ranks become means. `figures` moves behind those of the probe. */
+/* Turns sums over all ranks into means and writes a row. Moves `figures` past those of the probe. */
 static void put_row(flesh_probes *probes, const place *at, double *values, double **figures)
 {
   const flesh_probe *probe = &at->probe;
@@ -384,7 +384,7 @@ int flesh_probes_observe(void *data, const flesh_step_record *record)
   return flesh_rows_flush(&probes->rows);
 }
 
-/* by_x [3*n] += scale times the derivative of a number's integral over the place's k-th tet. */
+/* Adds to by_x [3*n] `scale` times the derivative of a number's integral over the place's k-th tet. */
 static void add_slopes(const flesh_probes *probes, const place *at, const flesh_state *state, int k, int number, double scale,
                        double *by_x)
 {

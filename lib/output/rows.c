@@ -19,8 +19,8 @@ int flesh_rows_flush(flesh_rows *rows)
     return FLESH_OK;
   }
   int reason = errno;
-  __fpurge(rows->stream); /* closing must not try again */
-  if (ftruncate(fileno(rows->stream), rows->whole)) errno = 0; /* half a row may stay */
+  __fpurge(rows->stream); /* closing must not write again */
+  if (ftruncate(fileno(rows->stream), rows->whole)) errno = 0; /* if this fails, half a row stays */
   return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", rows->path,
                     reason ? strerror(reason) : "the disk may be full");
 }
@@ -33,7 +33,7 @@ int flesh_rows_open(const char *path, flesh_rows *rows)
     return flesh_fail_kind(path, info.st_mode);
   rows->path = strdup(path);
   if (!rows->path) return flesh_no_memory_for(path);
-  /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
+  /* Makes a new file, as the older one may be open in a viewer, and a link must not be written through. */
   flesh_path_unlink(path);
   const int descriptor = flesh_path_open(path, O_WRONLY | O_CREAT | O_EXCL, 0666);
   rows->stream = descriptor < 0 ? NULL : fdopen(descriptor, "w");
@@ -45,7 +45,7 @@ int flesh_rows_open(const char *path, flesh_rows *rows)
   return status;
 }
 
-/* Cuts off what is behind the rows that are whole. */
+/* Cuts off data after the whole rows. */
 static int go_on(flesh_rows *rows)
 {
   const int failed = !rows->stream || fseek(rows->stream, 0, SEEK_END);

@@ -1,4 +1,4 @@
-/* rows.h: a file that grows by whole rows: whatever ends the program, it can be read up to the last of them. */
+/* rows.h: a file that grows by whole rows: however the program ends, the file is readable up to its last row. */
 #ifndef FLESH_OUTPUT_ROWS_H
 #define FLESH_OUTPUT_ROWS_H
 
@@ -10,13 +10,13 @@ typedef struct flesh_rows {
   long whole; /* bytes up to the end of the last complete row */
 } flesh_rows;
 
-/* A fresh file in the place of an older one. FLESH_ERR_MEMORY, FLESH_ERR_FILE; closed then. */
+/* Makes a new file in the place of an older one. FLESH_ERR_MEMORY, FLESH_ERR_FILE; *rows is then closed. */
 int flesh_rows_open(const char *path, flesh_rows *rows);
-/* The file as it was when its whole rows were so many bytes. FLESH_ERR_FILE where it has fewer; closed then. */
+/* Opens the file and cuts it to its first `whole` bytes. FLESH_ERR_FILE if it has fewer; *rows is then closed. */
 int flesh_rows_resume(const char *path, long whole, flesh_rows *rows);
-/* After each row: hands it to the system. FLESH_ERR_FILE, the part of a row that was written taken away. */
+/* Hands a row to the system; called after each row. FLESH_ERR_FILE: the part of the row that was written is removed. */
 int flesh_rows_flush(flesh_rows *rows);
-/* FLESH_ERR_FILE as above. What is not open stays so. */
+/* Closes the file; harmless if it is not open. Fails as flesh_rows_flush. */
 int flesh_rows_close(flesh_rows *rows);
 
 #endif

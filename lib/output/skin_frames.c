@@ -1,4 +1,4 @@
-/* skin_frames.c: files of the skin as it moves. */
+/* skin_frames.c: files of the moving skin. */
 #include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,7 +25,7 @@ struct flesh_skin_frames {
   char *directory, *path; /* path: room for directory/name */
   double *x, *v, *displacement; /* [3*vertices], one block */
   flesh_pc2 cache;
-  flesh_pvd index; /* of the VTU files */
+  flesh_pvd index; /* index of the VTU files */
 };
 
 static const char *path_of(flesh_skin_frames *frames, const char *name)
@@ -184,7 +184,7 @@ int flesh_skin_frames_observe(void *data, const flesh_step_record *record)
   return status ? status : flesh_skin_frames_add(frames, record->step, record->state);
 }
 
-/* Files of steps after `last`. */
+/* Removes the files of steps after `last`. */
 static void remove_after(flesh_skin_frames *frames, int last)
 {
   DIR *folder = flesh_path_list(frames->directory);
@@ -194,7 +194,7 @@ static void remove_after(flesh_skin_frames *frames, int last)
   closedir(folder);
 }
 
-/* The point cache up to step `last`, from the body's frames. */
+/* Makes the point cache up to step `last` from the body's frames. */
 static int make_cache(flesh_skin_frames *frames, int last, const char *body_frames, const flesh_mesh *mesh)
 {
   static const char *const names[] = {"Points"};

@@ -16,7 +16,7 @@ int flesh_tet_weights(const flesh_mesh *mesh, int tet, const double L[4], int no
   return size;
 }
 
-/* The change of the weights along the edge from corner 0 to corner c + 1. */
+/* Computes the derivative of the weights along the edge from corner 0 to corner c + 1. */
 static void weights_along(int size, const double L[4], int c, double change[10])
 {
   double D[4] = {-1, 0, 0, 0};
@@ -25,7 +25,7 @@ static void weights_along(int size, const double L[4], int c, double change[10])
   else flesh_tet10_shape_along(L, D, change);
 }
 
-/* D = the derivatives of x [3*n] along the tet's edges from corner 0. */
+/* Computes D, the derivatives of x [3*n] along the tet's edges from corner 0. */
 static void gradient_along(const flesh_mesh *mesh, int tet, const double L[4], const double *x, double D[9])
 {
   double change[10];
@@ -34,7 +34,7 @@ static void gradient_along(const flesh_mesh *mesh, int tet, const double L[4], c
   memset(D, 0, 9 * sizeof *D);
   for (int c = 0; c < 3; c++) {
     weights_along(size, L, c, change);
-    /* From node 0, as the changes add up to 0. */
+    /* Differences from node 0 suffice, as the changes add up to 0. */
     for (int a = 1; a < size; a++)
       for (int d = 0; d < 3; d++)
         D[3 * d + c] += change[a] * (x[3 * (size_t)nodes[a] + (size_t)d] - x[3 * (size_t)nodes[0] + (size_t)d]);

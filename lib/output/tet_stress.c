@@ -1,4 +1,4 @@
-/* tet_stress.c: strain, stress and energy at points of a body's tets, as its elements have them. */
+/* tet_stress.c: strain, stress and energy at points of a body's tets, as its elements define them. */
 #include "output/tet_stress.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/* How many materials the body's tets have. */
+/* Returns the number of materials of the body's tets. */
 static int count_materials(const flesh_body *body)
 {
   int count = 1;
@@ -56,7 +56,7 @@ void flesh_tet_stress_clear(flesh_tet_stress *stress)
 
 static int material_of(const flesh_body *body, int tet) { return body->tet_material ? body->tet_material[tet] : 0; }
 
-/* Adds to tau [9], at a place of the tet, what the system's effects say of their stress (flesh_effect_figures). */
+/* Adds to tau [9] the stresses of the system's effects at a point of the tet (flesh_effect_figures). */
 static void add_of_effects(const flesh_system *system, double t, int tet, const double F[9], double tau[9])
 {
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
@@ -66,7 +66,7 @@ static void add_of_effects(const flesh_system *system, double t, int tet, const 
   }
 }
 
-/* psi(F) and tau, with what the mean of J bears of them (flesh_element). */
+/* Computes psi(F) and tau, including the terms of the mean of J (flesh_element). */
 static void find_stress(const flesh_tet_stress *stress, const flesh_state *state, int tet, double mean_J,
                         flesh_strain_point *p)
 {
@@ -91,7 +91,7 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   for (int k = 0; k < 9; k += 4) p->tau[k] += (p->mean.J - p->own.J) * p->J; /* cof F F^T = J I */
 }
 
-/* F, J and volumes at the tet's points of quadrature; *mean_J their mean. */
+/* Computes F, J and volumes at the tet's quadrature points; *mean_J is the mean of J. */
 static int find_strains(const flesh_body *body, const double *x, int tet, flesh_strain_point points[4], double *mean_J)
 {
   const int count = flesh_mesh_is_quadratic(body->mesh, tet) ? FLESH_TET10_POINTS : 1;
@@ -131,7 +131,7 @@ void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *stat
   if (stress->shares) find_stress(stress, state, tet, mean_J, point);
 }
 
-/* Adds to by_F the derivative of what effects say of tau at a place, by differences. */
+/* Adds to by_F the derivative of the effects' stress tau at index `place`, by finite differences. */
 static void differentiate_effects(const flesh_system *system, double t, int tet, const double F[9], int place, double by_F[9])
 {
   const double step = 3e-5;
@@ -146,7 +146,7 @@ static void differentiate_effects(const flesh_system *system, double t, int tet,
     }
 }
 
-/* tau = P F^T + (p_mean - p_own) J I. */
+/* Differentiates tau = P F^T + (p_mean - p_own) J I. */
 static void differentiate_tau(const flesh_tet_stress *stress, const flesh_state *state, int tet, const flesh_strain_point *p,
                               int place, double by_F[9], double *by_mean)
 {

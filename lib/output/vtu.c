@@ -1,8 +1,9 @@
-/* vtu.c: VTK XML files: a header with offsets, then every array as raw bytes behind its length.
+/* vtu.c: writes VTK XML files: a header with offsets, then every array as raw bytes after its length.
  *
- * The arrays lie in the reverse order of their headers, so that offsets descend. VTK takes any order. meshio changes the
- * offsets in the header one by one, from the first array on, to those of base64, and looks each array up by its offset
- * among changed ones and others; it takes the first header that has it, which is the right one in this order. */
+ * The arrays stand in the reverse order of their headers, so that offsets descend; VTK accepts any order. meshio
+ * replaces the offsets in the header by those of base64 one at a time, beginning with the first array, and finds each
+ * array by its offset among replaced and other ones. It takes the first header with that offset, which is the right one
+ * only in this order. */
 #include "output/vtu.h"
 
 #include <stdint.h>
@@ -19,7 +20,7 @@ static const char *byte_order(void)
   return *(const uint8_t *)&one ? "LittleEndian" : "BigEndian";
 }
 
-/* Names come from code and scenes; XML's special characters must not break the file. */
+/* Prints text with XML's special characters escaped, as names may come from scenes. */
 static void print_escaped(FILE *stream, const char *text)
 {
   for (; *text; text++) {
@@ -47,7 +48,7 @@ static size_t array_bytes(const flesh_vtu_array *array, int count)
   return (size_t)count * array->components * (array->doubles ? sizeof(double) : sizeof(int32_t));
 }
 
-/* ComponentName0="..." and so on. */
+/* Prints ComponentName0="..." and so on. */
 static void print_component_names(FILE *stream, const flesh_vtu_array *array)
 {
   const int groups = array->groups > 1 ? array->groups : 1, each = array->components / groups;
@@ -59,7 +60,7 @@ static void print_component_names(FILE *stream, const flesh_vtu_array *array)
   }
 }
 
-/* A file that is written: the bytes of a block's length (4 or 8), and where the block of the last header begins. */
+/* A file being written: bytes of a block's length (4 or 8), and the offset of the block whose header comes next. */
 typedef struct writer {
   FILE *stream;
   size_t length_size;
@@ -82,7 +83,7 @@ static void print_header(writer *w, const char *type, const flesh_vtu_array *arr
   } else fputs("/>\n", stream);
 }
 
-/* Prints the header of an array that the format itself asks for, without units or names of components. */
+/* Prints the header of an array that the format requires, without units or names of components. */
 static void print_plain_header(writer *w, const char *type, const char *name, int components, uint64_t bytes)
 {
   print_header(w, type, &(flesh_vtu_array){.name = name, .components = components}, bytes);
@@ -115,7 +116,7 @@ static void write_arrays(const writer *w, int array_count, const flesh_vtu_array
                 array_bytes(&arrays[a], count));
 }
 
-/* The cells' corners, or a tet's four and then its six. */
+/* Writes the points of all cells: corners, or a tet's four corners and then its six nodes on edges. */
 static void write_connectivity(const writer *w, const flesh_vtu *content, int64_t count)
 {
   const uint64_t bytes = sizeof(int32_t) * (uint64_t)count;
@@ -130,7 +131,7 @@ static void write_connectivity(const writer *w, const flesh_vtu *content, int64_
   }
 }
 
-/* How many points cell c has. */
+/* Returns the number of points of cell c. */
 static int64_t cell_size(const flesh_vtu *content, int c)
 {
   if (!content->tet_nodes) return content->starts[c + 1] - content->starts[c];
@@ -160,7 +161,7 @@ size_t flesh_vtu_length_size(const flesh_vtu *content)
   return most <= UINT32_MAX ? sizeof(uint32_t) : sizeof(uint64_t);
 }
 
-/* The bytes of all blocks. */
+/* Returns the bytes of all blocks. */
 static uint64_t bytes_of_all(const writer *w, const flesh_vtu *content)
 {
   const uint64_t cells = (uint64_t)cell_count(content);
@@ -172,7 +173,7 @@ static uint64_t bytes_of_all(const writer *w, const flesh_vtu *content)
   return bytes;
 }
 
-/* Offsets of the cells' ends in the connectivity. */
+/* Writes the end of each cell in the connectivity. */
 static void write_cell_ends(const writer *w, const flesh_vtu *content, int cells)
 {
   int64_t end = 0;

@@ -1,5 +1,5 @@
-/* vtu.h: VTK files of tet meshes and of polygons (.vtu, appended raw binary), and collections of
- * them over time (.pvd). */
+/* vtu.h: VTK files of tet meshes and of polygons (.vtu, appended raw binary), and collections of them over time
+ * (.pvd). */
 #ifndef FLESH_OUTPUT_VTU_H
 #define FLESH_OUTPUT_VTU_H
 
@@ -12,37 +12,38 @@ typedef struct flesh_vtu_array {
   const double *doubles;
   const int *integers;
   const char *unit; /* NULL: none; VTK's key UNITS_LABEL */
-  /* Names of components / groups components, which come again in every group, with the group's number behind them:
-   * XX_1, XX_2 ...; NULL: the number alone, or nothing for a single group. */
+  /* Names of the components / groups components of a group; each group has them followed by its number: XX_1, XX_2 ...
+   * NULL: only the number, or no names for a single group. */
   const char *const *component_names;
-  int groups; /* 0: 1 */
+  int groups; /* 0 means 1 */
 } flesh_vtu_array;
 
-/* The contents of a .vtu; everything borrowed. */
+/* Content of a .vtu; everything is borrowed. */
 typedef struct flesh_vtu {
   int points, tets;
   const double *positions; /* [3*points], m */
   const int *tet_nodes;    /* [4*tets] */
-  const int *edge_nodes;   /* [6*tets] of quadratic tets, -1 of others, or NULL */
-  /* Polygons instead of tets (tet_nodes NULL): polygon c has the points corners[starts[c]] up to
-   * corners[starts[c+1]-1]. */
+  const int *edge_nodes;   /* [6*tets], -1 for tets of four nodes; NULL: none has ten */
+  /* Polygons instead of tets (tet_nodes NULL): the points of polygon c are corners[k] for starts[c] <= k <
+   * starts[c+1]. */
   int polygons;
   const int *starts, *corners;
   int point_array_count, cell_array_count;
   const flesh_vtu_array *point_arrays, *cell_arrays;
 } flesh_vtu;
 
-/* Bytes of the length that stands before every array: 4, or 8 where an array takes 4 GiB. */
+/* Returns the bytes of the length before every array: 4, or 8 if an array takes 4 GiB. */
 size_t flesh_vtu_length_size(const flesh_vtu *content);
 
-/* Whole or not at all; FLESH_ERR_FILE with path and reason. */
+/* Writes a .vtu, whole or not at all. FLESH_ERR_FILE with path and reason. */
 int flesh_vtu_write(const char *path, const flesh_vtu *content);
 
-/* A .pvtu of the files <stem>_00000.vtu to that of parts - 1, beside it, which all have the arrays of `content`; nothing
- * else of that is looked at. As above. */
+/* Writes a .pvtu of the files <stem>_00000.vtu to <stem>_<parts - 1>.vtu beside it, which all have the arrays of
+ * `content`; its other members are not used. Fails as flesh_vtu_write. */
 int flesh_pvtu_write(const char *path, const flesh_vtu *content, const char *stem, int parts);
 
-/* The frames of a .pvd so far: zero-initialise, name the next one, and add it when it is written. */
+/* The frames of a .pvd so far: zero-initialise it, name the next frame by flesh_pvd_next, and add it when it is
+ * written. */
 enum { FLESH_PVD_NAME_SIZE = 32 };
 typedef struct flesh_pvd {
   int count, capacity;
@@ -51,15 +52,14 @@ typedef struct flesh_pvd {
   const char **files; /* [capacity] pointers to the names */
 } flesh_pvd;
 
-/* Makes room for a frame and returns in *name where its name goes, FLESH_PVD_NAME_SIZE long.
- * FLESH_ERR_MEMORY. */
+/* Makes room for a frame; the caller writes its name at *name, at most FLESH_PVD_NAME_SIZE bytes. FLESH_ERR_MEMORY. */
 int flesh_pvd_next(flesh_pvd *pvd, char **name);
-/* Counts the frame of that name, at `time` s, and writes the .pvd anew. */
+/* Adds the named frame, at `time` s, and writes the .pvd again. FLESH_ERR_FILE. */
 int flesh_pvd_add(flesh_pvd *pvd, const char *path, double time);
 void flesh_pvd_clear(flesh_pvd *pvd);
 
-/* A .pvd that lists `files` [count] (relative to the .pvd) at `times` [count], s. Whole or not at
- * all. */
+/* Writes a .pvd that lists `files` [count] (relative to the .pvd) at `times` [count], s, whole or not at all.
+ * FLESH_ERR_FILE. */
 int flesh_pvd_write(const char *path, int count, const double *times, const char *const *files);
 
 #endif

@@ -1,4 +1,4 @@
-/* vtu_read.c: reads the XML that vtu.c writes, by its tags, of parts the vectors at their places in the whole; other VTK
+/* vtu_read.c: reads the XML that vtu.c writes, by its tags; vectors of parts go to their places in the whole. Other VTK
  * files are refused. */
 #include "output/vtu_read.h"
 
@@ -14,7 +14,7 @@
 
 enum { VALUE_SIZE = 64 };
 
-/* The value of `name="..."` within a tag of `length` bytes; 0 when there is none or it is long. */
+/* Finds the value of `name="..."` within a tag of `length` bytes; returns 0 if there is none or it is too long. */
 static int attribute(const char *tag, size_t length, const char *name, char value[VALUE_SIZE])
 {
   size_t size = strlen(name);
@@ -30,7 +30,7 @@ static int attribute(const char *tag, size_t length, const char *name, char valu
   return 0;
 }
 
-/* The next tag `<name ...>` at or after *at, before `end`; its length, and *at on it. 0: none. */
+/* Finds the next tag `<name ...>` at or after *at, before `end`; *at is its place. Returns its length; 0: none. */
 static size_t next_tag(const char **at, const char *end, const char *name)
 {
   size_t size = strlen(name);
@@ -60,12 +60,12 @@ typedef struct vtu_file {
   const char *path;
   char *text;
   size_t size;
-  const char *data;   /* appended, behind its mark */
-  size_t length_size; /* of the length before each array */
+  const char *data;   /* appended data, after their mark */
+  size_t length_size; /* bytes of the length before each array */
   int64_t points;
 } vtu_file;
 
-/* Returns the appended data of an array of `points` items; NULL, after setting the error, if there is none such. */
+/* Returns the appended data of an array of `points` items; NULL, after setting the error, if there is no such array. */
 static const char *find_array(const vtu_file *f, const char *name, const char *type, const char *components, size_t item)
 {
   char value[VALUE_SIZE];
@@ -92,13 +92,13 @@ static const char *find_array(const vtu_file *f, const char *name, const char *t
   return NULL;
 }
 
-/* To be freed also when it fails. */
+/* Opens the text as a .vtu. The caller frees it, also after an error. */
 static int open_vtu(const char *path, char *text, size_t size, vtu_file *f)
 {
   static const char mark[] = "<AppendedData encoding=\"raw\">\n_", last[] = "</VTKFile>\n";
   char value[VALUE_SIZE];
   size_t length;
-  const char *at = text, *data = strstr(text, mark); /* the header holds no 0 */
+  const char *at = text, *data = strstr(text, mark); /* the header contains no 0 byte */
   *f = (vtu_file){.path = path, .text = text, .size = size, .data = data ? data + sizeof mark - 1 : NULL};
   if (!(length = next_tag(&at, text + size, "VTKFile")) ||
       !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
@@ -127,7 +127,8 @@ static int read_whole(const char *path, char *text, size_t size, int points, int
   return status;
 }
 
-/* The vectors of a part's points, into the places of the whole's; *found of its points are marked in `known` anew. */
+/* Copies the vectors of a part's points to their places in the whole and marks these in `known`; adds the number of
+ * newly marked points to *found. */
 static int scatter(const vtu_file *f, int points, int count, const char *const *names, double *const *targets,
                    uint8_t *known, int *found)
 {
@@ -148,7 +149,7 @@ static int scatter(const vtu_file *f, int points, int count, const char *const *
   return FLESH_OK;
 }
 
-/* The parts that a .pvtu names, which lie beside it. */
+/* Reads the parts that a .pvtu names, which are in its folder. */
 static int read_parts(const char *path, const char *text, size_t size, int points, int count, const char *const *names,
                       double *const *targets)
 {
