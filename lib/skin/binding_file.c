@@ -36,7 +36,7 @@ int flesh_skin_write(const flesh_skin *skin, const char *path)
   return status;
 }
 
-/* The next word of the line as a hash; 0 when it is none. */
+/* Reads the next word of the line as a hash; returns 0 if it is none. */
 static int read_hash(flesh_scanner *s, uint64_t *hash)
 {
   if (!flesh_scan_next_in_line(s)) return 0;
@@ -47,7 +47,7 @@ static int read_hash(flesh_scanner *s, uint64_t *hash)
   return good;
 }
 
-/* A line `word COUNT COUNT HASH` that must be of this body. */
+/* Reads a line `word COUNT COUNT HASH`, which must match this body. */
 static int read_identity(flesh_scanner *s, const char *word, const char *of, const int counts[2],
                          uint64_t hash)
 {

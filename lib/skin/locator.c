@@ -1,6 +1,5 @@
-/* locator.c: a binary tree over the tets, halved at the median of their centres along the longest
- * side of the boxes; searches go down the nearer child first and leave out what is farther than
- * the best so far. */
+/* locator.c: a binary tree over the tets, split at the median of their centres along the longest side of the boxes;
+ * searches visit the nearer child first and skip boxes farther away than the best tet so far. */
 #include "skin/locator.h"
 
 #include <math.h>
@@ -12,21 +11,21 @@
 
 enum { LEAF_TETS = 4 };
 
-/* Children of node k: k+1 and `second`. A leaf has the tets order[first ... first+count-1]. */
+/* The children of node k are k+1 and `second`. A leaf has the tets order[first ... first+count-1]. */
 typedef struct tree_node {
   double low[3], high[3];
-  int second, first, count; /* count 0: no leaf */
+  int second, first, count; /* count 0: not a leaf */
 } tree_node;
 
 struct flesh_locator {
   const double *x;
-  const int *tets, *edges; /* edges: NULL where tets have four nodes */
+  const int *tets, *edges; /* edges: NULL if tets have four nodes */
   const uint8_t *curved;
   int *order;      /* [tets] */
   double *centres; /* [3*tets] */
   tree_node *nodes;
   int node_count;
-  double tie; /* distances that differ by less are equal, m */
+  double tie; /* distances that differ by less count as equal, m */
 };
 
 static void widen(tree_node *node, const double p[3])
@@ -37,8 +36,8 @@ static void widen(tree_node *node, const double p[3])
   }
 }
 
-/* A curved tet is in the hull of its corners and of the Bernstein points of its edges, 2 x_ij - (x_i +
- * x_j)/2. */
+/* Extends a node's box by a curved tet, which lies in the hull of its corners and of the Bernstein points of its edges,
+ * 2 x_ij - (x_i + x_j)/2. */
 static void bound_edges(const flesh_locator *l, int t, tree_node *node)
 {
   for (int k = 0; k < 6; k++) {
@@ -61,8 +60,8 @@ static void bound(const flesh_locator *l, int first, int count, tree_node *node)
   }
 }
 
-/* Puts the median of order[first ... first+count-1] along `axis` into its place, smaller ones
- * before it (Hoare's selection). */
+/* Moves the median of order[first ... first+count-1] along `axis` to its place, smaller ones before it (Hoare's
+ * selection). */
 static void select_median(flesh_locator *l, int first, int count, int axis)
 {
   int low = first, high = first + count - 1, middle = first + count / 2;
@@ -83,7 +82,7 @@ static void select_median(flesh_locator *l, int first, int count, int axis)
   }
 }
 
-/* Depth: log2 of the tets, since halves are equal. */
+/* Builds the subtree; its depth is log2 of the number of tets, as it is split in halves. */
 static void grow(flesh_locator *l, int first, int count)
 {
   tree_node *node = &l->nodes[l->node_count++];
@@ -143,7 +142,7 @@ void flesh_locator_destroy(flesh_locator **locator)
   *locator = NULL;
 }
 
-/* Weights of the point in tet `t`. */
+/* Computes the barycentric weights of the point in tet `t`. */
 static void weigh(const flesh_locator *l, int t, const double point[3], double w[4])
 {
   const int *n = l->tets + 4 * (size_t)t;
@@ -158,8 +157,8 @@ static void weigh(const flesh_locator *l, int t, const double point[3], double w
   w[0] = 1 - w[1] - w[2] - w[3];
 }
 
-/* Squared distance of a point p from the segment and the triangle from the origin along a (and b):
- * Ericson 2005, Real-Time Collision Detection, 5.1. */
+/* Squared distance of a point p from the segment and the triangle from the origin along a (and b): Ericson 2005,
+ * Real-Time Collision Detection, 5.1. */
 static double to_segment(const double p[3], const double a[3])
 {
   double s = fmin(fmax(flesh_vec3_dot(p, a) / flesh_vec3_dot(a, a), 0), 1), sum = 0;
@@ -184,7 +183,7 @@ static double to_triangle(const double p[3], const double a[3], const double b[3
   return fmin(to_segment(q, c), fmin(to_segment(p, a), to_segment(p, b)));
 }
 
-/* Distance of the point from tet `t`: 0 where no weight is negative. */
+/* Returns the distance of the point from tet `t`: 0 if no weight is negative. */
 static double distance_to(const flesh_locator *l, int t, const double point[3], const double w[4])
 {
   static const int faces[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
@@ -211,8 +210,8 @@ static void place_nodes(const flesh_locator *l, int t, double x[10][3])
   }
 }
 
-/* The image of L, and the derivative of the map at L with its negative coordinates cut off, along the
- * directions of the corners 1 to 3 from corner 0. */
+/* Computes the image of L and the derivative of the map, at L with its negative coordinates cut off, along the
+ * directions from corner 0 to the corners 1 to 3. */
 static void image(const double x[10][3], const double L[4], double y[3], double J[9])
 {
   double N[10], cut[4], sum = 0;
@@ -234,8 +233,8 @@ static void image(const double x[10][3], const double L[4], double y[3], double 
   }
 }
 
-/* Newton's method from the straight tet's coordinates in w, with steps of at most half the tet, for
- * those in the curved one; returns whether it came there. */
+/* Finds the coordinates in a curved tet by Newton's method from those of the straight tet in w, with steps of at most
+ * half the tet; returns whether it converged. */
 static int weigh_curved(const double x[10][3], const double point[3], double size, double w[4])
 {
   for (int i = 0; i < 50; i++) {
@@ -258,8 +257,8 @@ static int weigh_curved(const double x[10][3], const double point[3], double siz
   return off <= 1e-11 * size;
 }
 
-/* From the image of w with its negative coordinates cut off, and from the four flat triangles of each
- * face beyond which the point lies. */
+/* Returns the least distance from the image of w with its negative coordinates cut off, and from the four flat
+ * triangles of each face beyond which the point lies. */
 static double distance_to_curved(const double x[10][3], const double point[3], const double w[4])
 {
   static const int faces[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
@@ -290,7 +289,8 @@ static double distance_to_curved(const double x[10][3], const double point[3], c
   return sqrt(least);
 }
 
-/* The place of a point in a curved tet; 0 where the tet's map, continued, does not reach it. */
+/* Finds the place of a point in a curved tet; returns 0 if the tet's map, continued outside, does not reach the
+ * point. */
 static int place_in_curved(const flesh_locator *l, int t, const double point[3], flesh_place *place)
 {
   double x[10][3], size = 0;
@@ -307,7 +307,7 @@ static double least_weight(const double w[4])
   return fmin(fmin(w[0], w[1]), fmin(w[2], w[3]));
 }
 
-/* Keeps the better of *best and tet `t`. */
+/* Replaces *best by tet `t` if that is better. */
 static void consider(const flesh_locator *l, int t, const double point[3], flesh_place *best)
 {
   flesh_place found = {.tet = t};
@@ -319,14 +319,14 @@ static void consider(const flesh_locator *l, int t, const double point[3], flesh
   if (!better) {
     double mine = least_weight(found.weights), other = least_weight(best->weights);
     better = mine > other || (mine == other && t < best->tet);
-    /* The least distance of the equals stays the one to compare with. */
+    /* Equal tets keep the least of their distances for later comparisons. */
     if (better) found.distance = fmin(found.distance, best->distance);
     else best->distance = fmin(found.distance, best->distance);
   }
   if (better) *best = found;
 }
 
-/* From the point to the node's box. */
+/* Returns the distance of the point from the node's box. */
 static double box_distance(const tree_node *node, const double point[3])
 {
   double sum = 0;
@@ -343,7 +343,7 @@ void flesh_locator_find(const flesh_locator *l, const double point[3], int hint,
   struct {
     int node;
     double distance;
-  } stack[64]; /* halves are equal: 32 levels hold any number of tets */
+  } stack[64]; /* 32 levels hold any number of tets, as the tree is split in halves */
   int top = 0;
   *place = (flesh_place){.tet = -1, .distance = INFINITY};
   if (hint >= 0) consider(l, hint, point, place);
@@ -362,7 +362,7 @@ void flesh_locator_find(const flesh_locator *l, const double point[3], int hint,
     double d[2] = {box_distance(&l->nodes[child[0]], point),
                    box_distance(&l->nodes[child[1]], point)};
     int near = d[1] < d[0];
-    for (int k = 0; k < 2; k++) { /* the nearer one on top */
+    for (int k = 0; k < 2; k++) { /* the nearer child is on top */
       int c = k ? near : !near;
       stack[top].node = child[c];
       stack[top++].distance = d[c];

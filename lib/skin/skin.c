@@ -1,4 +1,4 @@
-/* skin.c: binding a surface to tets, and moving it with them. */
+/* skin.c: binds a surface to tets and moves it with them. */
 #include "skin/skin.h"
 
 #include <math.h>
@@ -9,8 +9,7 @@
 #include "mesh/shape.h"
 #include "skin/locator.h"
 
-/* FNV-1a, 64 bits (Fowler, Noll, Vo): of integers and doubles by their bits, whatever the byte
- * order. */
+/* Hash FNV-1a, 64 bits (Fowler, Noll, Vo), of integers and doubles by their bits, independent of the byte order. */
 static uint64_t hash_word(uint64_t hash, uint64_t word)
 {
   for (int b = 0; b < 8; b++) hash = (hash ^ (word >> 8 * b & 255)) * 0x100000001b3u;
@@ -23,7 +22,7 @@ static uint64_t hash_numbers(uint64_t hash, size_t doubles, const double *x, siz
 {
   uint64_t word;
   for (size_t i = 0; i < doubles; i++) {
-    double plain = x[i] + 0; /* -0 and 0 are the same place */
+    double plain = x[i] + 0; /* -0 and 0 hash alike */
     memcpy(&word, &plain, sizeof word);
     hash = hash_word(hash, word);
   }
@@ -81,7 +80,7 @@ void flesh_skin_set(flesh_skin *skin, const flesh_mesh *mesh, int v, int tet,
     double *shapes = skin->shapes + 10 * (size_t)v;
     memcpy(nodes + 4, edges, 6 * sizeof(int));
     flesh_tet10_weights(weights, shapes);
-    for (int a = 4; a < 10 && edges[0] < 0; a++) nodes[a] = nodes[0], shapes[a] = 0; /* of four nodes */
+    for (int a = 4; a < 10 && edges[0] < 0; a++) nodes[a] = nodes[0], shapes[a] = 0; /* a tet of four nodes */
     if (edges[0] < 0) memcpy(shapes, weights, 4 * sizeof *shapes);
   }
   memcpy(skin->weights + 4 * (size_t)v, weights, 4 * sizeof(double));
@@ -100,7 +99,7 @@ int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface, flesh_
     return status;
   }
   flesh_place place = {.tet = -1};
-  for (int v = 0; v < (*skin)->identity.vertices; v++) { /* the last one's tet is a good guess */
+  for (int v = 0; v < (*skin)->identity.vertices; v++) { /* the last vertex's tet is a good guess */
     flesh_locator_find(locator, flesh_surface_positions(surface) + 3 * (size_t)v, place.tet,
                        &place);
     if (place.tet < 0 || !isfinite(place.distance)) {
@@ -153,7 +152,7 @@ static void clamp_weights(const double *weights, double clamped[4])
   for (int i = 0; i < 4; i++) clamped[i] /= sum;
 }
 
-/* Interpolates from ten nodes; a clamped value stays between those of the nodes. */
+/* Interpolates from ten nodes; with `clamp`, a value stays between those of the nodes. */
 static void apply_quadratic(const flesh_skin *skin, size_t m, int clamp, const double *nodal, double *skinned)
 {
   for (int v = 0; v < skin->identity.vertices; v++, skinned += m) {
@@ -172,7 +171,7 @@ static void apply_quadratic(const flesh_skin *skin, size_t m, int clamp, const d
   }
 }
 
-/* Relative to the tet's first node, so that far from the origin nothing is lost. */
+/* Interpolates differences from the tet's first node, so that no digits are lost far from the origin. */
 void flesh_skin_apply(const flesh_skin *skin, int components, int clamp, const double *nodal,
                       double *skinned)
 {
