@@ -60,7 +60,7 @@ static int has_texture(const flesh_surface_draft *draft)
   return 0;
 }
 
-/* A vertex by its place. */
+/* A vertex and its position. */
 typedef struct spot {
   const double *x;
   int vertex;
@@ -79,7 +79,7 @@ int flesh_surface_first_vertices(int count, const double *positions, int *first)
   spot *spots = malloc(((size_t)count + 1) * sizeof *spots);
   if (!spots) return no_memory(count);
   for (int v = 0; v < count; v++) spots[v] = (spot){positions + 3 * (size_t)v, v};
-  flesh_sort(spots, (size_t)count, sizeof *spots, compare); /* what is equal stays in its order */
+  flesh_sort(spots, (size_t)count, sizeof *spots, compare); /* the sort is stable */
   for (int k = 0, from = 0; k < count; k++) {
     if (compare(&spots[k], &spots[from])) from = k;
     first[spots[k].vertex] = spots[from].vertex;

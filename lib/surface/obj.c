@@ -1,11 +1,11 @@
-/* obj.c: reads Wavefront's OBJ (Advanced Visualizer, appendix B1): vertices, texture coordinates
- * and polygons; its other statements are known and left out. */
+/* obj.c: reads Wavefront's OBJ (Advanced Visualizer, appendix B1): vertices, texture coordinates and polygons; its
+ * other statements are recognised and ignored. */
 #include <limits.h>
 #include <string.h>
 
 #include "surface/surface.h"
 
-/* Statements without a part in the shape of polygons. */
+/* Statements that do not affect the shape of polygons. */
 static const char *const left_out[] = {
     "vn",     "vp",       "g",      "s",      "o",          "mg",        "usemtl", "mtllib",
     "usemap", "maplib",   "l",      "p",      "deg",        "bmat",      "step",   "cstype",
@@ -13,13 +13,13 @@ static const char *const left_out[] = {
     "end",    "con",      "bevel",  "lod",    "c_interp",   "d_interp",  "call",   "csh",
     "ctech",  "stech",    "shadow_obj",       "trace_obj",  "group"};
 
-/* The file's largest index and its line, to be checked at the end: vertices may come after the faces that use them. */
+/* The file's largest index and its line, checked at the end, as vertices may come after the faces that use them. */
 typedef struct highest {
   int64_t value, line;
 } highest;
 
-/* A line that ends in a backslash goes on in the next: joins them, and moves the line end behind
- * what was joined, so that the lines below keep their numbers. Returns the new size. */
+/* Joins lines that end in a backslash with the next ones, and moves their line ends after the joined text, so that
+ * later lines keep their numbers. Returns the new size. */
 static size_t join_lines(char *text, size_t size)
 {
   size_t out = 0;
@@ -40,7 +40,8 @@ static size_t join_lines(char *text, size_t size)
   return out;
 }
 
-/* An index at *at, moved behind it: 1 and up, or backwards from `count` when negative. 0: none. */
+/* Reads an index and moves *at past it: from 1, or back from the last item when negative. Returns 0 if there is
+ * none. */
 static int read_index(const char **at, int64_t *value)
 {
   const char *c = *at;
@@ -56,7 +57,7 @@ static int read_index(const char **at, int64_t *value)
   return 1;
 }
 
-/* The index in the arrays, from 0; a sentence where there is no such item. */
+/* Finds the index in the arrays, from 0. Fails with a sentence if there is no such item. */
 static int resolve(const flesh_scanner *s, const char *what, int64_t index, int count, int *found,
                    highest *seen)
 {
@@ -108,7 +109,7 @@ static int read_face(flesh_scanner *s, flesh_surface_draft *draft, highest seen[
   return status ? status : flesh_surface_draft_face(draft);
 }
 
-/* `v x y z`; a weight or a colour may follow. */
+/* Reads `v x y z`; a weight or a colour may follow. */
 static int read_vertex(flesh_scanner *s, flesh_surface_draft *draft)
 {
   double position[3], more;
@@ -121,7 +122,7 @@ static int read_vertex(flesh_scanner *s, flesh_surface_draft *draft)
   return status ? status : flesh_surface_draft_vertex(draft, position);
 }
 
-/* `vt u [v [w]]`. */
+/* Reads `vt u [v [w]]`. */
 static int read_texture(flesh_scanner *s, flesh_surface_draft *draft)
 {
   double uv[3] = {0, 0, 0};

@@ -28,7 +28,7 @@ static const scalar_type types[] = {
 
 typedef struct property {
   char name[NAME_SIZE];
-  const scalar_type *type, *count; /* count: of a list's length; NULL when it is none */
+  const scalar_type *type, *count; /* count: type of a list's length; NULL: not a list */
 } property;
 
 typedef struct element {
@@ -44,7 +44,7 @@ typedef struct ply {
   element elements[MAX_ELEMENTS];
 } ply;
 
-/* A sentence about the place that is read: a line, or in binary parts a byte. */
+/* Fails with the place that is read: a line, or a byte in binary files. */
 #define FAIL(p, ...)                                                                              \
   ((p)->form == FORM_ASCII ? flesh_scan_fail((p)->s, __VA_ARGS__) : fail_at_byte(p, __VA_ARGS__))
 
@@ -62,7 +62,7 @@ static int fail_at_byte(const ply *p, const char *format, ...)
                     (long long)(p->s->at - p->s->begin), text);
 }
 
-/* The next word of the line, cut to fit; 0 when there is none. */
+/* Reads the next word of the line, cut to fit; returns 0 if there is none. */
 static int next_word(flesh_scanner *s, char word[NAME_SIZE])
 {
   if (!flesh_scan_next_in_line(s)) return 0;
@@ -147,7 +147,7 @@ static int read_form(ply *p)
                          word, version);
 }
 
-/* Everything up to `end_header` and its line end. */
+/* Reads everything up to `end_header` and its line end. */
 static int read_header(ply *p)
 {
   flesh_scanner *s = p->s;
@@ -163,7 +163,7 @@ static int read_header(ply *p)
     if (flesh_scan_word(s, "format")) {
       status = read_form(p);
       form = p->form, has_form = 1;
-      p->form = FORM_ASCII; /* of the header */
+      p->form = FORM_ASCII; /* the header is ASCII */
     } else if (flesh_scan_word(s, "element")) status = read_element(p);
     else if (flesh_scan_word(s, "property")) status = read_property(p);
     else
@@ -195,7 +195,7 @@ static int short_file(const ply *p)
   return FAIL(p, "%s %lld: the file ends too early", p->s->item, (long long)p->s->index);
 }
 
-/* The next value as a real. */
+/* Reads the next value as a real. */
 static int read_real(ply *p, const scalar_type *type, double *value)
 {
   if (p->form == FORM_ASCII) return flesh_scan_real(p->s, value);
@@ -213,7 +213,7 @@ static int read_real(ply *p, const scalar_type *type, double *value)
   return FLESH_OK;
 }
 
-/* The next value as an integer; reals that are none are refused. */
+/* Reads the next value as an integer; fails for a real that is not whole. */
 static int read_integer(ply *p, const scalar_type *type, int64_t *value)
 {
   if (p->form == FORM_ASCII) return flesh_scan_integer(p->s, value);
@@ -226,7 +226,7 @@ static int read_integer(ply *p, const scalar_type *type, int64_t *value)
   return FLESH_OK;
 }
 
-/* Leaves out a value, whatever it is. */
+/* Skips values. */
 static int skip_values(ply *p, const scalar_type *type, int64_t count)
 {
   flesh_scanner *s = p->s;
@@ -268,7 +268,7 @@ static int read_face(ply *p, const property *list, int vertices, flesh_surface_d
   return status ? status : flesh_surface_draft_face(draft);
 }
 
-/* Which of x, y, z the property is; -1 for none. */
+/* Returns 0, 1, 2 for the properties x, y, z; -1 for others. */
 static int axis_of(const property *of)
 {
   return !of->count && strlen(of->name) == 1 && *of->name >= 'x' && *of->name <= 'z'
@@ -276,7 +276,7 @@ static int axis_of(const property *of)
              : -1;
 }
 
-/* An element's rows. `corners`: which property lists a face's vertices, or -1. */
+/* Reads the rows of an element. `corners`: index of the property that lists a face's vertices, or -1. */
 static int read_rows(ply *p, const element *e, int is_vertex, int corners, int vertices,
                      flesh_surface_draft *draft)
 {
@@ -308,7 +308,7 @@ static int read_rows(ply *p, const element *e, int is_vertex, int corners, int v
   return status;
 }
 
-/* An element that is read stands once: what is said of its properties would be of one of several. */
+/* Checks that an element that is read occurs once; else its properties would be ambiguous. */
 static int check_once(const ply *p, int element)
 {
   const char *name = p->elements[element].name;

@@ -1,5 +1,5 @@
-/* stl.c: reads 3D Systems' STL (1989), text or binary: triangles, each with corners of its own, of which those at one place
- * become one vertex. */
+/* stl.c: reads 3D Systems' STL (1989), text or binary: triangles, each with corners of its own; corners at the same
+ * place become one vertex. */
 #include <math.h>
 #include <string.h>
 #include <strings.h>
@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "surface/surface.h"
 
-/* Bytes of a binary file: a header that says nothing, a count, and facets: a normal, three corners and two more bytes. */
+/* Bytes of a binary file: an arbitrary header, a count, and facets: a normal, three corners and two more bytes. */
 enum { HEADER = 80, BEGIN = HEADER + 4, NORMAL = 12, FACET = NORMAL + 36 + 2 };
 
 static uint32_t read_word(const char *bytes)
@@ -16,13 +16,14 @@ static uint32_t read_word(const char *bytes)
   return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
 }
 
-/* Bytes that a binary file with this one's count of facets has; 0 where there is no count. */
+/* Returns the size of a binary file with the count of facets that this one has; 0 if the file is too short for a
+ * count. */
 static int64_t binary_size(const flesh_scanner *s)
 {
   return s->end - s->begin < BEGIN ? 0 : BEGIN + FACET * (int64_t)read_word(s->begin + HEADER);
 }
 
-/* Reads the word at the present place in letters of either case; returns whether it was there. */
+/* Reads the word at the current place, ignoring case; returns whether it was there. */
 static int read_keyword(flesh_scanner *s, const char *word)
 {
   const char *token, *before = s->at;
@@ -69,7 +70,7 @@ static int read_binary(flesh_scanner *s, flesh_surface_draft *draft)
   return status;
 }
 
-/* Reads the word that must be the next. */
+/* Reads the word that must come next. */
 static int expect(flesh_scanner *s, const char *word)
 {
   if (!flesh_scan_next(s))
@@ -78,7 +79,8 @@ static int expect(flesh_scanner *s, const char *word)
   return flesh_scan_fail(s, "facet %lld: %s stands where `%s` is expected", (long long)s->index, flesh_scan_show(s), word);
 }
 
-/* The rest of a facet behind its first word. Its normal, which follows from the corners, is left out: it may be nan. */
+/* Reads the rest of a facet after its first word. Ignores its normal, which may be nan, as it follows from the
+ * corners. */
 static int read_facet(flesh_scanner *s, flesh_surface_draft *draft)
 {
   const char *token;
@@ -98,11 +100,11 @@ static int read_facet(flesh_scanner *s, flesh_surface_draft *draft)
   return status ? status : flesh_surface_draft_face(draft);
 }
 
-/* A file may have several solids, one after the other. */
+/* Reads a text file, which may have several solids, one after the other. */
 static int read_text(flesh_scanner *s, flesh_surface_draft *draft)
 {
   int status = FLESH_OK, inside = 0;
-  s->comment = 0; /* a name may have a # */
+  s->comment = 0; /* a solid's name may contain a # */
   s->item = "facet", s->form = "vertex x y z";
   while (!status && flesh_scan_next(s)) {
     s->index = draft->faces + 1;
@@ -115,11 +117,11 @@ static int read_text(flesh_scanner *s, flesh_surface_draft *draft)
   return status;
 }
 
-/* Makes vertices at the same place one: the first of them. */
+/* Merges vertices at the same place into the first of them. */
 static int merge(flesh_surface_draft *draft)
 {
   const int count = draft->vertices;
-  /* Corner v has vertex v so far. */
+  /* So far corner v has vertex v. */
   const int status = flesh_surface_first_vertices(count, draft->positions, draft->vertex_of);
   if (status) return status;
   draft->vertices = 0;

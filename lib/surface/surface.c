@@ -1,4 +1,4 @@
-/* surface.c: a surface from arrays, its triangles, and what is in it. */
+/* surface.c: makes a surface from arrays, cuts its faces into triangles, and gives access to it. */
 #include "surface/surface.h"
 
 #include <math.h>
@@ -28,14 +28,14 @@ static int check(int vertices, const double *positions, int faces, const int *st
   return FLESH_OK;
 }
 
-/* Cuts all faces; degenerate triangles are left out. */
+/* Cuts all faces into triangles; drops degenerate triangles. */
 static int make_triangles(flesh_surface *s)
 {
   int largest = 3;
   for (int f = 0; f < s->faces; f++)
     if (s->starts[f + 1] - s->starts[f] > largest) largest = s->starts[f + 1] - s->starts[f];
   size_t most = (size_t)s->starts[s->faces] - 2 * (size_t)s->faces;
-  int *room = malloc(sizeof *room * 7 * (size_t)largest); /* rings, then the cut of one face */
+  int *room = malloc(sizeof *room * 7 * (size_t)largest); /* rings, then the triangles of one face */
   s->triangles = malloc(sizeof *s->triangles * (3 * most + 1));
   if (!room || !s->triangles) {
     free(room);

@@ -1,11 +1,9 @@
-/* triangulate.c: polygons cut into triangles, ear by ear (Meisters 1975), in the plane of their
- * area vector. */
+/* triangulate.c: cuts polygons into triangles, ear by ear (Meisters 1975), in the plane of their area vector. */
 #include <math.h>
 
 #include "surface/surface.h"
 
-/* The two axes in which the polygon, seen along its largest area component, is counter-clockwise.
- */
+/* Chooses the two axes in which the polygon is counter-clockwise, seen along its largest area component. */
 static void find_plane(int count, const int *corners, const double *positions, int axes[2])
 {
   double area[3] = {0, 0, 0};
@@ -29,12 +27,12 @@ static void find_plane(int count, const int *corners, const double *positions, i
 typedef struct polygon {
   const int *corners, *axes;
   const double *positions;
-  int *next, *previous; /* [count] rings of places */
-  int *hollow;          /* [hollows] places whose corner is not convex: only they can be in an ear */
+  int *next, *previous; /* [count] linked rings of corner indices */
+  int *hollow;          /* [hollows] corners that are not convex: only these can lie in an ear */
   int hollows;
 } polygon;
 
-/* Twice the signed area of the triangle of three places. */
+/* Returns twice the signed area of the triangle of three corners. */
 static double turn(const polygon *g, int a, int b, int c)
 {
   const double *p = g->positions + 3 * (size_t)g->corners[a];
@@ -72,7 +70,7 @@ void flesh_surface_cut(int count, const int *corners, const double *positions, i
   for (int k = 0; k < count; k++)
     if (!(turn(&g, g.previous[k], k, g.next[k]) > 0)) g.hollow[g.hollows++] = k;
   while (left > 2) {
-    /* If no ear is left, the polygon crosses itself or is flat: any corner is as good. */
+    /* If no ear is left, the polygon crosses itself or is flat, and any corner will do. */
     if (left > 3 && tried < left && g.hollows && !is_ear(&g, at)) {
       at = g.next[at];
       tried++;

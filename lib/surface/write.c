@@ -1,4 +1,4 @@
-/* write.c: surfaces as OBJ and PLY. */
+/* write.c: writes surfaces as OBJ and PLY. */
 #include <stdint.h>
 #include <string.h>
 #include <strings.h>
