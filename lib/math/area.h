@@ -1,4 +1,4 @@
-/* area.h: the area vectors of triangles: normal to them, outwards as they are wound, and twice as long as they are large. */
+/* area.h: area vectors of triangles: normal to the triangle, outwards by its winding, with twice its area as length. */
 #ifndef FLESH_MATH_AREA_H
 #define FLESH_MATH_AREA_H
 
@@ -13,7 +13,7 @@ static inline void flesh_area_vector(const double a[3], const double b[3], const
   flesh_vec3_cross(e, f, n);
 }
 
-/* The area vector of the triangle whose corners are these nodes of x. */
+/* Computes the area vector of the triangle whose corners are these nodes of x. */
 static inline void flesh_area_vector_at(const double *x, const int corners[3], double n[3])
 {
   flesh_area_vector(x + 3 * (size_t)corners[0], x + 3 * (size_t)corners[1], x + 3 * (size_t)corners[2], n);

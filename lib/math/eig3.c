@@ -1,4 +1,4 @@
-/* eig3.c: scales to ordinary size, eig3_core.h, then sorts. */
+/* eig3.c: scales the matrix to ordinary size, calls eig3_core.h and sorts. */
 #include "math/eig3.h"
 
 #include "math/eig3_core.h"
@@ -23,7 +23,7 @@ void flesh_eigh3(const double A[9], double w[3], double Q[9])
     if (w[p] <= w[q]) continue;
     double t = w[p];
     w[p] = w[q], w[q] = t;
-    for (int i = 0; i < 3; i++) { /* one sign changed: the swap stays a rotation */
+    for (int i = 0; i < 3; i++) { /* a sign changes, so that the swap is a rotation */
       t = Q[3 * i + p];
       Q[3 * i + p] = Q[3 * i + q], Q[3 * i + q] = -t;
     }

@@ -1,10 +1,9 @@
-/* eig3_core.h: eigenvalues and eigenvectors of symmetric 3x3 matrices, one or several side by
- * side (lanes.h), of ordinary size (finite, the largest entry within SMALLEST and LARGEST),
- * without iterating: the eigenvalue that is farthest from the others is the well-conditioned
- * root of the characteristic polynomial, its vector a cross product, and one Jacobi rotation
- * splits the plane that is left. Errors are of the order of rounding in |A|. Sources: Smith,
- * Eigenvalues of a symmetric 3x3 matrix, 1961; Eberly, A robust eigensolver for 3x3 symmetric
- * matrices, 2014; Golub & Van Loan, Matrix Computations, 8.5. */
+/* eig3_core.h: eigenvalues and eigenvectors of symmetric 3x3 matrices, one or several side by side (lanes.h), of
+ * ordinary size (finite, the largest entry between SMALLEST and LARGEST), without iteration: the eigenvalue farthest
+ * from the others is the well-conditioned root of the characteristic polynomial, its vector is a cross product, and one
+ * Jacobi rotation diagonalises the remaining plane. Errors are of the order of rounding in |A|. Sources: Smith,
+ * Eigenvalues of a symmetric 3x3 matrix, 1961; Eberly, A robust eigensolver for 3x3 symmetric matrices, 2014; Golub &
+ * Van Loan, Matrix Computations, 8.5. */
 #ifndef FLESH_MATH_EIG3_CORE_H
 #define FLESH_MATH_EIG3_CORE_H
 
@@ -13,8 +12,8 @@
 #define FLESH_EIG3_SMALLEST 1e-100
 #define FLESH_EIG3_LARGEST  1e100
 
-/* z = 2 cos(acos(c)/3), the largest root of z^3 - 3z = 2c, for 0 <= c <= 1: a cubic within 1e-4
- * of it, made exact by two steps of Newton's. */
+/* Returns z = 2 cos(acos(c)/3), the largest root of z^3 - 3z = 2c, for 0 <= c <= 1: a cubic approximation within 1e-4,
+ * improved by two Newton steps to rounding. */
 static inline flesh_real flesh_eig3_root(flesh_real c)
 {
   flesh_real z = 1.7321326590663835 +
@@ -23,7 +22,7 @@ static inline flesh_real flesh_eig3_root(flesh_real c)
   return z;
 }
 
-/* The longest of the cross products of M's rows, of length 1: what M, of rank 2, takes to zero. */
+/* Computes the unit null vector of M, of rank 2: the longest cross product of its rows, normalised. */
 static inline void flesh_eig3_null(const flesh_real M[9], flesh_real v[3])
 {
   flesh_real other[2][3];
@@ -37,15 +36,15 @@ static inline void flesh_eig3_null(const flesh_real M[9], flesh_real v[3])
     longest = flesh_select(better, length, longest);
     for (int i = 0; i < 3; i++) v[i] = flesh_select(better, other[k][i], v[i]);
   }
-  longest = flesh_sqrt(longest); /* divided by, an axis stays one to the last bit */
+  longest = flesh_sqrt(longest); /* dividing by it keeps an axis exact */
   for (int i = 0; i < 3; i++) v[i] /= longest;
 }
 
-/* A = Q diag(w) Q^T, w in no order; Q a rotation. */
+/* Computes A = Q diag(w) Q^T with w in no order; Q is a rotation. */
 static inline void flesh_eig3_core(const flesh_real A[9], flesh_real w[3], flesh_real Q[9])
 {
-  /* K = (A - mean)/p with eigenvalues 2 cos(angle + 2 pi k/3), the first of them farthest from
-   * the others and at least sqrt(3) in size. */
+  /* K = (A - mean)/p has the eigenvalues 2 cos(angle + 2 pi k/3). The first is farthest from the others and at least
+   * sqrt(3) in size. */
   flesh_real K[9], M[9], mean = (A[0] + A[4] + A[8]) / 3, a = A[0] - mean, b = A[4] - mean,
                          c = A[8] - mean;
   flesh_real p =
@@ -58,7 +57,7 @@ static inline void flesh_eig3_core(const flesh_real A[9], flesh_real w[3], flesh
   far = flesh_select(half < 0, -far, far);
   for (int k = 0; k < 9; k++) M[k] = k % 4 == 0 ? K[k] - far : K[k];
 
-  /* Its vector v, and K in the plane of u and n that is left. */
+  /* Its eigenvector v, and K in the remaining plane of u and n. */
   flesh_real v[3], u[3], n[3], Kv[3], Ku[3], Kn[3];
   flesh_eig3_null(M, v);
   flesh_vec3_perpendicular(v, u);

@@ -1,8 +1,9 @@
-/* error_function.h: erf for flesh_real (lanes.h), the C library's for a double; for lanes our own, within 1e-15 of it.
+/* error_function.h: erf for flesh_real (lanes.h): the C library's for a double; for lanes an own one, within 1e-15 of
+ * it.
  *
- * 1 - erf(x) = exp(-x^2) g(t)/(1 + 2x) for x >= 0, with t = (x - k)/(x + k) in [-1, 1] and a smooth g, which is a sum of
- * Chebyshev polynomials of t (the mapping: Shepherd & Laframboise 1981). Coefficients: discrete cosine transform at 200
- * points in quadruple precision; those left out are below 2e-17. */
+ * 1 - erf(x) = exp(-x^2) g(t)/(1 + 2x) for x >= 0, with t = (x - k)/(x + k) in [-1, 1] and a smooth g, which is a sum
+ * of Chebyshev polynomials of t (the mapping: Shepherd & Laframboise 1981). The coefficients are from a discrete cosine
+ * transform at 200 points in quadruple precision; omitted ones are below 2e-17. */
 #ifndef FLESH_MATH_ERROR_FUNCTION_H
 #define FLESH_MATH_ERROR_FUNCTION_H
 
@@ -16,7 +17,7 @@ static inline double flesh_erf(double x) { return erf(x); }
 
 static inline flesh_real flesh_erf(flesh_real x)
 {
-  static const double k = 3.75, largest = 6; /* beyond, it is 1 to the last bit */
+  static const double k = 3.75, largest = 6; /* beyond `largest`, erf is 1 to the last bit */
   enum { TERMS = 25 };
   static const double c[TERMS] = {
       1.177578934567401705,    -4.59005458064647761e-03, -8.42491333665179171e-02, 5.92099399981918934e-02,

@@ -1,5 +1,5 @@
-/* exponential.h: exp for flesh_real (lanes.h): the C library's for a double; for lanes our own, accurate to some 2 units
- * in the last place within +-FLESH_EXPONENTIAL_LARGEST; anything for other arguments. */
+/* exponential.h: exp for flesh_real (lanes.h): the C library's for a double; for lanes an own one, accurate to about 2
+ * units in the last place within +-FLESH_EXPONENTIAL_LARGEST and arbitrary for other arguments. */
 #ifndef FLESH_MATH_EXPONENTIAL_H
 #define FLESH_MATH_EXPONENTIAL_H
 
@@ -13,11 +13,11 @@ static inline double flesh_exp(double x) { return exp(x); }
 
 #else
 
-/* x = k log 2 + r, |r| <= log(2)/2; exp r by its series, whose next term is below 2^-57 there. */
+/* Splits x = k log 2 + r, |r| <= log(2)/2, and computes exp r by its series, whose next term is below 2^-57 there. */
 static inline flesh_real flesh_exp(flesh_real x)
 {
   typedef uint64_t integers __attribute__((vector_size(8 * FLESH_LANES)));
-  /* Added to a number, it rounds to an integer, which the last bits then hold. */
+  /* Adding it rounds a number to an integer, which is then in the last bits. */
   const double shift = 0x1.8p52;
   flesh_real shifted = x * 0x1.71547652b82fep0 + shift, k = shifted - shift;
   /* log 2 in two parts, the first short enough for exact products with k */

@@ -1,5 +1,5 @@
-/* hermite.c: interpolation of positions and velocities, by divided differences in which a time stands twice where the velocity
- * there is known (Stoer and Bulirsch, Introduction to Numerical Analysis, 2.1.5). */
+/* hermite.c: interpolates positions and velocities by divided differences; a time counts twice if its velocity is known
+ * (Stoer and Bulirsch, Introduction to Numerical Analysis, 2.1.5). */
 #include "math/hermite.h"
 
 void flesh_hermite_weights(int count, const double *times, int half, int j, double t, double w[4])

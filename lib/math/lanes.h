@@ -1,8 +1,8 @@
-/* lanes.h: flesh_real is a double, or, in a file compiled with -DFLESH_LANES=n, n doubles side by
- * side: code written with it does one thing, or n at once.
+/* lanes.h: flesh_real is a double or, in a file compiled with -DFLESH_LANES=n, n doubles side by side, so that the same
+ * code computes one value or n at once.
  *
- * The compiler's vector types have + - * / and comparisons, also with a double on one side. What
- * they lack is here, and nothing machine-specific is anywhere else. */
+ * The compiler's vector types have + - * / and comparisons, also with a double on one side. This file adds the rest,
+ * and only this file contains machine-specific code. */
 #ifndef FLESH_MATH_LANES_H
 #define FLESH_MATH_LANES_H
 
@@ -35,7 +35,7 @@ static inline double flesh_abs(double value) { return fabs(value); }
 #endif
 
 typedef double flesh_real __attribute__((vector_size(8 * FLESH_LANES)));
-typedef int64_t flesh_mask __attribute__((vector_size(8 * FLESH_LANES))); /* 0 or -1 in a lane */
+typedef int64_t flesh_mask __attribute__((vector_size(8 * FLESH_LANES))); /* 0 or -1 in each lane */
 
 static inline flesh_real flesh_all(double value) { return value - (flesh_real){0}; }
 static inline double flesh_lane(flesh_real value, int lane) { return value[lane]; }
@@ -84,8 +84,8 @@ static inline flesh_real flesh_abs(flesh_real value)
   return (flesh_real)((flesh_mask)value & INT64_MAX);
 }
 
-/* Lanes of a and b in pairs: those of which `step` lanes stay and `step` lanes change places, so
- * that for step 1 a ends with a_0 b_0 a_2 b_2 ... and b with a_1 b_1 a_3 b_3 ... */
+/* Exchanges lanes of a and b: of every 2 * step lanes, `step` stay and `step` swap, so that for step 1 a becomes a_0
+ * b_0 a_2 b_2 ... and b becomes a_1 b_1 a_3 b_3 ... */
 static inline void flesh_exchange(int step, flesh_real *a, flesh_real *b)
 {
   flesh_real x = *a, y = *b;
@@ -115,7 +115,7 @@ static inline void flesh_exchange(int step, flesh_real *a, flesh_real *b)
 #endif
 }
 
-/* Lane l of vector c becomes lane c of vector l. */
+/* Transposes: lane l of vector c becomes lane c of vector l. */
 static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 {
   FLESH_UNROLL(3)
@@ -125,13 +125,13 @@ static inline void flesh_transpose(flesh_real v[FLESH_LANES])
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
 
-/* n doubles, and two, anywhere in memory. */
+/* Vectors of FLESH_LANES and of two doubles at any address of a double. */
 typedef flesh_real flesh_real_at __attribute__((aligned(8), may_alias));
 typedef double flesh_two_at __attribute__((vector_size(16), aligned(8), may_alias));
-/* Four at a multiple of 32 bytes. */
+/* Vector of four doubles at a multiple of 32 bytes. */
 typedef double flesh_four __attribute__((vector_size(32), may_alias));
 
-/* From four numbers of a lane side by side to the same number of all lanes, and back. */
+/* Transposes between four numbers of one lane side by side and one number of all lanes. */
 static inline void flesh_mix_four(flesh_real v[4])
 {
   FLESH_UNROLL(2)
@@ -142,10 +142,10 @@ static inline void flesh_mix_four(flesh_real v[4])
 }
 
 #if FLESH_LANES == 8
-/* The four numbers at each of two places. */
+/* Loads the four numbers at each of two addresses. */
 static inline flesh_real flesh_two_fours(const double *a, const double *b)
 {
-#ifdef __AVX512F__ /* one instruction for the second four, where GCC 12 finds two */
+#ifdef __AVX512F__ /* one instruction for the second four; GCC 12 needs two */
   return (flesh_real)_mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_load_pd(a)), _mm256_load_pd(b), 1);
 #else
   return __builtin_shufflevector(*(const flesh_four *)a, *(const flesh_four *)b, 0, 1, 2, 3, 4, 5, 6, 7);
@@ -153,13 +153,13 @@ static inline flesh_real flesh_two_fours(const double *a, const double *b)
 }
 #endif
 
-/* v[k] = the number k of the four at place[lane] less that of the four at from[lane], for every lane; places are
+/* Sets lane l of v[k] to number k of the four at place[l] minus that at from[l], for every lane l; addresses are
  * multiples of 32 bytes. */
 static inline void flesh_load_from(const double *const from[FLESH_LANES], const double *const place[FLESH_LANES],
                                    flesh_real v[4])
 {
 #if FLESH_LANES == 8
-  /* Lanes in an order that shuffles of quarters turn into the right one. */
+  /* Order of the lanes that shuffles of quarters turn into the right one. */
   static const int low[4] = {0, 1, 4, 5};
   flesh_real by_lane[4], even[2], odd[2];
   FLESH_UNROLL(4)
@@ -178,7 +178,7 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
   FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k] - *(const flesh_real_at *)from[k];
   flesh_mix_four(v);
-#else /* what is mixed from `from` serves for other places, too */
+#else /* the transposed `from` can be reused for other places */
   flesh_real less[4];
   for (int k = 0; k < 4; k++) {
     v[k] = *(const flesh_real_at *)(place[k % 2] + (k & 2));
@@ -190,7 +190,8 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
 #endif
 }
 
-/* The four numbers at place[lane] += v[k]'s lane, for every lane in turn; places are multiples of 32 bytes. */
+/* Adds lane l of v[k] to number k of the four at place[l], for one lane after the other; addresses are multiples of 32
+ * bytes. */
 static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v[4])
 {
   flesh_mix_four(v);
@@ -209,8 +210,8 @@ static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v
 
 #endif
 
-/* The second one where one is no number. */
-#if FLESH_LANES == 2 && defined(__SSE2__) /* one instruction, where compilers find six */
+/* Return the larger or smaller number; b if one of the two is NaN. */
+#if FLESH_LANES == 2 && defined(__SSE2__) /* one instruction; compilers need six */
 static inline flesh_real flesh_max(flesh_real a, flesh_real b) { return (flesh_real)_mm_max_pd((__m128d)a, (__m128d)b); }
 static inline flesh_real flesh_min(flesh_real a, flesh_real b) { return (flesh_real)_mm_min_pd((__m128d)a, (__m128d)b); }
 #else

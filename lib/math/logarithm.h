@@ -1,6 +1,6 @@
-/* logarithm.h: log and the cube root for flesh_real (lanes.h): the C library's for a double; for
- * lanes our own, accurate to some 2 units in the last place for arguments that are positive,
- * finite and normal (1e-290 to 1e290); anything for others. */
+/* logarithm.h: log and the inverse cube root for flesh_real (lanes.h): the C library's for a double; for lanes own
+ * ones, accurate to about 2 units in the last place for positive, finite and normal arguments (1e-290 to 1e290) and
+ * arbitrary for others. */
 #ifndef FLESH_MATH_LOGARITHM_H
 #define FLESH_MATH_LOGARITHM_H
 
@@ -16,11 +16,11 @@ static inline double flesh_inverse_cbrt(double x) { return 1 / cbrt(x); }
 
 typedef uint64_t flesh_unsigned __attribute__((vector_size(8 * FLESH_LANES)));
 
-/* x = 2^e m with m within sqrt(1/2) and sqrt(2); log m = 2 artanh s, s = (m-1)/(m+1), by its
- * series, whose next term is below 2^-55 there. */
+/* Splits x = 2^e m with m between sqrt(1/2) and sqrt(2); log m = 2 artanh s, s = (m-1)/(m+1), by its series, whose next
+ * term is below 2^-55 there. */
 static inline flesh_real flesh_log(flesh_real x)
 {
-  /* Added to the bits of x, what lies between sqrt(1/2) and 1 carries into the exponent. */
+  /* The number added to the bits of x carries into the exponent if the mantissa is that of a number above sqrt(1/2). */
   flesh_unsigned bits = (flesh_unsigned)x;
   flesh_unsigned exponent = (bits + (0x3ff0000000000000 - 0x3fe6a09e667f3bcc)) >> 52; /* e + 1023 */
   flesh_real m = (flesh_real)(bits - ((exponent - 1023) << 52));
@@ -33,8 +33,8 @@ static inline flesh_real flesh_log(flesh_real x)
 
 static inline flesh_real flesh_log1p(flesh_real x) { return flesh_log(1 + x); }
 
-/* y = x^(-1/3): a third of the exponent, some 3 % off, then twice (1-r)^(-1/3), r = 1 - x y^3, by
- * its series. */
+/* Computes y = x^(-1/3): dividing the exponent by three gives it to 3 %; two steps multiply by the series of
+ * (1-r)^(-1/3), r = 1 - x y^3. */
 static inline flesh_real flesh_inverse_cbrt(flesh_real x)
 {
   flesh_unsigned third = ((flesh_unsigned)x >> 32) * 0x55555556 >> 32;

@@ -1,5 +1,5 @@
-/* mat3.h: row-major 3x3 matrices A[3*i+j] = A_ij and 3-vectors of flesh_real (lanes.h), inlined.
- * Outputs come last and must not overlap the inputs. */
+/* mat3.h: row-major 3x3 matrices A[3*i+j] = A_ij and 3-vectors of flesh_real (lanes.h), inlined. Outputs come last and
+ * must not overlap the inputs. */
 #ifndef FLESH_MATH_MAT3_H
 #define FLESH_MATH_MAT3_H
 
@@ -19,7 +19,7 @@ static inline void flesh_vec3_cross(const flesh_real a[3], const flesh_real b[3]
   c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* w = a unit vector at right angles to the unit vector u. */
+/* Sets w to a unit vector orthogonal to the unit vector u. */
 static inline void flesh_vec3_perpendicular(const flesh_real u[3], flesh_real w[3])
 {
   flesh_real x = flesh_abs(u[0]), y = flesh_abs(u[1]), z = flesh_abs(u[2]);
@@ -84,7 +84,7 @@ static inline flesh_real flesh_mat3_inner(const flesh_real A[9], const flesh_rea
   return flesh_vec3_dot(A, B) + flesh_vec3_dot(A + 3, B + 3) + flesh_vec3_dot(A + 6, B + 6);
 }
 
-/* tr(A^T A), the squared Frobenius norm. */
+/* Returns tr(A^T A), the squared Frobenius norm. */
 static inline flesh_real flesh_mat3_norm2(const flesh_real A[9]) { return flesh_mat3_inner(A, A); }
 
 /* C = cof A = dJ/dA: its rows are the cross products of A's rows; A^T C = det(A) I. */
@@ -102,7 +102,7 @@ static inline flesh_real flesh_mat3_determinant(const flesh_real A[9])
   return flesh_vec3_dot(A, c);
 }
 
-/* B = A^-1; returns det A. B is not finite where det A is 0. */
+/* B = A^-1; returns det A. B is not finite if det A is 0. */
 static inline flesh_real flesh_mat3_inverse(const flesh_real A[9], flesh_real B[9])
 {
   flesh_real C[9];
@@ -113,7 +113,7 @@ static inline flesh_real flesh_mat3_inverse(const flesh_real A[9], flesh_real B[
   return det;
 }
 
-/* Whether all nine numbers are finite. */
+/* Returns whether all nine numbers are finite. */
 static inline flesh_mask flesh_mat3_finite(const flesh_real A[9])
 {
   flesh_real sum = A[0] * 0;

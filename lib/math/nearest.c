@@ -1,4 +1,4 @@
-/* nearest.c: the nearest points of segments and triangles. */
+/* nearest.c: nearest points on segments and triangles. */
 #include "math/nearest.h"
 
 #include "math/mat3.h"

@@ -1,4 +1,4 @@
-/* svd3.c: scales to ordinary size, then svd3_core.h. */
+/* svd3.c: scales the matrix to ordinary size and calls svd3_core.h. */
 #include "math/svd3.h"
 
 #include "math/svd3_core.h"

@@ -1,9 +1,9 @@
-/* svd3_core.h: svd3.h's decomposition for one matrix or several side by side (lanes.h), of ordinary
- * size: finite, the largest entry within SMALLEST and LARGEST.
+/* svd3_core.h: the decomposition of svd3.h for one matrix or several side by side (lanes.h), of ordinary size: finite,
+ * the largest entry between SMALLEST and LARGEST.
  *
- * V first from the eigenvectors of F^T F, then by one-sided Jacobi (Hestenes 1958; de Rijk
- * 1989): rotate pairs of columns of B = F V until they are orthogonal, one sweep as a rule.
- * Working on B and not on F^T F alone keeps the small singular values accurate. */
+ * V comes from the eigenvectors of F^T F and is improved by one-sided Jacobi (Hestenes 1958; de Rijk 1989): pairs of
+ * columns of B = F V are rotated until they are orthogonal, usually in one sweep. Working on B, and not only on F^T F,
+ * keeps the small singular values accurate. */
 #ifndef FLESH_MATH_SVD3_CORE_H
 #define FLESH_MATH_SVD3_CORE_H
 
@@ -15,16 +15,16 @@
 #define FLESH_SVD3_LARGEST  1e30
 /* Columns count as orthogonal when the cosine between them is below this. */
 #define FLESH_SVD3_ORTHOGONAL (2 * DBL_EPSILON)
-/* Jacobi converges quadratically: after a sweep whose cosines and angles were all below this,
- * what remains is at rounding. */
+/* Jacobi converges quadratically: if all cosines and angles of a sweep were below this, the remaining error is at
+ * rounding. */
 #define FLESH_SVD3_LAST_SWEEP 1e-8
-/* Products of columns below this fraction of |F|^2 cannot be seen in F at rounding. */
+/* Products of columns below this fraction of |F|^2 are invisible in F at rounding. */
 #define FLESH_SVD3_NEGLIGIBLE 1e-40
 #define FLESH_SVD3_MAX_SWEEPS 20
 
-/* Here matrices are kept by columns: b[p] is column p of B, v[p] of V. */
+/* Matrices are kept by columns here: b[p] is column p of B, v[p] of V. */
 
-/* Swaps a and b in the lanes of `swap`, with one sign changed so that the swap is a rotation. */
+/* Swaps a and b in the lanes of `swap`; a sign changes, so that the swap is a rotation. */
 static inline void flesh_svd3_swap(flesh_mask swap, flesh_real a[3], flesh_real b[3])
 {
   for (int i = 0; i < 3; i++) {
@@ -34,7 +34,7 @@ static inline void flesh_svd3_swap(flesh_mask swap, flesh_real a[3], flesh_real 
   }
 }
 
-/* Makes columns p, q of B orthogonal; returns where another sweep is needed. */
+/* Makes columns p, q of B orthogonal; returns the lanes that need another sweep. */
 static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3], int p, int q,
                                            flesh_real floor)
 {
@@ -43,7 +43,7 @@ static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3
   flesh_mask turn =
       (pq2 > FLESH_SVD3_ORTHOGONAL * FLESH_SVD3_ORTHOGONAL * product) & (flesh_abs(pq) > floor);
   if (!flesh_any(turn)) return turn;
-  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)), its sign that of qq - pp. */
+  /* The rotation by the smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)), with the sign of qq - pp. */
   flesh_real d = qq - pp, o = 2 * pq;
   flesh_real r = flesh_abs(d) + flesh_sqrt(d * d + o * o);
   o = flesh_select(d < 0, -o, o);
@@ -91,7 +91,7 @@ static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh
     flesh_svd3_swap(swap, v[p], v[q]);
   }
 
-  /* U's columns are B's, normalised; what rank deficiency leaves open makes it a rotation. */
+  /* The columns of U are those of B, normalised; for a rank-deficient F they are completed to a rotation. */
   flesh_real u[3][3], s0 = flesh_sqrt(n[0]), s1 = flesh_sqrt(n[1]), inverse = 1 / s0;
   for (int i = 0; i < 3; i++) u[0][i] = b[0][i] * inverse;
   flesh_real along = flesh_vec3_dot(u[0], b[1]), rest[3];
@@ -99,7 +99,7 @@ static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh
   flesh_real n1 = flesh_sqrt(flesh_vec3_dot(rest, rest));
   inverse = 1 / n1;
   for (int i = 0; i < 3; i++) u[1][i] = rest[i] * inverse;
-  /* A second column that can be seen: its squares are then no denormal numbers. */
+  /* Lanes in which the second column is large enough that its squares are not denormal. */
   flesh_mask full = (s1 > FLESH_SVD3_NEGLIGIBLE * s0) & (n1 > 0.5 * s1);
   if (flesh_any(full == 0)) {
     flesh_real w[3];
@@ -110,7 +110,7 @@ static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh
   flesh_real s2 = flesh_vec3_dot(u[2], b[2]);
 
   sigma[0] = s0, sigma[1] = s1;
-  /* Equal but for rounding, where it is the larger. */
+  /* |sigma[2]| may exceed sigma[1] only by rounding, and is cut then. */
   sigma[2] = flesh_select(s2 > s1, s1, flesh_select(s2 < -s1, -s1, s2));
   for (int p = 0; p < 3; p++)
     for (int i = 0; i < 3; i++) U[3 * i + p] = u[p][i], V[3 * i + p] = v[p][i];

@@ -1,4 +1,4 @@
-/* xorshift.h: numbers that are as good as random, the same in every run (Marsaglia 2003, "Xorshift RNGs"). */
+/* xorshift.h: pseudo-random numbers, the same in every run (Marsaglia 2003, "Xorshift RNGs"). */
 #ifndef FLESH_MATH_XORSHIFT_H
 #define FLESH_MATH_XORSHIFT_H
 
@@ -6,7 +6,7 @@
 
 static const uint32_t flesh_xorshift_first = 2463534242u;
 
-/* The next one after *random. */
+/* Advances *random and returns it. */
 static inline uint32_t flesh_xorshift(uint32_t *random)
 {
   *random ^= *random << 13;
