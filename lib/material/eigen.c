@@ -40,7 +40,7 @@ int flesh_material_eigen(const flesh_material *material, const double F[9], doub
   return FLESH_OK;
 }
 
-/* The matrix with these eigenpairs, without those of values below `least`. */
+/* Composes the matrix with these eigenpairs, leaving out those with values up to `least`. */
 static void compose(const double values[9], const double vectors[81], double least, double H[81])
 {
   memset(H, 0, 81 * sizeof *H);

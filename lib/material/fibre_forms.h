@@ -1,12 +1,12 @@
-/* fibre_forms.h: the energy W of a muscle fibre and its derivatives, one or several side by side (lanes.h).
+/* fibre_forms.h: the energy W of a muscle fibre and its derivatives, for one fibre or several side by side (lanes.h).
  *
- * W is a function of the fibre's stretch L = |F a|, a the fibre's direction at rest, so of the invariant I = a.F^T F a
- * (I_5 of Kim, de Goes & Iben 2019). With f = F a, T = W_L/L and D = (W_LL - T)/I,
+ * W is a function of the fibre's stretch L = |F a|, where a is its direction at rest, hence of the invariant
+ * I = a.F^T F a (I_5 of Kim, de Goes & Iben 2019). With f = F a, T = W_L/L and D = (W_LL - T)/I,
  *
  *   dW/dF = T f a^T,     d2W/dF2 = (T 1 + D f f^T) (x) a a^T :
  *
- * eigenvalues W_LL of f a^T and T, twice, of n a^T with n at right angles to f; the other six are 0. T and D are
- * finite and smooth at every F, also where f = 0: there both curves are a power series in I, or 0. */
+ * its eigenvalues are W_LL for f a^T and, twice, T for n a^T with n orthogonal to f; the other six are 0. T and D are
+ * finite and smooth at every F, also at f = 0, where both curves are a power series in I, or 0. */
 #ifndef FLESH_MATERIAL_FIBRE_FORMS_H
 #define FLESH_MATERIAL_FIBRE_FORMS_H
 
@@ -15,12 +15,12 @@
 #include "math/error_function.h"
 #include "math/logarithm.h"
 
-/* W over the stress, its derivative by l, that over l, its second one, and (second - over)/l^2: of one part. */
+/* One part of the energy over its stress: W, W_l, W_l/l, W_ll and (W_ll - W_l/l)/l^2. */
 typedef struct flesh_fibre_part {
   flesh_real value, first, over, second, bend;
 } flesh_fibre_part;
 
-/* The middle parabola reaches to 0.4 from the peak, the support to 0.6. */
+/* Curve of Blemker et al.: the middle parabola ends 0.4 from the peak, the support 0.6 from it. */
 static inline void flesh_fibre_blemker(flesh_real l, flesh_fibre_part *p)
 {
   static const double tail = 0.2, tail_energy = 0.2 * (0.44 / 3 - 0.08 / 4), half = 0.34;
@@ -39,16 +39,16 @@ static inline void flesh_fibre_blemker(flesh_real l, flesh_fibre_part *p)
   p->bend = (p->second - p->over) * inverse * inverse;
 }
 
-/* Below l = 0.4 the polynomial c_1 u + c_3 u^3 + c_5 u^5 of u = l/0.4 with the Gaussian's value and two derivatives at
- * u = 1. */
+/* Curve of Thelen. Below l = 0.4 it is the polynomial c_1 u + c_3 u^3 + c_5 u^5 of u = l/0.4 with the Gaussian's value
+ * and first two derivatives at u = 1. */
 static inline void flesh_fibre_thelen(flesh_real l, flesh_fibre_part *p)
 {
   static const double width = 0.45, root = 0.67082039324993691, foot = 0.4;
   static const double c_1 = 0.44708231929663548, c_3 = -0.010484342496068504, c_5 = 0.012730987316654612;
   static const double area = 0.59449909464090165; /* root sqrt(pi)/2 */
-  static const double offset = 0.56130658437452948; /* area erf(0.6/root), and the polynomial's own area */
+  static const double offset = 0.56130658437452948; /* area erf(0.6/root), and the area under the polynomial */
   const flesh_mask below = l < foot;
-  const flesh_real s = flesh_select(l < 10, l - 1, flesh_all(9)), x = s * (1 / root); /* beyond, 1e-78 */
+  const flesh_real s = flesh_select(l < 10, l - 1, flesh_all(9)), x = s * (1 / root); /* beyond, it is 1e-78 */
   const flesh_real gauss = flesh_exp(-x * x), slope = -2 / width * s * gauss;
   const flesh_real inverse = 1 / flesh_select(below, flesh_all(foot), l);
   const flesh_real u = flesh_select(below, l * (1 / foot), flesh_all(1)), uu = u * u;
@@ -90,7 +90,7 @@ typedef struct flesh_fibre_real {
   flesh_real value, T, D, stiffness;
 } flesh_fibre_real;
 
-/* At I = L^2, of a fibre that is active to a part `activation`. */
+/* Computes the energy and its derivatives at I = L^2 for `activation` from 0 to 1. */
 static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activation, flesh_real I,
                                     flesh_fibre_real *fibre)
 {
@@ -110,12 +110,12 @@ static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activ
   }
 }
 
-/* Adds the effect of speed to `fibre`, which has the rest: the active tension becomes a(l) g(v) in place of a(l), with
- * g of flesh_fibre.max_shortening_velocity. With the frozen state's l_0, the rate e of I/2 and the rate of l taken as
- * e/l_0 times the square of inverse_optimal, a brake does that, by (1 - g) a(l_0) l/l_0: it has the potential a(l_0)
- * times the integral of g - 1 over that rate, which is convex and not negative, and no force where nothing moves. Its
- * error is of the order of the step, because it uses a(l_0) for a(l). `ratio` is the change of e when I/2 changes by 1
- * in a step, 1/s; 0: energy and D stay as they are. */
+/* Adds the effect of speed to `fibre`, which has the rest: the active tension a(l) becomes a(l) g(v), with g of
+ * flesh_fibre.max_shortening_velocity. With l_0 of the frozen state, the rate e of I/2, and the rate of l taken as
+ * e/l_0 times the square of inverse_optimal, this is done by a brake (1 - g) a(l_0) l/l_0. Its potential is a(l_0)
+ * times the integral of g - 1 over that rate; it is convex and not negative, and there is no force where nothing moves.
+ * The error is of the order of the step, because a(l_0) is used for a(l). `ratio` is the change of e when I/2 changes
+ * by 1 in a step, 1/s; 0: energy and D stay unchanged. */
 static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double activation, flesh_real I, flesh_real I_0,
                                          flesh_real e, double ratio, flesh_fibre_real *fibre)
 {
@@ -126,7 +126,7 @@ static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double 
   flesh_fibre_part part;
   if (stress == 0 || fastest == 0) return;
   flesh_fibre_active(c->curve, l, &part);
-  const flesh_real turn = square / flesh_select(l > least_length, l, flesh_all(least_length)); /* l' over e */
+  const flesh_real turn = square / flesh_select(l > least_length, l, flesh_all(least_length)); /* rate of l over e */
   const flesh_real v = e * turn * (1 / fastest), s = flesh_abs(v), active = stress * part.first;
   const flesh_mask shortens = v < 0, slack = v < -1;
   const flesh_real shape = flesh_select(shortens, flesh_all(hill), flesh_all(stretched)),
@@ -144,7 +144,7 @@ static inline void flesh_fibre_add_speed(const flesh_fibre_constants *c, double 
 }
 
 /* Filters the two eigenvalues of `fibre`, T and its stiffness, so that neither is negative; `filter` is not
- * FLESH_FILTER_NONE. If neither was negative, D is left as it is, so that I = 0 divides nothing. */
+ * FLESH_FILTER_NONE. If neither was negative, D is unchanged, so that I = 0 is not divided by. */
 static inline void flesh_fibre_filter(flesh_eigenvalue_filter filter, flesh_real I, flesh_fibre_real *fibre)
 {
   const int absolute = filter == FLESH_FILTER_ABSOLUTE;

@@ -1,4 +1,4 @@
-/* material.c: making a material from its constants, with the map and the limits of each form. */
+/* material.c: makes a material from its constants, with the map and the limits of each form. */
 #include "flesh/material.h"
 
 #include <assert.h>
@@ -52,7 +52,7 @@ int flesh_constants_from_name(const char *name, flesh_constants *constants)
                     name ? name : "");
 }
 
-/* "raw or matched": the kinds of constants that the form takes. */
+/* Returns the kinds of constants that the form takes, such as "raw or matched". */
 static const char *kinds_of(flesh_energy energy, char text[64])
 {
   *text = 0;
@@ -61,7 +61,7 @@ static const char *kinds_of(flesh_energy energy, char text[64])
   return text;
 }
 
-/* "D": the forms that take this kind of constants. */
+/* Returns the forms that take this kind of constants, such as "D". */
 static const char *forms_with(flesh_constants constants, char text[256])
 {
   *text = 0;
@@ -70,7 +70,7 @@ static const char *forms_with(flesh_constants constants, char text[256])
   return text;
 }
 
-/* Whether the form takes this kind of constants at all. */
+/* Checks that the form takes this kind of constants. */
 static int check_kind(flesh_energy energy, flesh_constants constants)
 {
   if ((unsigned)energy >= FLESH_ENERGY_COUNT)
@@ -92,7 +92,7 @@ static int check_kind(flesh_energy energy, flesh_constants constants)
                     name, kinds_of(energy, kinds));
 }
 
-/* The columns of a row that are formulas of mu and lambda. */
+/* Columns of a row that are formulas of mu and lambda. */
 typedef struct constants_of_form {
   double limit, mu, lambda, alpha;
 } constants_of_form;
@@ -118,7 +118,7 @@ static constants_of_form formulas(flesh_energy energy, const flesh_material *m)
   return (constants_of_form){-INFINITY, mu, lambda, 1};
 }
 
-/* The constants beyond mu and lambda, those given or what is usual for the small-strain mu. */
+/* Takes the constants beyond mu and lambda: those given, or the usual ones for the small-strain mu. */
 static int take_constants(flesh_energy energy, const flesh_material_given *given, double mu, flesh_material *m)
 {
   (void)mu;
@@ -136,7 +136,7 @@ static int take_constants(flesh_energy energy, const flesh_material_given *given
   return FLESH_OK;
 }
 
-/* Constants of the formula below these have no stable rest state (or no lower bound) to be at rest in. */
+/* Checks lambda against the form's limit; below it there is no stable rest state, or no lower bound of the energy. */
 static int check_limit(flesh_energy energy, const flesh_material *m)
 {
   const flesh_form *form = &flesh_forms[energy];
@@ -153,7 +153,7 @@ static int check_limit(flesh_energy energy, const flesh_material *m)
                     lambda, mu, form->name, sign, form->limit, limit, reason);
 }
 
-/* Small-strain constants must have a positive bulk modulus. */
+/* Checks that small-strain constants have a positive bulk modulus. */
 static int check_bulk(flesh_constants constants, double mu, double lambda)
 {
   if (lambda > -2 * mu / 3) return FLESH_OK;
@@ -163,8 +163,8 @@ static int check_bulk(flesh_constants constants, double mu, double lambda)
                     lambda, mu, constants_names[constants], -2 * mu / 3);
 }
 
-/* The largest lambda over mu: rounding of J then moves stresses by some 1e-7 mu. At 1e13 the rounding of a body at rest
- * exceeds its weight, and solves end before anything has moved. */
+/* Largest lambda over mu: there the rounding of J changes stresses by about 1e-7 mu. At 1e13 the rounding for a body at
+ * rest exceeds its weight, and solves end before anything has moved. */
 static const double stiffest = 1e9;
 
 /* Maps checked small-strain constants to those of the form. */
@@ -184,7 +184,7 @@ static int make(flesh_energy energy, flesh_constants constants, flesh_material *
   return check_limit(energy, m);
 }
 
-/* From mu and lambda of `given`; kind and pair have been checked. */
+/* Makes a material from mu and lambda of `given`; kind and pair have been checked. */
 static int from_lame(flesh_energy energy, flesh_constants constants, double mu, double lambda,
                      const flesh_material_given *given, flesh_material *material)
 {
@@ -245,7 +245,7 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
   m.young = young;
   m.poisson = poisson;
   m.incompressible = incompressible;
-  if (incompressible) m.alpha = 1; /* as lambda goes to infinity */
+  if (incompressible) m.alpha = 1; /* the limit as lambda goes to infinity */
   *material = m;
   return FLESH_OK;
 }

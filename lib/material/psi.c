@@ -27,7 +27,7 @@ FLESH_NEO_HOOKEAN_FORM_LIST(BUILTIN)
   }
 FLESH_STIFFENING_FORM_LIST(STIFFENING)
 
-/* The forms of the singular values are no psi(I_C, J): what takes them for one fails with a sentence. */
+/* Fails for forms of the singular values, which have no psi(I_C, J); the caller adds a sentence. */
 static int psi_of_stretches(double I_C, double J, const flesh_material *material, flesh_psi *psi)
 {
   (void)I_C, (void)J, (void)material, (void)psi;
@@ -50,7 +50,7 @@ int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *p
   flesh_psi at;
   int status = material->psi(I_C, det, material, &at);
   if (status) return status;
-  /* 0 times a finite number is 0, times anything else NaN. */
+  /* 0 times a finite number is 0; otherwise it is NaN. */
   double check = 0 * at.value + 0 * at.I + 0 * at.J + 0 * at.II + 0 * at.IJ + 0 * at.JJ;
   if (check != 0) return FLESH_NONFINITE;
   *psi = at;

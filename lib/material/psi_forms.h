@@ -1,7 +1,7 @@
-/* psi_forms.h: the energies psi(I_C, J) with their first and second derivatives, for one
- * (I_C, J) or several side by side (lanes.h); formulas and sources in flesh/material.h.
+/* psi_forms.h: the energies psi(I_C, J) with first and second derivatives, for one (I_C, J) or several side by side
+ * (lanes.h); formulas and sources in flesh/material.h.
  *
- * The value, whose logarithm costs more than all the derivatives, is filled only where asked. */
+ * The value is computed only on request, as its logarithm costs more than all derivatives. */
 #ifndef FLESH_MATERIAL_PSI_FORMS_H
 #define FLESH_MATERIAL_PSI_FORMS_H
 
@@ -18,7 +18,7 @@ typedef struct flesh_psi_real {
 } flesh_psi_real;
 #endif
 
-/* The forms in which lambda multiplies J - alpha compute J - 1 first: it is exact near rest, so that nearly
+/* Forms in which lambda multiplies J - alpha compute J - 1 first. That is exact near rest, so that nearly
  * incompressible constants (lambda >> mu) do not magnify the rounding of alpha. */
 
 static inline void flesh_psi_neo(const flesh_material *m, int with_value, flesh_real I_C,
@@ -89,7 +89,7 @@ static inline void flesh_psi_d(const flesh_material *m, int with_value, flesh_re
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* lambda (alpha - 1) = mu */
+/* Form E: lambda (alpha - 1) = mu. */
 static inline void flesh_psi_e(const flesh_material *m, int with_value, flesh_real I_C,
                                flesh_real J, flesh_psi_real *psi)
 {
@@ -99,7 +99,7 @@ static inline void flesh_psi_e(const flesh_material *m, int with_value, flesh_re
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* lambda (alpha - 1) = 3/4 mu */
+/* Form S: lambda (alpha - 1) = 3/4 mu. */
 static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_real I_C,
                                flesh_real J, flesh_psi_real *psi)
 {
@@ -115,7 +115,7 @@ static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_re
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* The neo-Hookean form `energy` where it is defined; nothing for others. */
+/* Computes the neo-Hookean form `energy`; leaves other forms to the caller. */
 static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, int with_value,
                                   flesh_real I_C, flesh_real J, flesh_psi_real *psi)
 {
@@ -133,7 +133,7 @@ static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, 
   }
 }
 
-/* lambda/2 (J-alpha)^2 with lambda (alpha - 1) = pressure, beside the length terms of Fung and Arruda & Boyce. */
+/* Adds lambda/2 (J-alpha)^2 with lambda (alpha - 1) = pressure to the length terms of Fung and of Arruda & Boyce. */
 static inline void flesh_psi_volume(const flesh_material *m, int with_value, double pressure, flesh_real J,
                                     flesh_psi_real *psi)
 {
@@ -143,7 +143,7 @@ static inline void flesh_psi_volume(const flesh_material *m, int with_value, dou
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* Side by side, b (I_C - 3) must be within FLESH_EXPONENTIAL_LARGEST. */
+/* Length term of Fung. Side by side, b (I_C - 3) must be at most FLESH_EXPONENTIAL_LARGEST. */
 static inline void flesh_psi_fung(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
                                   flesh_psi_real *psi)
 {
@@ -176,7 +176,7 @@ static inline void flesh_psi_ab(const flesh_material *m, int with_value, flesh_r
 {
   const double b = 1 / m->links;
   flesh_real x = b * I_C, value = flesh_all(0), slope = flesh_all(0), curvature = flesh_all(0);
-  /* Horner for f = sum of c_k b^(k-1) I_C^k, f' and b f''. */
+  /* Horner's scheme for f = sum of c_k b^(k-1) I_C^k, f' and b f''. */
   for (int k = 5; k >= 1; k--) {
     value = value * x + FLESH_AB(k);
     slope = slope * x + k * FLESH_AB(k);
@@ -192,13 +192,13 @@ static inline void flesh_psi_ab(const flesh_material *m, int with_value, flesh_r
   flesh_psi_volume(m, with_value, m->mu * flesh_ab_slope(m->links), J, psi);
 }
 
-/* The I_C beyond which the stiffening forms side by side leave their domain. */
+/* Returns the I_C above which the stiffening forms, computed side by side, leave their domain. */
 static inline double flesh_psi_largest(const flesh_material *m)
 {
   return m->energy == FLESH_ENERGY_FUNG ? FLESH_EXPONENTIAL_LARGEST / m->exponent : INFINITY;
 }
 
-/* The stiffening form `energy` where it is defined; nothing for others. */
+/* Computes the stiffening form `energy`; leaves other forms to the caller. */
 static inline void flesh_psi_stiffening_form(flesh_energy energy, const flesh_material *m, int with_value,
                                              flesh_real I_C, flesh_real J, flesh_psi_real *psi)
 {

@@ -1,5 +1,5 @@
-/* rest.c: what psi says about the rest state: its linearisation at F = I, and the uniform scale at
- * which a free body is without stress. */
+/* rest.c: the rest state according to psi: its linearisation at F = I, and the uniform scale at which a free body has
+ * no stress. */
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
@@ -25,7 +25,7 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
   flesh_psi at;
   int status = flesh_psi_at(material, identity, &at);
   if (status) return status;
-  if (material->incompressible) { /* whose pressure is such that rest is without stress */
+  if (material->incompressible) { /* its pressure makes rest free of stress */
     if (mu) *mu = 2 * at.I;
     if (lambda) *lambda = INFINITY;
     if (rest_stress) *rest_stress = 0;
@@ -37,8 +37,8 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
   return FLESH_OK;
 }
 
-/* g(s) = 2 psi_I + psi_J s, the stress at F = s I over s: its sign says whether the body
- * shrinks (> 0) or swells, and the zero at s = 0 of all forms of I_C and J is divided out. */
+/* Computes g(s) = 2 psi_I + psi_J s, the stress at F = s I over s: its sign tells whether the body shrinks (> 0) or
+ * swells; the zero at s = 0, which all forms of I_C and J have, is divided out. */
 static int tension(const flesh_material *material, double s, double *g, double *slope)
 {
   double F[9] = {s, 0, 0, 0, s, 0, 0, 0, s};
@@ -59,7 +59,7 @@ static int tension(const flesh_material *material, double s, double *g, double *
   return FLESH_OK;
 }
 
-/* The root of g in [low, high], g(low) < 0 <= g(high): Newton, kept inside by bisection. */
+/* Finds the root of g in [low, high], where g(low) < 0 <= g(high), by Newton's method safeguarded by bisection. */
 static int polish(const flesh_material *material, double low, double high, double *root)
 {
   double s = 0.5 * (low + high);
@@ -81,8 +81,8 @@ static int polish(const flesh_material *material, double low, double high, doubl
   return FLESH_OK;
 }
 
-/* Looks in (low, high), where sign * g is positive at both ends and smaller between, for a place
- * where it is not: golden section, so that two roots close together are not stepped over. */
+/* Searches (low, high), where sign * g is positive at both ends and dips between, for a point where it is not positive,
+ * by golden section, so that two close roots are not stepped over. */
 static int dips(const flesh_material *material, double sign, double low, double high, double *where,
                 int *found)
 {
@@ -123,13 +123,13 @@ int flesh_material_rest_ratio(const flesh_material *material, double *volume_rat
   if (status) return status;
   double rounding = 1e-14 * (fabs(mu) + fabs(lambda));
   int stress_free = fabs(stress) <= rounding;
-  if (stress_free && slope > -10 * rounding) { /* stable, or indifferent to its volume */
+  if (stress_free && slope > -10 * rounding) { /* stable, or indifferent to volume */
     *volume_ratio = 1;
     return FLESH_OK;
   }
 
-  /* From F = I a body in tension shrinks and one in compression swells until g changes sign; one
-   * without stress that is not stable is let swell. */
+  /* From F = I a body in tension shrinks and one in compression swells until g changes sign; a body without stress that
+   * is not stable swells. */
   const double step = 1.0442737824274138; /* 2^(1/16) */
   double sign = !stress_free && g > 0 ? 1 : -1;
   double s = 1, before = 1, g_before = 0;

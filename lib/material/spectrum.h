@@ -1,10 +1,12 @@
-/* spectrum.h: the Hessian of psi(I_C, J) in the frame of F's singular vectors, where it falls apart
- * into three numbers for twists, three for flips and a 3x3 block for scalings.
+/* spectrum.h: the Hessian of psi(I_C, J) in the frame of F's singular vectors, where it decouples into three numbers
+ * for twists, three for flips and a 3x3 block for scalings.
  *
- * With F = U diag(sigma) V^T (svd3.h) and Y = U^T X V, the second derivative in direction X is
- *   Y_ii -> sum_j A_ij Y_jj        Y_ij -> (t+f)/2 Y_ij + (f-t)/2 Y_ji,   t = twist[k], f =
- * flip[k], k the index that is neither i nor j. Nothing of size 9x9 is needed to assemble an
- * element. Source: Smith, de Goes & Kim 2018, section 4. */
+ * With F = U diag(sigma) V^T (svd3.h) and Y = U^T X V, the second derivative in direction X is, with t = twist[k], f =
+ * flip[k] and k the index that is neither i nor j,
+ *
+ *   Y_ii -> sum_j A_ij Y_jj        Y_ij -> (t+f)/2 Y_ij + (f-t)/2 Y_ji.
+ *
+ * An element is assembled without any 9x9 matrix. Source: Smith, de Goes & Kim 2018, section 4. */
 #ifndef FLESH_MATERIAL_SPECTRUM_H
 #define FLESH_MATERIAL_SPECTRUM_H
 
@@ -17,7 +19,7 @@ typedef struct flesh_spectrum {
   flesh_real flip[3];  /* 2 psi_I - psi_J sigma_k */
 } flesh_spectrum;
 
-/* Returns where every entry is finite. */
+/* Fills the spectrum; returns the lanes in which every entry is finite. */
 static inline flesh_mask flesh_spectrum_make(const flesh_psi_real *psi, const flesh_real sigma[3],
                                              flesh_spectrum *spectrum)
 {
@@ -39,7 +41,7 @@ static inline flesh_mask flesh_spectrum_make(const flesh_psi_real *psi, const fl
   return check == 0;
 }
 
-/* Pivots of the elimination without exchange: all positive for positive definite A only. */
+/* Returns whether A is positive definite: the pivots of elimination without exchange are all positive only then. */
 static inline flesh_mask flesh_spectrum_definite(const flesh_real A[9])
 {
   flesh_real inverse = 1 / A[0], l1 = A[1] * inverse, l2 = A[2] * inverse;
@@ -52,7 +54,7 @@ static inline flesh_real flesh_spectrum_filtered(flesh_real value, flesh_eigenva
   return filter == FLESH_FILTER_ABSOLUTE ? flesh_abs(value) : flesh_max(value, flesh_all(0));
 }
 
-/* Filters the eigenvalues of the scaling block in the lanes where one is negative; returns those lanes. */
+/* Filters the eigenvalues of the scaling block in lanes that have a negative one; returns those lanes. */
 static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_eigenvalue_filter filter)
 {
   flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];
@@ -70,7 +72,7 @@ static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_ei
   return negative;
 }
 
-/* Returns where there were negative eigenvalues; nothing changed elsewhere. */
+/* Filters all eigenvalues; returns the lanes that had negative ones. Other lanes are unchanged. */
 static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_eigenvalue_filter filter)
 {
   flesh_mask changed = spectrum->twist[0] < 0;
@@ -84,14 +86,14 @@ static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_e
   return changed;
 }
 
-/* The Hessian times a positive factor. */
+/* Multiplies the Hessian by a positive factor. */
 static inline void flesh_spectrum_scale(flesh_spectrum *spectrum, flesh_real factor)
 {
   for (int k = 0; k < 9; k++) spectrum->A[k] *= factor;
   for (int k = 0; k < 3; k++) spectrum->twist[k] *= factor, spectrum->flip[k] *= factor;
 }
 
-/* The second derivative in direction Y, both in the singular frame: S = d2 psi : Y. */
+/* Computes the second derivative in direction Y, both in the singular frame: S = d2 psi : Y. */
 static inline void flesh_spectrum_multiply(const flesh_spectrum *spectrum, const flesh_real Y[9],
                                            flesh_real S[9])
 {
@@ -104,9 +106,9 @@ static inline void flesh_spectrum_multiply(const flesh_spectrum *spectrum, const
   }
 }
 
-/* The 3x3 block of the stiffness between two shape functions: B = sum over the Hessian of
- * directions e_i a^T and e_j b^T in the singular frame. With a = V^T grad_a and b = V^T grad_b the
- * block in world axes is U B U^T (per rest volume). */
+/* Computes the 3x3 block B of the stiffness between two shape functions, from the Hessian for the directions e_i a^T
+ * and e_j b^T in the singular frame. With a = V^T grad_a and b = V^T grad_b the block in world axes is U B U^T (per
+ * rest volume). */
 static inline void flesh_spectrum_block(const flesh_spectrum *spectrum, const flesh_real a[3],
                                         const flesh_real b[3], flesh_real B[9])
 {

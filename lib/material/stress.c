@@ -18,7 +18,7 @@ int flesh_material_energy(const flesh_material *material, const double F[9], dou
   return status;
 }
 
-/* U diag(p) V^T */
+/* Computes the stress U diag(p) V^T. */
 static int stress_of_stretches(const flesh_material *material, const double F[9], double P[9])
 {
   flesh_stretch_real at;
@@ -57,7 +57,7 @@ int flesh_material_hessian(const flesh_material *material, const double F[9], do
   double g[9], result[81], check = 0;
   flesh_mat3_cofactor(F, g);
   for (int p = 0; p < 9; p++) {
-    /* Column p of H: one combination of f and g, plus what acts on the unit direction p. */
+    /* Column p of H: a combination of f and g, plus the terms of the unit direction p. */
     double along_f = 4 * at.II * F[p] + 2 * at.IJ * g[p];
     double along_g = 2 * at.IJ * F[p] + at.JJ * g[p];
     for (int q = 0; q <= p; q++) result[9 * p + q] = along_f * F[q] + along_g * g[q];

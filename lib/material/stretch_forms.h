@@ -1,30 +1,31 @@
 /* stretch_forms.h: the energies psi(s_1, s_2, s_3) of the signed singular values of F (svd3.h), for one F or several
  * side by side (lanes.h); formulas and sources in flesh/material.h.
  *
- * With p_i = d psi/d s_i the stress is U diag(p) V^T. Of the Hessian in the singular frame (spectrum.h)
+ * With p_i = d psi/d s_i the stress is U diag(p) V^T. The Hessian in the singular frame (spectrum.h) has
  *
  *   A_ij = d2 psi/ds_i ds_j,   twist_k = (p_i + p_j)/(s_i + s_j),   flip_k = (p_i - p_j)/(s_i - s_j).
  *
- * Every form divides these out by hand, so that nothing is lost where singular values coincide. What remains is
- * 2 g/(s_i + s_j) in the twists of a form with the term g sum s_i: its cone at s_i + s_j = 0 is real. */
+ * Every form divides analytically, so that no digits are lost where singular values coincide. Only the twists of a form
+ * with the term g sum s_i keep a quotient, 2 g/(s_i + s_j): the cone at s_i + s_j = 0 is real. */
 #ifndef FLESH_MATERIAL_STRETCH_FORMS_H
 #define FLESH_MATERIAL_STRETCH_FORMS_H
 
 #include "material/spectrum.h"
 
-/* psi and what it has in the singular frame. */
+/* psi, its derivatives p and its Hessian in the singular frame. */
 typedef struct flesh_stretch_real {
   flesh_real value, p[3];
   flesh_spectrum spectrum;
 } flesh_stretch_real;
 
-/* The variables of a form: s, e_i = s_i - 1 and c_i = dJ/ds_i. */
+/* Variables of a form: s, e_i = s_i - 1 and c_i = dJ/ds_i. */
 typedef struct flesh_stretches {
   const flesh_real *s;
   flesh_real e[3], c[3];
 } flesh_stretches;
 
-/* mu sum e_i^2 = mu (I_C - 2 sum s_i + 3) and `tension` sum s_i. In the twists 2 mu - (4 mu - 2 tension)/(s_i + s_j). */
+/* Computes mu sum e_i^2 = mu (I_C - 2 sum s_i + 3) and `tension` sum s_i. The twists are 2 mu - (4 mu - 2 tension)/(s_i
+ * + s_j). */
 static inline void flesh_stretch_arap(const flesh_stretches *at, double mu, flesh_real tension, flesh_stretch_real *psi)
 {
   flesh_spectrum *H = &psi->spectrum;
@@ -48,7 +49,7 @@ static inline void flesh_stretch_cr(const flesh_material *m, const flesh_stretch
 
 static inline void flesh_stretch_fcr(const flesh_material *m, const flesh_stretches *at, flesh_stretch_real *psi)
 {
-  /* J - 1 without its rounding near rest */
+  /* J - 1, without its rounding near rest */
   const flesh_real *e = at->e, *s = at->s, *c = at->c;
   flesh_real dilation = e[0] + e[1] + e[2] + (e[0] * e[1] + e[1] * e[2] + e[2] * e[0]) + e[0] * e[1] * e[2];
   flesh_real pressure = m->lambda * dilation;
@@ -88,7 +89,7 @@ static inline void flesh_stretch_stvk(const flesh_material *m, const flesh_stret
   }
 }
 
-/* The form `energy` of the singular values s; returns where everything is finite. */
+/* Computes the form `energy` of the singular values s; returns the lanes in which everything is finite. */
 static inline flesh_mask flesh_stretch_form(flesh_energy energy, const flesh_material *m, const flesh_real s[3],
                                             flesh_stretch_real *psi)
 {
