@@ -1,4 +1,4 @@
-/* body_figures.c: edges, box and shape of a body, from those of the ranks' parts. */
+/* body_figures.c: edges, box and shape of a body, computed from the ranks' parts. */
 #include "parallel/body_figures.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* communicator_alone.c: a rank by itself, where flesh is built without MPI. */
+/* communicator_alone.c: a single rank, for builds without MPI. */
 #include "base/error.h"
 #include "base/memory.h"
 #include "parallel/communicator.h"

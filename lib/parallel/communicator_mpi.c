@@ -1,10 +1,9 @@
-/* communicator_mpi.c: ranks of MPI.
+/* communicator_mpi.c: communication between ranks by MPI.
  *
- * Reductions are by recursive doubling (Thakur, Rabenseifner & Gropp 2005, section 4): in turn k every rank exchanges
- * what it has with the one whose number differs in bit k. Both add the same two numbers, so that all ranks end with the
- * same bits, and which numbers are added in which turn follows from the number of ranks alone. MPI_Allreduce promises
- * neither. Ranks beyond the largest power of two hand their numbers to one within it before, and get the result after.
- */
+ * Reductions use recursive doubling (Thakur, Rabenseifner & Gropp 2005, section 4): in turn k every rank exchanges its
+ * numbers with the rank whose number differs in bit k. Both add the same two numbers, so that all ranks end with the
+ * same bits, and the order of additions depends only on the number of ranks. MPI_Allreduce promises neither. Ranks
+ * beyond the largest power of two first hand their numbers to a rank below it, and get the result at the end. */
 #include <math.h>
 #include <mpi.h>
 #include <string.h>
@@ -13,11 +12,11 @@
 #include "base/memory.h"
 #include "parallel/communicator.h"
 
-enum { ROOM = 1024 /* numbers that are reduced at a time */, TEXT = 1024 /* of a sentence */, TAG = 1 };
+enum { ROOM = 1024 /* numbers reduced at a time */, TEXT = 1024 /* bytes of a sentence */, TAG = 1 };
 
 struct flesh_communicator {
   MPI_Comm comm;
-  int rank, size, most; /* most: the largest power of two of ranks */
+  int rank, size, most; /* most: the largest power of two that is at most `size` */
   flesh_communicator_figures figures;
   MPI_Request *requests;
   int request_room, request_count;
@@ -87,7 +86,7 @@ static void receive(flesh_communicator *self, int rank, int n, double *numbers)
 
 static double larger(double a, double b) { return isnan(a) || isnan(b) ? NAN : a > b ? a : b; }
 
-/* The other rank's numbers to this one's. */
+/* Combines the other rank's numbers with this rank's. */
 static void combine(const flesh_communicator *self, int is_sum, int n, double *numbers)
 {
   for (int k = 0; k < n; k++)
@@ -159,7 +158,7 @@ int flesh_communicator_reserve(flesh_communicator *self, int ranks)
   return FLESH_OK;
 }
 
-/* How many numbers rank k of an exchange has; *begin: the first of them. */
+/* Returns how many numbers rank k of an exchange has; *begin: the index of the first. */
 static int numbers_of(int width, const int *first, int k, size_t *begin)
 {
   *begin = (size_t)width * (size_t)(first ? first[k] : k);

@@ -1,4 +1,4 @@
-/* connected.c: unites the connected parts of the ranks' meshes by the nodes that ranks share. */
+/* connected.c: unites connected pieces of the ranks' meshes through the nodes that ranks share. */
 #include "parallel/connected.h"
 
 #include <stdlib.h>
@@ -6,13 +6,13 @@
 
 #include "base/error.h"
 
-/* label [all]: the least label of all pieces that are connected with each, on whichever rank. This rank knows that
- * pieces own[i] and owners[i] are, for ghosts i. `label` is followed by room for as many. */
+/* Sets label [all] to minus the least number of all pieces connected with each piece, on any rank. For ghost i this
+ * rank knows that the pieces own[i] and owners[i] are connected. `label` is followed by work space of the same size. */
 static void spread_labels(const flesh_team *team, int all, const int *own, const double *owners, double *label)
 {
   double *before = label + all;
   int changed = 1;
-  for (int p = 0; p < all; p++) label[p] = -p; /* the largest is that of the least piece */
+  for (int p = 0; p < all; p++) label[p] = -p; /* minus, as maxima are exchanged */
   while (changed) {
     memcpy(before, label, (size_t)all * sizeof *label);
     for (int i = team->own; i < team->nodes; i++) {

@@ -1,4 +1,4 @@
-/* gather.c: each rank sends what it owns to the first one, which knows where in the whole it belongs. */
+/* gather.c: each rank sends its own values to the first rank, which knows their places in the whole. */
 #include "parallel/gather.h"
 
 #include <string.h>
@@ -9,15 +9,15 @@
 
 struct flesh_gather {
   flesh_communicator *communicator;
-  int rank, size, own, received; /* nodes, or tets: of this rank, and of all others where it is the first */
-  const int *nodes;              /* [own] of this rank, in the whole; the part's */
-  int *first;                    /* [size+1] where those of each rank begin among the received; the first's are not there */
-  int *places;                   /* [received] in the whole */
+  int rank, size, own, received; /* nodes, or tets: of this rank, and on the first rank of all others */
+  const int *nodes;              /* [own] numbers in the whole of this rank's; the part's */
+  int *first;                    /* [size+1] where each rank's begin among those received; the first rank has none there */
+  int *places;                   /* [received] their numbers in the whole */
   double *numbers;               /* [3*received] on the first rank; [3*own] on others */
-  int *ranks, *nothing;          /* [size], [size] whom this rank exchanges with; zeros */
+  int *ranks, *nothing;          /* [size] ranks to exchange with; [size] zeros */
 };
 
-/* Sends `width` numbers a node of this rank, or receives those of the others. */
+/* Sends `width` numbers per node from this rank, or receives those of the others on the first rank. */
 static void send_to_first(flesh_gather *self, int width)
 {
   const int own[2] = {0, self->own};
@@ -27,7 +27,7 @@ static void send_to_first(flesh_gather *self, int width)
   flesh_communicator_end(self->communicator);
 }
 
-/* How many nodes each rank owns, into numbers [size]. */
+/* Finds how many nodes each rank owns, counts [size], and allocates. */
 static int allocate(flesh_gather *self, double *counts)
 {
   counts[self->rank] = self->own;
@@ -62,7 +62,7 @@ static int create(flesh_communicator *communicator, int own, const int *nodes, f
     if (status) flesh_fail(status, "no memory to gather %d nodes", self->received);
     status = flesh_communicator_agree(communicator, status);
   }
-  if (!status) { /* a double has every int exactly */
+  if (!status) { /* a double holds every int exactly */
     for (int i = 0; self->rank && i < self->own; i++) self->numbers[i] = self->nodes[i];
     send_to_first(self, 1);
     for (int i = 0; i < self->received; i++) self->places[i] = (int)self->numbers[i];
@@ -90,7 +90,7 @@ void flesh_gather_destroy(flesh_gather **gather)
   flesh_free(self->first);
   flesh_free(self->places);
   flesh_free(self->numbers);
-  flesh_free(self->ranks); /* and nothing */
+  flesh_free(self->ranks); /* one block with `nothing` */
   flesh_free(self);
   *gather = NULL;
 }

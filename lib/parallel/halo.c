@@ -19,7 +19,7 @@ void flesh_shared_nodes_clear(flesh_shared_nodes *self)
   *self = (flesh_shared_nodes){0};
 }
 
-/* Sorted, each once. */
+/* Sorts the list and drops repeats. */
 static void thin(flesh_shared_nodes *self)
 {
   int kept = 0;

@@ -1,4 +1,4 @@
-/* links.c: a team's operations by lists of nodes. */
+/* links.c: the operations of a team, by lists of nodes. */
 #include "parallel/links.h"
 
 static void links_sum(const void *data, int count, double *numbers)

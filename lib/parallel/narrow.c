@@ -1,8 +1,9 @@
-/* narrow.c: exchanges of solves that leave out the ghosts of effects that see the whole surface, but for those that the
- * rank's matrix has blocks of.
+/* narrow.c: exchanges of solves that leave out ghosts of effects that see the whole surface, except those for which the
+ * rank's matrix has blocks.
  *
- * Every rank tells the owners of its ghosts what it has to do with them. An owner tells all who have a node, or
- * whose overlap does, of the others. So nobody has to know of all ranks, and what is exchanged is as much as what is near. */
+ * Every rank tells the owners of its ghosts its relation to them (links.h). An owner tells every rank related to a node
+ * about the others. Thus no rank has to know about all ranks, and the exchange grows only with the number of nearby
+ * nodes. */
 #include "base/error.h"
 #include "base/memory.h"
 #include "parallel/links.h"
@@ -13,21 +14,21 @@ typedef struct narrowed {
   uint8_t *left_out;
 } narrowed;
 
-/* A rank and what it has to do with an own node. */
+/* A rank and its relation to an own node. */
 typedef struct link {
   int rank, is;
 } link;
 
 typedef struct search {
-  const flesh_team *team; /* that is narrowed */
-  const flesh_links *links; /* its */
-  double *is; /* [team->overlap] what this rank has to do with its nodes */
-  int *first; /* [team->own+1] where each own node's links begin */
-  link *others; /* of other ranks with own nodes */
-  double *counts; /* [2][neighbours] of numbers that go to and come from each */
-  int *first_sent, *first_received; /* [neighbours+1] where those of each begin */
+  const flesh_team *team; /* the team to be narrowed */
+  const flesh_links *links; /* of the team */
+  double *is; /* [team->overlap] this rank's relation to its nodes */
+  int *first; /* [team->own+1] first link of each own node */
+  link *others; /* links of other ranks to own nodes */
+  double *counts; /* [2][neighbours] how many numbers go to and come from each */
+  int *first_sent, *first_received; /* [neighbours+1] first number of each */
   double *sent, *received;
-  flesh_shared_nodes shared[3]; /* halo, overlap, rows */
+  flesh_shared_nodes shared[3]; /* lists for halo, overlap and rows */
 } search;
 
 enum { HALO, REACHED, ROWS };
@@ -62,7 +63,8 @@ static void share(search *s, int list, int rank, int ghost, int i)
   flesh_shared_nodes_add(&s->shared[list], rank, ghost, s->team->numbers[i], i);
 }
 
-/* Between this rank and another that have to do with node i: both may have it, in their overlaps as well. */
+/* Lists node i for `rows` between this rank and another that is related to it; both may have the node, also in their
+ * overlaps. */
 static void share_rows(search *s, int i, int rank, int is)
 {
   const int mine = (int)s->is[i];
@@ -70,7 +72,8 @@ static void share_rows(search *s, int i, int rank, int is)
   if (mine & FLESH_LINK_OVERLAPS && is & FLESH_LINK_HAS) share(s, ROWS, rank, 1, i);
 }
 
-/* Between owners and others, from what the halo has told; and the links of own nodes, as neighbours rise. */
+/* Lists nodes between owners and others, from the relations just received, and the links of own nodes by rising
+ * neighbour. */
 static void link_owners(search *s)
 {
   const flesh_halo *all = &s->links->overlap;
@@ -95,8 +98,8 @@ static void link_owners(search *s)
       if (all->of_own[k] != 0) s->others[s->first[all->own[k] + 1]++] = (link){all->ranks[n], (int)all->of_own[k]};
 }
 
-/* For each neighbour, of every node that it has to do with: how many more ranks do, which, and what. Their own counts of
- * numbers into `counts`; nothing is written where `sent` is NULL. */
+/* Lists for each neighbour, and each node to which it is related, how many more ranks are, which ranks, and their
+ * relations. The number of numbers goes into `counts`; nothing is written if `sent` is NULL. */
 static size_t list_sent(search *s)
 {
   const flesh_halo *all = &s->links->overlap;
@@ -138,7 +141,7 @@ static int exchange_counts(search *s)
   return s->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Between ranks neither of which owns the node, from what its owner has sent. */
+/* Lists nodes between ranks neither of which is the owner, from the numbers received from the owners. */
 static void link_others(search *s)
 {
   const flesh_halo *all = &s->links->overlap;
@@ -169,7 +172,7 @@ static int make(search *s, narrowed *self)
   return FLESH_OK;
 }
 
-/* Whatever fails on one rank fails on all before they go on to the next exchange. */
+/* Finds the lists. A failure on one rank makes all fail before the next exchange. */
 static int find(search *s, const uint8_t *needed, narrowed *self)
 {
   int status = flesh_team_agree(s->team, self ? open_search(needed, s) : FLESH_ERR_MEMORY);

@@ -1,4 +1,4 @@
-/* node_ranks.c: lists of each node's ranks, and their growth from tet to tet. */
+/* node_ranks.c: lists the ranks of each node, and extends the lists from tet to tet. */
 #include "parallel/node_ranks.h"
 
 #include <string.h>
@@ -22,7 +22,7 @@ static void add(pairs *self, int node, int rank)
   if (!self->failed) self->list[self->count++] = (pair){node, rank};
 }
 
-/* Calls each(data, tet, count, nodes) for all tets, with their corners and mid-edge nodes. */
+/* Calls each(data, tet, count, nodes) for all tets, with their corners and nodes on edges. */
 static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes), void *data)
 {
   const int *corners = flesh_mesh_tets(whole), *edges = flesh_mesh_tet_edges(whole);
@@ -35,7 +35,7 @@ static void for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, 
   }
 }
 
-/* The lists from pairs, which are sorted and freed. */
+/* Makes the lists from pairs, which it sorts and frees. */
 static int make(pairs *all, int nodes, flesh_node_ranks *self)
 {
   flesh_node_ranks made = {.nodes = nodes, .first = flesh_calloc((size_t)nodes + 1, sizeof *made.first),
@@ -61,7 +61,7 @@ static int make(pairs *all, int nodes, flesh_node_ranks *self)
 
 typedef struct search {
   const int *part;
-  int *last; /* [nodes] the rank that was added last; -1 */
+  int *last; /* [nodes] rank that was added last; -1: none */
   pairs pairs;
 } search;
 

@@ -1,4 +1,4 @@
-/* partition.c: partitions by planes, where these do not cut far more than METIS does. */
+/* partition.c: partitions by planes, unless METIS cuts far fewer nodes. */
 #include "parallel/partition.h"
 
 #include <string.h>
@@ -7,8 +7,8 @@
 #include "base/memory.h"
 #include "parallel/partition_kinds.h"
 
-/* How many nodes ranks have of others: one that three have counts twice. `begin` [ranks + 1], `tets` [tets] and `last`
- * [nodes] are room. */
+/* Returns the number of nodes that ranks share, each counted once for every rank beyond the first. `begin` [ranks + 1],
+ * `tets` [tets] and `last` [nodes] are work space. */
 static long shared_nodes(const flesh_mesh *mesh, int ranks, const int *part, int *begin, int *tets, int *last)
 {
   const int count = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh), *corners = flesh_mesh_tets(mesh);
@@ -27,8 +27,9 @@ static long shared_nodes(const flesh_mesh *mesh, int ranks, const int *part, int
   return shared;
 }
 
-/* METIS' partition in place of that by planes in `part` where planes have ranks share half as many nodes again: along flat
- * cuts incomplete factors lose less, and ranks have fewer neighbours, but a bent body is cut where it need not be. */
+/* Replaces the partition by planes in `part` by METIS' if then ranks share less than two thirds of the nodes. Flat cuts
+ * cost incomplete factors less, and ranks have fewer neighbours; but planes cut a bent body where that is
+ * unnecessary. */
 static int compare(const flesh_mesh *mesh, int ranks, int *part)
 {
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);

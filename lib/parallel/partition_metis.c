@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "parallel/partition_kinds.h"
 
-/* METIS may leave a part empty where there are few tets: such a part gets one of the largest. */
+/* Gives each empty part a tet of the largest part: METIS may leave parts empty if there are few tets. */
 static void fill_empty(int tets, int ranks, int *part, int *counts)
 {
   memset(counts, 0, (size_t)ranks * sizeof *counts);

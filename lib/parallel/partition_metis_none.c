@@ -1,4 +1,4 @@
-/* partition_metis_none.c: what flesh does for METIS where it is built without: nothing. */
+/* partition_metis_none.c: stands for METIS in builds without it, and does nothing. */
 #include "flesh/status.h"
 #include "parallel/partition_kinds.h"
 

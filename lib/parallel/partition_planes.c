@@ -10,17 +10,17 @@
 typedef struct partition {
   const int *corners; /* of all tets */
   const double *positions;
-  uint64_t *keys; /* [tets]: place along the axis, then the tet's number */
-  int *marks;     /* [nodes]: the cut at which a node was last seen */
+  uint64_t *keys; /* [tets] position along the axis, then the tet's number */
+  int *marks;     /* [nodes] number of the cut at which a node was last seen */
   int stamp;
   int *part;
 } partition;
 
-enum { BITS = 24 }; /* of a place along the axis: more would tell rounding errors apart */
+enum { BITS = 24 }; /* of a position along the axis: more would distinguish rounding errors */
 
 static int tet_of(uint64_t key) { return (int)(uint32_t)key; }
 
-/* Four times the centroid's coordinate. */
+/* Returns four times the centroid's coordinate. */
 static double place(const partition *p, int tet, int axis)
 {
   double sum = 0;
@@ -43,7 +43,7 @@ static void make_keys(partition *p, int begin, int end, int axis)
   }
 }
 
-/* Orders keys from begin to before end so that those before `middle` are the least (Hoare 1961). */
+/* Orders keys for begin <= k < end so that those before `middle` are the smallest (Hoare 1961). */
 static void select_least(uint64_t *keys, int begin, int end, int middle)
 {
   while (end - begin > 1) {
@@ -64,7 +64,7 @@ static void select_least(uint64_t *keys, int begin, int end, int middle)
   }
 }
 
-/* Nodes of tets on both sides. */
+/* Counts the nodes with tets on both sides. */
 static int count_cut(partition *p, int begin, int middle, int end)
 {
   const int seen = p->stamp + 1, counted = p->stamp + 2;
@@ -81,7 +81,7 @@ static int count_cut(partition *p, int begin, int middle, int end)
   return found;
 }
 
-/* Tets of keys from begin to before end to ranks from `first` on. */
+/* Assigns the tets of keys begin <= k < end to `ranks` ranks from `first` on. */
 static void bisect(partition *p, int begin, int end, int first, int ranks)
 {
   if (ranks == 1) {

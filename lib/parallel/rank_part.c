@@ -1,4 +1,4 @@
-/* rank_part.c: cuts a rank's mesh out of the whole, and exchanges what nodes have. */
+/* rank_part.c: cuts a rank's mesh out of the whole, and finds the nodes to exchange. */
 #include "parallel/rank_part.h"
 
 #include <string.h>
@@ -17,30 +17,30 @@ struct flesh_rank_part {
   flesh_communicator *communicator;
   flesh_mesh *mesh;
   int whole_nodes, tet_count;
-  int *nodes, *tets; /* [team.overlap], [tet_count] numbers in the mesh that it was made of */
-  int *node_numbers, *tet_numbers; /* the same in the whole, where that mesh is a part of a split one; else NULL */
-  uint8_t *always; /* [team.overlap] see links.h */
+  int *nodes, *tets; /* [team.overlap], [tet_count] numbers in the mesh from which it was cut */
+  int *node_numbers, *tet_numbers; /* the same in the whole, if that mesh is a part of a split one; else NULL */
+  uint8_t *always; /* [team.overlap] (links.h) */
   flesh_links links;
   flesh_team team;
 };
 
-/* Layers of nodes beyond those of a rank's tets that are its overlap. */
+/* Layers of nodes around those of a rank's tets that make up its overlap. */
 enum { LAYERS = 1 };
 _Static_assert((int)LAYERS < (int)FLESH_SPLIT_LAYERS, "a part of a split mesh knows who has the nodes of its rank's overlap");
 
-/* Who has which node of the whole, and whose overlap does. */
+/* The ranks that have each node of the whole, and those that have it in their overlaps. */
 typedef struct search {
   const int *part;
   int rank, tie_count;
   const flesh_rank_tie *ties;
-  int *owner; /* [nodes of the whole] -1: no tet has the node */
-  uint8_t *always; /* [nodes of the whole] see links.h; NULL: no tie is of nodes that every rank has */
+  int *owner; /* [nodes of the whole] -1: a node without tets */
+  uint8_t *always; /* [nodes of the whole] (links.h); NULL: no tie gives nodes to every rank */
   flesh_node_ranks have, overlap;
 } search;
 
 static int is_mine(const search *s, int node) { return flesh_node_ranks_has(&s->have, node, s->rank); }
 
-/* Own nodes, then ghosts, then those beyond. */
+/* Lists own nodes, then ghosts, then those beyond. */
 static int list_nodes(flesh_rank_part *self, const search *s)
 {
   flesh_team *team = &self->team;
@@ -77,7 +77,7 @@ static int list_tets(flesh_rank_part *self, const flesh_mesh *whole, const searc
                          : flesh_fail(FLESH_ERR_ARGUMENT, "rank %d has no tet; every rank needs one", s->rank);
 }
 
-/* Nodes of a tet of the part, in its own numbers: corners, then edges. */
+/* Gives the nodes of a tet in the part's numbers: corners, then nodes on edges. */
 static void take_tet(const flesh_rank_part *self, const flesh_mesh *whole, int tet, int *nodes)
 {
   const int *edges = flesh_mesh_tet_edges(whole);
@@ -88,7 +88,7 @@ static void take_tet(const flesh_rank_part *self, const flesh_mesh *whole, int t
   }
 }
 
-/* The whole's named sets, of the nodes and tets that the rank has. */
+/* Takes the whole's named sets, restricted to the rank's nodes and tets. */
 static int take_sets(flesh_rank_part *self, const flesh_mesh *whole)
 {
   if (!whole->sets.count) return FLESH_OK;
@@ -125,7 +125,7 @@ static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
   if (status) flesh_fail(status, "no memory for a mesh of %d tets", self->tet_count);
   else status = (order == 2 ? flesh_mesh_create_quadratic : flesh_mesh_create)(
       (int)nodes, positions, (int)tets, tet_nodes, regions, &self->mesh);
-  for (int i = 0; !status && i < (int)nodes; i++) flesh_mesh_use_node(self->mesh, i); /* ghosts by ties */
+  for (int i = 0; !status && i < (int)nodes; i++) flesh_mesh_use_node(self->mesh, i); /* ghosts from ties, too */
   if (!status) status = take_sets(self, whole);
   flesh_free(positions);
   flesh_free(tet_nodes);
@@ -133,7 +133,8 @@ static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
   return status;
 }
 
-/* Nodes that go from those who have them, or from their owners alone, to those who `take` them. */
+/* Makes the halo of nodes that go from all ranks that have them, or only from their owners, to the ranks that `take`
+ * them. */
 static int make_halo(flesh_rank_part *self, const search *s, const flesh_node_ranks *take, int owners, flesh_halo *halo)
 {
   const flesh_node_ranks *have = &s->have;
@@ -152,7 +153,7 @@ static int make_halo(flesh_rank_part *self, const search *s, const flesh_node_ra
   return status;
 }
 
-/* For a part of a split mesh, takes the numbers and the count of nodes of the whole. */
+/* Takes the whole's numbers and number of nodes, for a part of a split mesh. */
 static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
 {
   const size_t nodes = (size_t)self->team.overlap, tets = (size_t)self->tet_count;
@@ -167,7 +168,7 @@ static int take_numbers(flesh_rank_part *self, const flesh_split_part *split)
   return FLESH_OK;
 }
 
-/* Adds the ranks that get nodes by ties: those of which every rank has all, or the others. */
+/* Adds the ranks that get nodes by ties: by those that give all their nodes to every rank, or by the others. */
 static int add_ties(search *s, int everywhere, int ranks)
 {
   int status = FLESH_OK;
@@ -179,7 +180,7 @@ static int add_ties(search *s, int everywhere, int ranks)
   return status;
 }
 
-/* Marks the nodes that its overlap has before the ties add those that every rank has. */
+/* Marks the nodes in the rank's overlap before ties add those that every rank gets. */
 static int mark_always(const flesh_rank_part *self, search *s)
 {
   int some = 0;
@@ -192,7 +193,7 @@ static int mark_always(const flesh_rank_part *self, search *s)
   return s->always ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* A node's owner is the first of the ranks whose tets have it. Then the ranks that get nodes by ties. */
+/* Finds each node's owner, the first rank whose tets have the node, and the ranks that get nodes by ties. */
 static int find_ranks(const flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
   int status = flesh_node_ranks_create(whole, s->part, &s->have);
@@ -219,7 +220,7 @@ static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
   if (!status) status = make_halo(self, s, &s->overlap, 1, &self->links.overlap);
   self->team.narrows = s->always != NULL;
   self->links.always = self->always;
-  if (self->team.narrows) return status; /* what all ranks have would go from each to each */
+  if (self->team.narrows) return status; /* these lists would connect all ranks with each other */
   if (!status) status = make_halo(self, s, &s->overlap, 0, &self->links.rows);
   if (!status) self->team.neighbours = flesh_links_neighbours(&self->links, s->rank);
   return status;
@@ -250,7 +251,7 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   return status;
 }
 
-/* The rank of each tet, the same on all ranks; new. */
+/* Finds the rank of each tet, the same on all ranks; new. */
 static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **ranks)
 {
   const int tets = flesh_mesh_tet_count(whole);
@@ -263,7 +264,7 @@ static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **
   return status;
 }
 
-/* Whether the part of a split mesh is this rank's. */
+/* Checks that the part of a split mesh is this rank's. */
 static int check_split(const flesh_communicator *communicator, const flesh_split_part *split)
 {
   const int rank = flesh_communicator_rank(communicator), size = flesh_communicator_size(communicator);

@@ -1,4 +1,4 @@
-/* shared_edges.c: gives edges between nodes of several ranks a place among those of all ranks. */
+/* shared_edges.c: finds places among all ranks' shared edges for the edges between nodes of several ranks. */
 #include "parallel/shared_edges.h"
 
 #include <stdlib.h>
@@ -9,7 +9,8 @@
 #include "base/sort.h"
 #include "mesh/pieces.h"
 
-/* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; `pair` NULL: counts them. */
+/* Lists this rank's edges between nodes that others have, by the nodes' numbers in the body; if `pair` is NULL, only
+ * counts them. */
 static int list_shared(flesh_shared_edges *self, const flesh_mesh_edges *edges, const double *ranks_of, double *pair)
 {
   const int *numbers = self->team->numbers;
@@ -26,7 +27,7 @@ static int list_shared(flesh_shared_edges *self, const flesh_mesh_edges *edges, 
   return count;
 }
 
-/* Finds the places, from the ends `pairs` [2*total] of all ranks' edges, of which this rank's begin at `first`. */
+/* Finds the places from the ends `pairs` [2*total] of all ranks' edges; this rank's begin at `first`. */
 static void find_places(flesh_shared_edges *self, int first, int total, const double *pairs, int (*edges)[2])
 {
   for (int d = 0; d < 2 * total; d++) edges[d / 2][d % 2] = (int)pairs[d];
@@ -41,7 +42,7 @@ static void find_places(flesh_shared_edges *self, int first, int total, const do
   }
 }
 
-/* Every rank sorts the edges of all ranks alike. `room` [nodes+ranks]. */
+/* Exchanges the edges; every rank sorts those of all ranks in the same way. `room` [nodes+ranks] is work space. */
 static int meet(flesh_shared_edges *self, const flesh_mesh_edges *of, double *room)
 {
   const flesh_team *team = self->team;
@@ -49,7 +50,7 @@ static int meet(flesh_shared_edges *self, const flesh_mesh_edges *of, double *ro
   flesh_team_count_ranks(team, team->nodes, 1, room);
   self->count = list_shared(self, of, room, NULL);
   const int first = flesh_team_count_before(team, self->count, room + team->nodes, &total);
-  double *pairs = flesh_calloc(2 * (size_t)total + 1, sizeof *pairs); /* a double has every int exactly */
+  double *pairs = flesh_calloc(2 * (size_t)total + 1, sizeof *pairs); /* a double holds every int exactly */
   int(*edges)[2] = flesh_malloc(((size_t)total + 1) * sizeof *edges);
   self->place = flesh_malloc(((size_t)self->count + 1) * sizeof *self->place);
   self->between = flesh_malloc(((size_t)total + 1) * sizeof *self->between);
@@ -95,7 +96,7 @@ void flesh_shared_edges_sum(const flesh_shared_edges *self, double *sums)
   for (int k = 0; k < self->count; k++) sums[self->edges[k]] = self->between[self->place[k]];
 }
 
-/* The edges that ranks share count as often as they are of a tet, and as much again for sorting them. */
+/* Counts shared edges once for each of their tets, and as much again for sorting. */
 size_t flesh_shared_edges_room(const flesh_team *team, const flesh_mesh *mesh, double *work)
 {
   double shared = 0;

@@ -11,9 +11,9 @@
 #include "mesh/split_part.h"
 #include "parallel/communicator.h"
 
-enum { AT_A_TIME = 1 << 18, NUMBERS = 2 }; /* of each tet: how many own it, and what it is to these */
+enum { AT_A_TIME = 1 << 18, NUMBERS = 2 }; /* per tet: how many ranks own it, and its digest there */
 
-/* A number of 52 bits, which sums of doubles keep, for all that the part says of a tet. */
+/* Returns a number of 52 bits, which sums of doubles keep exact, for all that the part says about a tet. */
 static double digest(const flesh_mesh *mesh, int t)
 {
   const flesh_split_part *split = mesh->split;
