@@ -19,9 +19,8 @@
 /* How a rank makes an effect when it has only a part of a split mesh (mesh/split.h), with two layers of tets around
  * it. */
 typedef enum flesh_row_on_parts {
-  FLESH_PARTS_REFUSED, /* not at all: it needs the whole mesh, such as its count of nodes, or whether its surface is
-                        * closed */
-  FLESH_PARTS_NODES,   /* not at all: it needs the whole mesh, such as its number of nodes */
+  FLESH_PARTS_REFUSED, /* not at all: it needs the whole mesh, such as its count of nodes */
+  FLESH_PARTS_NODES,   /* from the nodes and faces that it acts on here */
   FLESH_PARTS_TETS     /* from the rank's own tets */
 } flesh_row_on_parts;
 
