@@ -1,4 +1,4 @@
-/* body.c: cells of tets, and what a body must have. */
+/* body.c: cells of tets, and checks of a body. */
 #include "element/body.h"
 
 #include <math.h>

@@ -1,12 +1,12 @@
-/* body.h: what a body must have. */
+/* body.h: checks of a body. */
 #ifndef FLESH_ELEMENT_BODY_H
 #define FLESH_ELEMENT_BODY_H
 
 #include "base/error.h"
 #include "flesh/body.h"
 
-/* Begins a constructor of effects: FLESH_NEED for its arguments, body among them, and for `effect`, which is NULL from here
- * on; the body must be one that effects can be made of. */
+/* Begins a constructor of effects: FLESH_NEED for its arguments, among them the body, and for `effect`, which becomes
+ * NULL; then checks the body. */
 #define FLESH_NEED_BODY(...)                                                              \
   do {                                                                                    \
     FLESH_NEED({effect, "effect"});                                                       \
@@ -16,12 +16,12 @@
     if (flesh_body_status) return flesh_body_status;                                      \
   } while (0)
 
-/* FLESH_ERR_ARGUMENT where the body has no mesh, a mass or an element that is none or does not fit the mesh, a tet without a
- * material or with one whose constants are no numbers, or parts that are not runs of its tets, each tet in one at most.
- * Densities are checked by those who read them. */
+/* Fails with FLESH_ERR_ARGUMENT for a body without a mesh, with a mass or an element that is unknown or does not fit
+ * the mesh, with a tet that has no material or one whose constants are not numbers, or with parts that are not runs of
+ * tets or that overlap. Densities are checked by the code that reads them. */
 int flesh_body_check(const flesh_body *body);
 
-/* FLESH_ERR_ARGUMENT where there are no densities, or a tet's is not positive and finite. */
+/* Fails with FLESH_ERR_ARGUMENT if there are no densities, or one is not positive and finite. */
 int flesh_body_check_density(const flesh_body *body);
 
 #endif

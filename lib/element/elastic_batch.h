@@ -1,6 +1,6 @@
-/* elastic_batch.h: what kernels of elasticity do with a batch of tets at a point: psi, the blocks of the exact and of
- * the filtered Hessian, and the stress of a rate; written for four-node tets, of virtual corners where an element has more
- * nodes (tet10_lanes.h).
+/* elastic_batch.h: operations of elasticity kernels on a batch of tets at a point: psi, the blocks of the exact and of
+ * the filtered Hessian, and the stress of a rate. They are written for four-node tets; an element with more nodes
+ * passes virtual corners (tet10_lanes.h).
  *
  * The pair (a,b) has the block K_ab = volume * (dP g_a) in direction e_j g_b^T. */
 #ifndef FLESH_ELEMENT_ELASTIC_BATCH_H
@@ -13,12 +13,12 @@
 #include "math/svd3.h"
 #include "math/svd3_core.h"
 
-/* Within these bounds of I_C and J nothing of a built-in energy overflows, nor does the batched
- * logarithm or decomposition leave its domain; beyond, tets are taken one by one. */
+/* Bounds of I_C and J within which no built-in energy overflows and the batched logarithm and decomposition stay in
+ * their domain; other tets are computed one by one. */
 #define LARGEST  1e50
 #define SMALLEST 1e-50
 
-/* No status: the batch's form is one of the singular values, and has its psi from decompose(). */
+/* Not a status: the batch's form depends on the singular values, and decompose() computes its psi. */
 enum { BY_STRETCHES = 1000 };
 
 /* A batch at a point. */
@@ -31,7 +31,7 @@ typedef struct batch {
   flesh_psi_real psi;
 } batch;
 
-/* psi where it is a function of the user's own, or where something is out of bounds. */
+/* Computes psi lane by lane, for a user's own function or values out of bounds. */
 static __attribute__((noinline, cold)) int psi_one_by_one(const flesh_material *material,
                                                           const flesh_real *I_C,
                                                           const flesh_real *J, flesh_psi_real *psi)
@@ -56,14 +56,14 @@ static __attribute__((noinline, cold)) int psi_one_by_one(const flesh_material *
   return FLESH_OK;
 }
 
-/* The stiffening forms side by side. */
+/* Computes the stiffening forms side by side. */
 static __attribute__((noinline)) void psi_stiffening(const flesh_material *material, int with_value,
                                                      const flesh_real *I_C, const flesh_real *J, flesh_psi_real *psi)
 {
   flesh_psi_stiffening_form(material->energy, material, with_value, *I_C, *J, psi);
 }
 
-/* psi where find_psi() does not compute it. */
+/* Computes psi in the cases that find_psi() does not handle. */
 static __attribute__((noinline)) int psi_otherwise(const flesh_material *material, int with_value,
                                                    const flesh_real *I_C, const flesh_real *J, flesh_psi_real *psi)
 {
@@ -77,7 +77,7 @@ static __attribute__((noinline)) int psi_otherwise(const flesh_material *materia
   return FLESH_OK;
 }
 
-/* Finds J, I_C and the cofactor of F, the arguments of psi and its derivatives. */
+/* Computes J, I_C and the cofactor of F: the arguments of psi and their derivatives. */
 INLINE void find_invariants(batch *b)
 {
   flesh_mat3_cofactor(b->F, b->C);
@@ -102,17 +102,17 @@ INLINE int find_psi(const flesh_batches *batches, int with_value, batch *b)
   return FLESH_OK;
 }
 
-/* The blocks of the exact Hessian times `factor`. With p_a = F g_a and q_a = cof(F) g_a
+/* Computes the blocks of the exact Hessian times `factor`. With p_a = F g_a and q_a = cof(F) g_a
  *
  *   K_ab = volume * (4 psi_II p_a p_b^T + 2 psi_IJ (p_a q_b^T + q_a p_b^T) + psi_JJ q_a q_b^T
  *                    + 2 psi_I (g_a . g_b) I + psi_J D_ab),
  *
  * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of
- * the edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in
- * turn. Blocks K_aa follow from the others (tile_close). */
+ * the edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3 and cof(F) g_1 = det d_2 x d_3, also with the
+ * indices permuted cyclically. Blocks K_aa follow from the others (tile_close). */
 INLINE void true_blocks(const batch *b, double factor, take_block *take, void *to)
 {
-  /* F(g_a x g_b) for a < b is the edge between the other two nodes, from one to the other. */
+  /* F(g_a x g_b) for a < b is, up to det, the edge between the other two nodes, from `one` to `other`. */
   static const unsigned char one[4][4] = {{0, 2, 3, 1}, {0, 0, 0, 2}};
   static const unsigned char other[4][4] = {{0, 3, 1, 2}, {0, 0, 3, 0}, {0, 0, 0, 1}};
   flesh_real g[4][3], p[4][3], q[4][3], x[4][3]; /* x: positions from x_0, times det and psi_J */
@@ -121,7 +121,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
     flesh_mat3_times(b->F, g[a], p[a]);
     flesh_vec3_cross(b->d[a % 3], b->d[(a + 1) % 3], q[a]);
   }
-  /* det comes from the volume: it is inaccurate by three nearly parallel gradients. */
+  /* det comes from the volume, as three nearly parallel gradients would make it inaccurate. */
   flesh_real det = 1 / (6 * b->t.shape[9]), scale = factor * b->t.volume, turn = scale * b->psi.J * det;
   flesh_real same = 2 * scale * b->psi.I, II = 4 * scale * b->psi.II, IJ = 2 * scale * b->psi.IJ, JJ = scale * b->psi.JJ;
   for (int i = 0; i < 3; i++) {
@@ -134,7 +134,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
     q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
     x[0][i] = flesh_all(0);
   }
-  const int mixed = flesh_any(IJ != 0); /* not in most forms */
+  const int mixed = flesh_any(IJ != 0); /* 0 in most forms */
   FLESH_UNROLL(3)
   for (int a = 0, n = 0; a < 3; a++) {
     flesh_real u[3], w[3];
@@ -164,7 +164,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
   }
 }
 
-/* Singular values of any size. */
+/* Decomposes lane by lane, for singular values of any size. */
 static __attribute__((noinline, cold)) void
 decompose_one_by_one(const flesh_real F[9], flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
 {
@@ -183,7 +183,7 @@ INLINE void find_stretches(const batch *b, flesh_real U[9], flesh_real sigma[3],
   else flesh_svd3_core(b->F, U, sigma, V);
 }
 
-/* F's singular vectors and the Hessian between them. */
+/* Computes F's singular vectors and the Hessian in their frame. */
 INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spectrum *spectrum)
 {
   flesh_real sigma[3];
@@ -192,7 +192,7 @@ INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spe
     flesh_stretch_real psi;
     const flesh_mask finite = flesh_stretch_form(b->material->energy, b->material, sigma, &psi);
     *spectrum = psi.spectrum;
-    /* psi: what the mean of J bears, its pressure, and what is taken off */
+    /* b->psi has only the terms of the mean of J: its share, its pressure, and the part taken off */
     flesh_spectrum of_mean;
     flesh_spectrum_make(&b->psi, sigma, &of_mean);
     for (int k = 0; k < 9; k++) spectrum->A[k] += of_mean.A[k];
@@ -202,7 +202,7 @@ INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spe
   return flesh_any(flesh_spectrum_make(&b->psi, sigma, spectrum) == 0) ? FLESH_NONFINITE : FLESH_OK;
 }
 
-/* The blocks of the Hessian of this spectrum between these singular vectors, times `factor`. */
+/* Computes the blocks of the Hessian with this spectrum in the frame of these singular vectors, times `factor`. */
 INLINE void spectral_blocks(const batch *b, const flesh_real U[9], const flesh_real V[9], flesh_spectrum *spectrum,
                             double factor, take_block *take, void *to)
 {
@@ -226,7 +226,7 @@ INLINE void spectral_blocks(const batch *b, const flesh_real U[9], const flesh_r
     }
 }
 
-/* P' = d2 psi : F', with negative eigenvalues clamped. */
+/* Computes P' = d2 psi : F', with negative eigenvalues clamped. */
 INLINE int stress_rate(const batch *b, const flesh_real rate[9], flesh_real P[9])
 {
   flesh_real U[9], V[9], A[9], B[9];

@@ -1,18 +1,19 @@
 /* elasticity10_kernel.c: energy, force and (projected) Hessian of ten-node tets, and the forces of rates against that
- * Hessian, FLESH_LANES tets at a time; at every point by itself, or with a share of the volume term of the mean of J.
+ * Hessian, FLESH_LANES tets at a time; each point by itself, or with a share of the volume term that depends on the
+ * mean of J.
  *
- * With the mean J' of J over the tet of volume V, S the share of the volume term (flesh_volume_share) and w the volumes
+ * With the mean J' of J over the tet of volume V, the share S of the volume term (flesh_volume_share) and the volumes w
  * of the points, the energy is
  *
  *   sum of w (psi - S(J)) + V S(J'),
  *
  * so that forces are those of psi with psi_J - S_J(J) + S_J(J') in place of psi_J. The Hessian has psi_JJ - S_JJ in
- * place of psi_JJ, which is then as stiff as the shear modulus asks for, and V S_JJ(J') b b^T beside it, b the gradient
- * of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk modulus
- * positive.
+ * place of psi_JJ, which leaves a stiffness of the order of the shear modulus, and in addition V S_JJ(J') b b^T, where
+ * b is the gradient of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; a part of the term stays with the points and
+ * keeps their bulk modulus positive.
  *
- * Where the mean is held at 1, V k S(J') is a penalty with a factor k, and V p (J' - 1) of the tet's multiplier p comes
- * to it: forces have k S_J(J') + p in place of S_J(J'), and the Hessian k S_JJ in place of S_JJ. */
+ * Where the mean is held at 1, V k S(J') is a penalty with a factor k, and V p (J' - 1) with the tet's multiplier p is
+ * added: forces have k S_J(J') + p in place of S_J(J'), and the Hessian k S_JJ in place of S_JJ. */
 #include "element/tet10_blocks.h"
 #include "element/elastic_batch.h"
 #include "math/logarithm.h"
@@ -21,9 +22,9 @@
 typedef struct points {
   batch at[POINTS];
   flesh_real volume; /* of the tets */
-  flesh_real J;      /* their means */
-  flesh_real share[3]; /* of the volume term at these, and its derivatives; where there is one */
-  flesh_real multiplier; /* where the mean is held */
+  flesh_real J;      /* mean of J over each tet */
+  flesh_real share[3]; /* the share at the means and its derivatives, if there is one */
+  flesh_real multiplier; /* if the mean is held at 1 */
   double penalty, excess;
 } points;
 
@@ -42,7 +43,7 @@ static COMPILED_ONCE void load(const flesh_batches *batches, int index, const do
     sum += b->t.volume * b->J;
   }
   p->volume = volume;
-  p->J = sum / flesh_select(volume > 0, volume, flesh_all(1)); /* lanes that are not used */
+  p->J = sum / flesh_select(volume > 0, volume, flesh_all(1)); /* unused lanes */
   p->J = flesh_select(volume > 0, p->J, p->at[0].J);
 }
 
@@ -59,7 +60,7 @@ static COMPILED_ONCE void load_options(const flesh_batches *batches, int index, 
     flesh_set_lane(&p->multiplier, l, at->multipliers[batches->tet[first + l]]);
 }
 
-/* U and its derivatives where it is a function of the user's own; 0 where that has no value. */
+/* Computes U and its derivatives lane by lane, for a user's own function; returns nonzero if U has no value. */
 static __attribute__((noinline, cold)) int volume_term_one_by_one(const flesh_material *material, const flesh_real *J,
                                                                   flesh_real of[3])
 {
@@ -76,7 +77,7 @@ static __attribute__((noinline, cold)) int volume_term_one_by_one(const flesh_ma
   return worst;
 }
 
-/* The share at J, and its derivatives; local: of a point's, or of the mean's. */
+/* Computes the share at J and its derivatives; `local` is that of a point or of the mean. */
 INLINE int volume_share(const flesh_volume_share *s, const flesh_material *material, flesh_real J, double local,
                         flesh_real of[3])
 {
@@ -102,13 +103,13 @@ INLINE int volume_share(const flesh_volume_share *s, const flesh_material *mater
 
 static COMPILED_ONCE int find_share_of_mean(const flesh_batches *batches, points *p)
 {
-  const int material = p->at[0].t.material; /* of all points */
+  const int material = p->at[0].t.material; /* the same at all points */
   const flesh_volume_share *s = &batches->volume_shares[material];
   return volume_share(s, &batches->materials[material], p->J, flesh_local_of_mean(s), p->share);
 }
 
-/* psi at every point, less what the mean bears of it and with the pressure of that; of a form of the singular values
- * these two alone. */
+/* Computes psi at every point, without the share of the mean and with the mean's pressure; for a form of the singular
+ * values, only these two terms. */
 static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int with_value, points *p)
 {
   const int mean_status = batches->volume_shares ? find_share_of_mean(batches, p) : FLESH_OK;
@@ -131,7 +132,7 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
   return FLESH_OK;
 }
 
-/* V S(J') and V S_JJ(J'), with the multiplier's term where the mean is held; after find_share_of_mean. */
+/* Computes V S(J') and V S_JJ(J'), with the multiplier's term if the mean is held; called after find_share_of_mean. */
 INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
@@ -142,7 +143,7 @@ INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real 
   *stiffness *= p->penalty;
 }
 
-/* The gradient of J' by the nodes. */
+/* Computes the gradient of J' with respect to the nodes. */
 static COMPILED_ONCE void mean_gradient(const points *p, ten_forces *b)
 {
   flesh_real inverse = 1 / flesh_select(p->volume > 0, p->volume, flesh_all(1));
@@ -159,8 +160,8 @@ static COMPILED_ONCE void mean_gradient(const points *p, ten_forces *b)
   close_forces(b);
 }
 
-/* The stress at a point times its volume where the form is one of the singular values; sums: its energy and the size of
- * that. */
+/* Computes the stress at a point times its volume for a form of the singular values; sums: its energy and the size of
+ * its terms. */
 static COMPILED_ONCE int stress_of_stretches(const batch *b, flesh_real P[9], flesh_real sums[2])
 {
   flesh_real U[9], sigma[3], V[9], UP[9], size;
@@ -177,7 +178,7 @@ static COMPILED_ONCE int stress_of_stretches(const batch *b, flesh_real P[9], fl
   return FLESH_OK;
 }
 
-/* Adds the forces of a batch whose form is one of the singular values. */
+/* Adds the forces of a batch whose form depends on the singular values. */
 static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real sums[2])
 {
   for (int q = 0; q < POINTS; q++) {
@@ -230,7 +231,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
   return FLESH_OK;
 }
 
-/* The blocks of virtual corners at a point, exact or filtered. */
+/* Computes the blocks of virtual corners at a point, exact or filtered. */
 static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eigenvalue_filter filter, void *to)
 {
   const int by_stretches = flesh_form_of_stretches(b->material->energy);
@@ -252,7 +253,7 @@ static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eig
   return FLESH_OK;
 }
 
-/* The Hessian of the mean's term, as a product of a vector with itself. */
+/* Computes the Hessian of the mean's term, as a product of a vector with itself. */
 static COMPILED_ONCE void product_of_mean(const flesh_batches *batches, const points *p, const flesh_tet_point *at,
                                           ten_product *product)
 {
@@ -297,7 +298,7 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   return FLESH_OK;
 }
 
-/* Forces of rates: P' at every point, and of the mean V S_JJ (b . v) b, negative S_JJ clamped. */
+/* Adds the forces of rates: P' at every point, and V S_JJ (b . v) b of the mean with negative S_JJ clamped. */
 INLINE int add_stiffness(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                          double *forces, int with_sums, flesh_real sums[2])
 {
@@ -341,7 +342,8 @@ RESIDUAL_KERNEL(elastic_residual, add_residual)
 HESSIAN_KERNEL(elastic_hessian, add_hessian)
 RESIDUAL_KERNEL(stiffness_residual, add_stiffness)
 
-/* The rows b of the stiff term b b^T: the part of the mean's term that is stiffer than the rest of the form. */
+/* Computes the rows b of the stiff term b b^T: the part of the mean's term that is stiffer than the rest of the
+ * form. */
 static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
 {
   const flesh_tiles *tiles = &batches->tiles;
@@ -368,7 +370,7 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
   }
 }
 
-/* The mean of J less 1, into places of the mesh's tets. */
+/* Writes the mean of J minus 1 to the places of the mesh's tets. */
 static COMPILED_ONCE int gaps_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
                                  double *sums)
 {

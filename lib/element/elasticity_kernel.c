@@ -1,5 +1,5 @@
-/* elasticity_kernel.c: energy, force and (projected) Hessian of linear tets, and the forces of rates against
- * that Hessian, FLESH_LANES tets at a time. */
+/* elasticity_kernel.c: energy, force and (projected) Hessian of linear tets, and the forces of rates against that
+ * Hessian, FLESH_LANES tets at a time. */
 #include "element/elastic_batch.h"
 
 INLINE int load(const flesh_batches *batches, int index, const flesh_tet_point *at, const double *x, int with_value,
@@ -14,8 +14,8 @@ INLINE int load(const flesh_batches *batches, int index, const flesh_tet_point *
   return status;
 }
 
-/* The batch's forces, where its form is one of the singular values, are added to `forces` if not NULL; `sums` are its
- * energy and the size of that, lane by lane. */
+/* Adds the batch's forces to `forces` unless NULL, for a form of the singular values; `sums` becomes its energy and the
+ * size of its terms, lane by lane. */
 static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                             const double *position, double *forces, flesh_real sums[2])
 {
@@ -52,7 +52,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
   if (status) return status;
   if (with_sums) {
     sums[0] += b.t.volume * b.psi.value;
-    /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
+    /* The terms of the value may cancel; the length term, of size psi_I I_C, tells by how much. */
     sums[1] += b.t.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
   }
   if (!forces) return FLESH_OK;
@@ -66,7 +66,7 @@ INLINE int add_residual(const flesh_batches *batches, int index, const flesh_tet
   return FLESH_OK;
 }
 
-/* The exact Hessian of the batch at `index`. */
+/* Adds the exact Hessian of the batch at `index`. */
 static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                   const nearby *near, tile_blocks *to)
 {
@@ -77,7 +77,7 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
   return FLESH_OK;
 }
 
-/* The Hessian with its negative eigenvalues filtered, if they are to be, from the closed-form spectrum. */
+/* Adds the Hessian from the closed-form spectrum, with its negative eigenvalues filtered if `at` says so. */
 static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                        const nearby *near, tile_blocks *to)
 {

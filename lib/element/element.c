@@ -1,4 +1,4 @@
-/* element.c: rest shapes of tets and volume terms of materials. */
+/* element.c: rest shapes of tets, and volume terms of materials. */
 #include "element/element.h"
 
 #include <math.h>
@@ -36,7 +36,7 @@ flesh_element flesh_body_element_of(const flesh_body *body, int material, int si
   return own == FLESH_ELEMENT_TET10 ? own : FLESH_ELEMENT_TET10_MEAN;
 }
 
-/* Index in VTK's order of edges, 01 12 02 03 13 23, of the edge between two corners. */
+/* Index of the edge between two corners, in VTK's order of edges, 01 12 02 03 13 23. */
 static const int edge_of[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
 
 void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10])
@@ -59,7 +59,7 @@ void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double 
 {
   const int *corner = flesh_mesh_tets(mesh) + 4 * (size_t)tet, *edge = flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet;
   double M[10][10];
-  int nodes[10], place[10] = {0}; /* of a node in the mesh's order */
+  int nodes[10], place[10] = {0}; /* place: index of each node in the mesh's order */
   flesh_tet10_mass(mesh, tet, M);
   flesh_tet10_nodes(mesh, tet, nodes);
   for (int a = 0; a < 10; a++)
@@ -77,7 +77,8 @@ int flesh_element_shapes(const flesh_mesh *mesh)
   return 1;
 }
 
-/* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the corners wind. */
+/* Computes the gradients, the rows of the inverse of D, whose columns are the edges; returns the volume, for either
+ * winding of the corners. */
 static double shape_of(const double D[9], double gradient[9]) { return flesh_mat3_inverse(D, gradient) / 6; }
 
 double flesh_tet4_shape(const double *X, const int node[4], double gradient[9])
@@ -105,23 +106,23 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
   return shape_of(D, gradient);
 }
 
-/* The moderate part of the mean's modulus over the shear modulus: with it and the points' own share, lambda is that of
- * Poisson's ratio 0.45. */
+/* Largest moderate part of the mean's modulus, in shear moduli: together with the points' own share it gives the lambda
+ * of Poisson's ratio 0.45. */
 static const double MODERATE = 7;
 
-/* The modulus over the shear modulus that points bear by themselves where their J is far from 1. A larger one keeps
- * them closer to it, and makes coarse meshes stiffer (history.md has figures). */
+/* Modulus that points bear by themselves where their J is far from 1, in shear moduli. A larger value keeps J closer to
+ * 1 but makes coarse meshes stiffer (history.md has figures). */
 static const double LOCAL = 5;
 
-/* U of a user's psi at J. */
+/* Computes the volume part U of a user's psi at J. */
 static int volume_part_at(const flesh_material *material, double J, flesh_volume_part *U)
 {
   *U = (flesh_volume_part){.value = 0.5 * (J - 1) * (J - 1), .J = J - 1, .JJ = 1};
   return material->volume ? material->volume(J, material, U) : FLESH_OK;
 }
 
-/* Checks that a user's U has unit modulus, and that psi contains lambda U: psi without `share` U, which the mean takes,
- * must be stable when the volume halves or doubles. */
+/* Checks that a user's U has unit modulus, and that psi contains lambda U: psi without `share` U, which goes to the
+ * mean, must be stable when the volume halves or doubles. */
 static int check_users_volume_part(const flesh_material *material, double share)
 {
   flesh_volume_part U;
@@ -145,9 +146,9 @@ static int check_users_volume_part(const flesh_material *material, double share)
   return FLESH_OK;
 }
 
-/* The part of lambda that the mean of J bears: all but 2 mu from 3 mu on, nothing up to mu. Between them the polynomial
- * that joins both with two continuous derivatives by lambda, so that results are smooth in Poisson's ratio; what the
- * points keep grows with lambda all the way. */
+/* Returns the part of lambda that goes to the mean of J: all but 2 mu from 3 mu on, nothing up to mu. Between them it
+ * is the polynomial that joins both with two continuous derivatives by lambda, so that results are smooth in Poisson's
+ * ratio; the part that stays with the points grows with lambda throughout. */
 static double share_of_mean(double lambda, double mu)
 {
   const double x = lambda / mu - 2;
@@ -173,9 +174,9 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                             : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at);
   if (status) return status;
   if (!of_stretches) shear = 2 * at.I;
-  /* The points of an incompressible material keep what they keep as lambda grows, whatever the penalty. */
+  /* For an incompressible material the points keep 2 mu, the limit for large lambda, whatever the penalty. */
   share->share = share->held ? fmax(0, material->lambda - 2 * shear) : share_of_mean(material->lambda, shear);
-  /* LOCAL shear moduli where the share is large, 4/5 of the share where it is small, and smooth between them. */
+  /* LOCAL shear moduli for a large share, 4/5 of the share for a small one, and smooth in between. */
   share->local = LOCAL * shear;
   if (!share->held) share->local *= 0.8 * share->share / hypot(0.8 * share->share, share->local);
   share->moderate = fmin(share->share, MODERATE * shear);

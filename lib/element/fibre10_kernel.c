@@ -1,8 +1,8 @@
 /* fibre10_kernel.c: energy, force and (projected) Hessian of the fibres in ten-node tets, FLESH_LANES tets at a time.
  *
  * At a point with barycentric coordinates L, corner i has the gradient (4 L_i - 1) w_i along the fibre, and the node on
- * the edge i-k has 4 (L_k w_i + L_i w_k): w of the linear functions of the straight tet's corners, or of the virtual
- * corners' where tets are curved (tet10_lanes.h). */
+ * the edge i-k has 4 (L_k w_i + L_i w_k). Here w are the gradients of the linear functions of the straight tet's
+ * corners, or of the virtual corners if tets are curved (tet10_lanes.h). */
 #include "element/tet10_lanes.h"
 
 #include "element/fibre_batch.h"

@@ -1,5 +1,5 @@
-/* fibre_batch.h: what kernels of fibres do with a batch of tets at a point. A fibre has the direction a at rest; with
- * w_n the nodes' gradients along it, w_n = grad N_n . a, of which the sum is 0,
+/* fibre_batch.h: operations of fibre kernels on a batch of tets at a point. A fibre has the direction a at rest; with
+ * w_n = grad N_n . a, the nodes' gradients along it, whose sum is 0,
  *
  *   f = F a = sum of w_n x_n,   force on n: volume T w_n f,   block of m and n: volume w_m w_n (T 1 + D f f^T). */
 #ifndef FLESH_ELEMENT_FIBRE_BATCH_H
@@ -8,7 +8,7 @@
 #include "element/tet_lanes.h"
 #include "material/fibre_forms.h"
 
-/* Beyond, an energy could overflow. */
+/* Bound of f.f above which an energy could overflow. */
 #define LARGEST_SQUARE 1e200
 
 /* A batch at a point. */
@@ -18,7 +18,7 @@ typedef struct fibres {
   flesh_fibre_real at;
 } fibres;
 
-/* w_0 to w_3 of a tet of four nodes, and the volume, at point q. */
+/* Loads w_0 to w_3 of a four-node tet, and the volume, at point q. */
 INLINE void load_weights(const flesh_batches *batches, int index, int q, flesh_real w[4], flesh_real *volume)
 {
   const size_t place = (size_t)index * (size_t)batches->shapes_per_tet + (size_t)(batches->shapes_per_tet > 1 ? q : 0);
@@ -35,8 +35,8 @@ INLINE void load_fibres(const flesh_batches *batches, int index, tets *t)
               .pair = batches->tiles.pairs + (size_t)index * ELEMENT_PAIRS * FLESH_LANES};
 }
 
-/* The derivative along the fibre of a vector whose values, less that of the first node, are d [1 to ELEMENT_NODES -
- * 1]. */
+/* Computes the derivative along the fibre of a vector; d [1 to ELEMENT_NODES - 1] are its values minus that of the
+ * first node. */
 INLINE void along_fibre(const fibres *b, flesh_real (*d)[3], flesh_real f[3])
 {
   for (int i = 0; i < 3; i++) {
@@ -45,7 +45,7 @@ INLINE void along_fibre(const fibres *b, flesh_real (*d)[3], flesh_real f[3])
   }
 }
 
-/* f by the nodes' positions, and the energy with its derivatives. */
+/* Computes f from the nodes' positions, and the energy with its derivatives. */
 INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b)
 {
   along_fibre(b, d, b->f);
@@ -55,9 +55,8 @@ INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b
   return FLESH_OK;
 }
 
-/* Adds the dependence of tension on speed; x_0 and v_0 are read if `at` has a frozen state. The rate of f.f/2, like
- * that of the Green strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f -
- * f_0).f_0'. */
+/* Adds the dependence of tension on speed; reads x_0 and v_0 if `at` has a frozen state. The rate of f.f/2, like that
+ * of the Green strain in viscous_batch.h, is f.f', and with a frozen state 1/2 (f + f_0).f' - 1/2 (f - f_0).f_0'. */
 INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real (*x_0)[3], flesh_real (*v_0)[3],
                       fibres *b)
 {
@@ -76,7 +75,7 @@ INLINE void add_speed(const flesh_tet_point *at, flesh_real (*v)[3], flesh_real 
   flesh_fibre_add_speed(at->fibre, at->activation, b->square, square, e, at->ratio, &b->at);
 }
 
-/* T 1 + D f f^T times volume and scale: entries 00 01 02 11 12 22. */
+/* Computes T 1 + D f f^T times volume and scale: entries 00 01 02 11 12 22. */
 INLINE void fibre_matrix(const flesh_tet_point *at, fibres *b, flesh_real H[6])
 {
   if (at->filter) flesh_fibre_filter(at->filter, b->square, &b->at);

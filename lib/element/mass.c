@@ -44,8 +44,8 @@ const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass)
   return mass->lumped ? NULL : &mass->tets.cells;
 }
 
-/* Lumped masses, a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
- * threads. */
+/* Parts of the nodes for lumped masses, one per task: a part is as large as is worth a task, and does not depend on the
+ * number of threads. */
 enum { MOST_PARTS = 64, NODES_OF_PART = 512 };
 
 typedef struct job {
@@ -96,9 +96,9 @@ static void add_part(void *data, int task)
   }
 }
 
-/* Integrals of N_a N_b over a straight tet of ten nodes, times 420/V, by what nodes a and b are: a corner with itself,
- * with another, with a node on an edge that it ends and on one that it does not; a node on an edge with itself, with
- * those on an edge that meets it and on the opposite one. */
+/* Integrals of N_a N_b over a straight ten-node tet, times 420/V. Values in order: a corner with itself, with another
+ * corner, with a node on one of its edges, with one on another edge; a node on an edge with itself, with those on edges
+ * that meet it, and with that on the opposite edge. */
 static const signed char ten_by_ten[10][10] = {
     {6, 1, 1, 1, -4, -4, -4, -6, -6, -6},       {1, 6, 1, 1, -4, -6, -6, -4, -4, -6},
     {1, 1, 6, 1, -6, -4, -6, -4, -6, -4},       {1, 1, 1, 6, -6, -6, -4, -6, -4, -4},
@@ -106,7 +106,7 @@ static const signed char ten_by_ten[10][10] = {
     {-4, -6, -6, -4, 16, 16, 32, 8, 16, 16},    {-6, -4, -4, -6, 16, 16, 8, 32, 16, 16},
     {-6, -4, -6, -4, 16, 8, 16, 16, 32, 16},    {-6, -6, -4, -4, 8, 16, 16, 16, 16, 32}};
 
-/* The mass matrix of a tet of ten nodes. */
+/* Computes the mass matrix of a ten-node tet. */
 static void masses_of(const flesh_batches *batches, int tet, double scale, double M[10][10])
 {
   const double *masses = batches->masses + (size_t)batches->masses_per_tet * (size_t)tet;
@@ -137,7 +137,7 @@ static int residual_of_ten(const flesh_batches *batches, int tile, const flesh_t
   return FLESH_OK;
 }
 
-/* Adds M x = rho V/20 (sum of x over its nodes + x) of each tet, a kernel without lanes: `v` stands for x. */
+/* Adds M x = rho V/20 (sum of x over its nodes + x) of each tet, without lanes; at->v is x. */
 static int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
 {
   const int *batch = batches->tiles.batch + tile;
@@ -167,7 +167,7 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   const int pairs = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
   const int nodes = tiles->node_first[tile + 1] - tiles->node_first[tile];
   const size_t lanes = (size_t)batches->lanes, m = (size_t)batches->nodes_per_tet;
-  double own[FLESH_TILE_PAIRS_10], with_itself[FLESH_TILE_NODES]; /* what their blocks are of the identity */
+  double own[FLESH_TILE_PAIRS_10], with_itself[FLESH_TILE_NODES]; /* factors of the identity in blocks of pairs, and of nodes */
   memset(own, 0, (size_t)pairs * sizeof *own);
   memset(with_itself, 0, (size_t)nodes * sizeof *with_itself);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {

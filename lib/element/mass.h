@@ -13,30 +13,31 @@ typedef struct flesh_mass_matrix {
   flesh_tets tets; /* with masses, consistent only */
 } flesh_mass_matrix;
 
-/* Makes a lumped or consistent matrix, as body->mass says. Cleared also when it fails. */
+/* Makes a lumped or consistent matrix, as body->mass says. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared after an
+ * error. */
 int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass);
 void flesh_mass_matrix_clear(flesh_mass_matrix *mass);
 
-/* The cells of the tets, as flesh_tets has them; NULL where lumped. */
+/* Returns the cells of the tets, as in flesh_tets; NULL for a lumped matrix. */
 const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass);
 
-/* y += scale M x unless y is NULL, *half_square = scale x.M x / 2 unless that is NULL; the same bits whether the other
- * is asked for or not, and for any number of threads. */
+/* Adds scale M x to y unless y is NULL, and sets *half_square to scale x.M x / 2 unless that is NULL; each has the same
+ * bits whether the other is wanted or not, and for any number of threads. */
 void flesh_mass_matrix_apply(const flesh_mass_matrix *mass, double scale, flesh_threads *threads, const double *x,
                              double *y, double *half_square);
 
-/* Does `evaluate` for an effect r = rate M x with x = shift * u. */
+/* Implements `evaluate` of an effect r = rate M x with x = shift * u. */
 void flesh_mass_matrix_evaluate(const flesh_mass_matrix *mass, double rate, flesh_threads *threads, const double *x,
                                 const flesh_contribution *to);
 
-/* K += scale M; `slots` as of flesh_effect_operations.jacobian for the cells, not read where lumped. */
+/* Adds scale M to K; `slots` as in flesh_effect_operations.jacobian for the cells, not read for a lumped matrix. */
 void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_threads *threads,
                            flesh_block_matrix *K, const int *slots);
 
-/* Whether both have the same numbers in the same order. */
+/* Returns whether both have the same numbers in the same order. */
 int flesh_mass_matrices_are_same(const flesh_mass_matrix *mass, const flesh_mass_matrix *other);
 
-/* Bytes it holds. */
+/* Returns the bytes that the matrix holds. */
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *mass);
 
 #endif

@@ -1,12 +1,12 @@
-/* tet10_blocks.h: from the blocks of virtual corners at the points to those of the ten nodes (tet10_lanes.h).
+/* tet10_blocks.h: computes the blocks of the ten nodes from those of virtual corners at the points (tet10_lanes.h).
  *
- * With o = 4 (a - b) a node has at point q the gradient o times
+ * With o = 4 (a - b), the gradient of a node at point q is o times
  *
  *   corner i:    w g_i + [q = i] g_i                                  w = (4 b - 1)/o
  *   edge i-k:    e (g_i + g_k) + [q = k] g_i + [q = i] g_k            e = 4 b/o
  *
- * so that with M^q(x, y) the bilinear form that has the blocks of virtual corners, o^2 of them, and S its sum over the
- * points, nodes have the blocks
+ * Let M^q(x, y) be the bilinear form of the blocks of virtual corners at point q, times o^2, and S its sum over the
+ * points. Then nodes have the blocks
  *
  *   i, j:        w (w S_ij + M^i_ij + M^j_ij)
  *   i, m-n:      T_ij + w (M^n_im + M^m_in),   T_ij = e (w S(g_i, g_m + g_n) + M^i(g_i, g_m + g_n))
@@ -14,14 +14,14 @@
  *   v-x, v-y:    (1 + 2 e) M^v_xy + e (e X + M^v_xv + M^v_vy - M^x(g_v, g_x + g_z) - M^y(g_y + g_z, g_v))
  *   i-k, m-n:    e (e X + M^k(g_i, g_m + g_n) + M^i(g_k, g_m + g_n) + M^n(g_i + g_k, g_m) + M^m(g_i + g_k, g_n))
  *
- * X = S of the sums of two gradients. As all g add up to 0, m and n or z are always corners with which no block of a
- * corner with itself is needed. */
+ * where X is S of the sums of two gradients. As all g add up to 0, the corners m and n, or z, can always be chosen such
+ * that no block of a corner with itself is needed. */
 #ifndef FLESH_ELEMENT_TET10_BLOCKS_H
 #define FLESH_ELEMENT_TET10_BLOCKS_H
 
 #include "element/tet10_lanes.h"
 
-/* Blocks between virtual corners 01 02 03 12 13 23, of each point, and their sums. */
+/* Blocks between virtual corners 01 02 03 12 13 23, at each point, and their sums. */
 enum { CORNER_PAIRS = 6 };
 typedef struct corner_blocks {
   flesh_real point[POINTS][CORNER_PAIRS][9], sum[CORNER_PAIRS][9];
@@ -37,7 +37,7 @@ INLINE void keep_block(const tets *t, const flesh_real block[9], int pair, void 
   for (int c = 0; c < 9; c++) ((flesh_real(*)[9])to)[pair][c] = block[c];
 }
 
-/* The number of a pair of virtual corners, and of one of nodes, a < b. */
+/* Index of a pair of virtual corners; pair_of returns that of a pair of nodes a < b. */
 static const unsigned char corner_pair[4][4] = {{0, 0, 1, 2}, {0, 0, 3, 4}, {1, 3, 0, 5}, {2, 4, 5, 0}};
 INLINE int pair_of(int a, int b) { return a * (19 - a) / 2 + b - a - 1; }
 
@@ -45,13 +45,13 @@ INLINE int pair_of(int a, int b) { return a * (19 - a) / 2 + b - a - 1; }
 static const unsigned char other[4][4] = {{0, 2, 1, 1}, {2, 0, 0, 0}, {1, 0, 0, 0}, {1, 0, 0, 0}};
 static const unsigned char last[4][4] = {{0, 3, 3, 2}, {3, 0, 3, 2}, {3, 3, 0, 1}, {2, 2, 1, 0}};
 
-/* Number c of the block of i and j at a point, t the number that changes place with it. */
+/* Returns number c of the block of i and j at a point; t is the index of the same number in the transposed block. */
 INLINE flesh_real entry(const flesh_real blocks[CORNER_PAIRS][9], int i, int j, int c, int t)
 {
   return blocks[corner_pair[i][j]][i < j ? c : t];
 }
 
-/* Number c of the block of g_i with the sum of the gradients of the two other corners than i and j. */
+/* Returns number c of the block of g_i with the sum of the gradients of the two corners other than i and j. */
 INLINE flesh_real entry_sum(const flesh_real blocks[CORNER_PAIRS][9], int i, int j, int c, int t)
 {
   return entry(blocks, i, other[i][j], c, t) + entry(blocks, i, last[i][j], c, t);
@@ -61,18 +61,19 @@ static const double SQUARE = 16 * (FLESH_TET10_NEAR - FLESH_TET10_FAR) * (FLESH_
                     CORNER = (4 * FLESH_TET10_FAR - 1) / (4 * (FLESH_TET10_NEAR - FLESH_TET10_FAR)),
                     EDGE = FLESH_TET10_FAR / (FLESH_TET10_NEAR - FLESH_TET10_FAR);
 
-/* A vector of each node, whose products with one another are added to the blocks; `scaled`: times the factor of that. */
+/* A vector for each node, whose products with one another are added to the blocks; `scaled` includes the factor of the
+ * products. */
 typedef struct ten_product {
   flesh_real a[10][3], scaled[10][3];
 } ten_product;
 
-/* Number c of the block of nodes m and n. */
+/* Stores number c of the block of nodes m and n. */
 INLINE void put_entry(flesh_real entry, const ten_product *product, int m, int n, int c, flesh_real (*restrict K)[9])
 {
   K[pair_of(m, n)][c] = product ? entry + product->scaled[m][c / 3] * product->a[n][c % 3] : entry;
 }
 
-/* Number c of the blocks of edges with edges. */
+/* Computes number c of the blocks of edges with edges. */
 INLINE void edges_with_edges(const corner_blocks *restrict of, const ten_product *restrict product, int c, int t,
                              flesh_real (*restrict K)[9])
 {
@@ -101,7 +102,7 @@ INLINE void edges_with_edges(const corner_blocks *restrict of, const ten_product
   }
 }
 
-/* Number c of the blocks of corners with corners and with edges. */
+/* Computes number c of the blocks of corners with corners and with edges. */
 INLINE void corners_with_all(const corner_blocks *restrict of, const ten_product *restrict product, int c, int t,
                              flesh_real (*restrict K)[9])
 {
@@ -123,7 +124,7 @@ INLINE void corners_with_all(const corner_blocks *restrict of, const ten_product
     }
 }
 
-/* The blocks of the nodes, one of their nine numbers after the other. */
+/* Computes the blocks of the nodes, one of their nine numbers after the other. */
 INLINE void blocks_and_product(corner_blocks *restrict of, const ten_product *restrict product,
                                flesh_real (*restrict K)[9])
 {
@@ -139,8 +140,8 @@ static COMPILED_ONCE void blocks_of_nodes(corner_blocks *restrict of, flesh_real
   blocks_and_product(of, NULL, K);
 }
 
-/* Does what add_block does, for a block in memory: lanes are read in fours, which saves a third of the exchanges
- * between vectors. */
+/* Like add_block, for a block in memory: it loads lanes in fours, which saves a third of the exchanges between
+ * vectors. */
 INLINE void add_stored_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
 {
 #if FLESH_LANES == 8

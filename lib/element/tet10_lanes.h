@@ -1,16 +1,16 @@
-/* tet10_lanes.h: FLESH_LANES ten-node tets side by side for kernels: at a point of quadrature each is a four-node tet of
- * virtual corners, whose forces and blocks go back to the ten nodes.
+/* tet10_lanes.h: FLESH_LANES ten-node tets side by side for kernels: at a quadrature point each is a four-node tet of
+ * virtual corners, whose forces and blocks are distributed to the ten nodes.
  *
- * With L_k the barycentric coordinates of the point, x_i the corners and x_ik the nodes on edges,
+ * With the barycentric coordinates L_k of the point, the corners x_i and the nodes on edges x_ik,
  *
  *   F = sum over i of y_i g_i^T,   y_i = (4 L_i - 1) x_i + 4 sum over k != i of L_k x_ik,
  *
- * as grad N_i = (4 L_i - 1) g_i and grad N_ik = 4 (L_k g_i + L_i g_k). Of a straight tet the g_i are the gradients of
- * its corners' linear shape functions, the same at every point; of a curved one those of the four-node tet whose
+ * as grad N_i = (4 L_i - 1) g_i and grad N_ik = 4 (L_k g_i + L_i g_k). For a straight tet the g_i are the gradients of
+ * its corners' linear shape functions, the same at every point; for a curved tet those of the four-node tet whose
  * corners are the virtual corners Y_i of the mesh's positions.
  *
- * Points are the four of degree 2 (Hammer, Marlowe & Stroud 1956) with L_q = a at point q and b elsewhere, so that a
- * node weighs at a virtual corner the same at all points, but for one at which it weighs 4 (a - b) more:
+ * The points are the four of degree 2 (Hammer, Marlowe & Stroud 1956) with L_q = a at point q and b elsewhere. A node
+ * thus has the same weight in a virtual corner at all points except one, at which its weight is larger by 4 (a - b):
  *
  *   y_i at q = [(4 b - 1) x_i + 4 b sum over k of x_ik] + 4 (a - b) x_iq,   x_ii = x_i. */
 #ifndef FLESH_ELEMENT_TET10_LANES_H
@@ -23,14 +23,14 @@
 
 enum { POINTS = FLESH_TET10_POINTS };
 
-/* 4 (a - b), and what corners and nodes on edges weigh everywhere: 4 b - 1, 4 b. */
+/* Weights: 4 (a - b) at a node's own point, and 4 b - 1 and 4 b of corners and nodes on edges at all points. */
 static const double own_weight = 4 * (FLESH_TET10_NEAR - FLESH_TET10_FAR), corner_weight = 4 * FLESH_TET10_FAR - 1,
                     edge_weight = 4 * FLESH_TET10_FAR;
 
-/* The number in a tet of x_ik. */
+/* Index in a tet of x_ik. */
 static const unsigned char node_of[4][4] = {{0, 4, 5, 6}, {4, 1, 7, 8}, {5, 7, 2, 9}, {6, 8, 9, 3}};
 
-/* The shape of the batch's tets at a point, with the share of the volume that is the point's. */
+/* Loads the shape of the batch's tets at a point, with the point's share of the volume. */
 INLINE void load_point(const flesh_batches *batches, int index, int q, tets *t)
 {
   if (q == 0) load_tets(batches, index, t);
@@ -40,7 +40,8 @@ INLINE void load_point(const flesh_batches *batches, int index, int q, tets *t)
   t->volume = flesh_abs(t->shape[9]) * (1. / POINTS);
 }
 
-/* Vectors of a batch's nodes from x_0, and of each corner what all points have in common. */
+/* Vectors at a batch's nodes relative to x_0, and for each corner the part of the virtual corner that is the same at
+ * all points. */
 typedef struct ten {
   flesh_real node[10][3], common[4][3];
 } ten;
@@ -68,7 +69,7 @@ INLINE void load_ten(const tets *t, const double *x, ten *all)
     }
 }
 
-/* Edges of virtual corners d[a-1] = y_a - y_0 at point q. */
+/* Computes the edges of virtual corners d[a-1] = y_a - y_0 at point q. */
 INLINE void virtual_edges(const ten *all, int q, flesh_real d[3][3])
 {
   for (int a = 1; a < 4; a++)
@@ -77,14 +78,14 @@ INLINE void virtual_edges(const ten *all, int q, flesh_real d[3][3])
                     own_weight * (all->node[node_of[a][q]][i] - all->node[node_of[0][q]][i]);
 }
 
-/* The gradient at point q. */
+/* Computes the gradient at point q. */
 INLINE void gradient_at(const tets *t, const ten *all, int q, flesh_real d[3][3], flesh_real F[9])
 {
   virtual_edges(all, q, d);
   gradient_of_edges(t, d, F);
 }
 
-/* Forces on virtual corners, summed over the points, and what the ten nodes get of them. */
+/* Forces on virtual corners summed over the points, and the forces on the ten nodes. */
 typedef struct ten_forces {
   flesh_real common[4][3], node[10][3];
 } ten_forces;

@@ -1,4 +1,4 @@
-/* tet_batches.c: cutting a body's tets into batches. */
+/* tet_batches.c: splits a body's tets into batches. */
 #include "element/tet_batches.h"
 
 #include <math.h>
@@ -24,9 +24,9 @@ static const flesh_tet_kernels *kernels_for(flesh_instructions instructions, fle
   return &flesh_kernels_portable[element];
 }
 
-/* Cuts n tets of one material into batches and arranges them in `tet` so that lane l takes a run
- * of its own: neighbours, which share nodes, follow one another and do not wait for one another
- * within a batch. Only counts where `first` is NULL. Returns how many batches. */
+/* Splits n tets of one material into batches and arranges them in `tet` such that each lane takes a run of its own:
+ * neighbours, which share nodes, come one after the other in a lane and do not wait for each other within a batch. If
+ * `first` is NULL, only counts. Returns the number of batches. */
 static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *first)
 {
   int batches = (n + lanes - 1) / lanes;
@@ -37,8 +37,8 @@ static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *firs
   return batches;
 }
 
-/* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
- * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile is of batches. */
+/* Splits every piece, sorted by material, into batches of one material each. Counts them if `tet` is NULL, else fills
+ * it with the tets' new order. Until there are tiles, piece_tile counts batches. */
 static int cut_batches(flesh_tet_group *self, const int *tet_material, int *materials, int *tet, int *first,
                        int *material)
 {
@@ -64,7 +64,7 @@ static int cut_batches(flesh_tet_group *self, const int *tet_material, int *mate
 
 static int no_memory(int tets) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets); }
 
-/* The cells are the mesh's tets in this order; `given` are they in the mesh's. */
+/* Copies the cells of the mesh's tets, `given` in the mesh's order, into the order of the batches. */
 static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh *mesh, const flesh_cells *given,
                       const int *tet)
 {
@@ -88,8 +88,8 @@ static void project_shape(const double a[3], double shape[10])
   shape[3] = fabs(shape[9]);
 }
 
-/* Volumes are negative where the nodes wind the other way. With `directions` [3 * the mesh's tets] of fibres four
- * numbers of each tet, else ten. */
+/* Computes the shapes of the tets; volumes are negative for the opposite winding. With `directions` [3 * the mesh's
+ * tets] of fibres each tet has four numbers, else ten. */
 static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int *tet, const double *directions)
 {
   const int lanes = self->kernels->lanes, count = self->batches.count, numbers = directions ? 4 : 10;
@@ -116,7 +116,7 @@ static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int 
   return FLESH_OK;
 }
 
-/* Marks the materials of the group's tets. */
+/* Returns marks of the materials of the group's tets, new; NULL without memory. */
 static uint8_t *find_materials(const flesh_tets *self, const flesh_tet_group *group)
 {
   uint8_t *found = flesh_calloc((size_t)self->materials + 1, 1);
@@ -172,7 +172,7 @@ static int take_masses(flesh_tet_group *self, const flesh_body *body, const int 
   return FLESH_OK;
 }
 
-/* Tets of TET10 go with those of TET10_MEAN: the mean bears none of their volume term. */
+/* Finds the group's element. Tets of TET10 join those of TET10_MEAN with a share of 0. */
 static int find_element(const flesh_body *body, int count, const int *chosen, int size, flesh_element *element)
 {
   *element = flesh_body_element_of(body, -1, size);
@@ -187,8 +187,8 @@ static int find_element(const flesh_body *body, int count, const int *chosen, in
   return FLESH_OK;
 }
 
-/* The group of the tets `chosen` [group->tets] (NULL: all); its members `first`, `tets`, `first_slot` and
- * `batches.nodes_per_tet` are known. */
+/* Makes the group of the tets `chosen` [group->tets] (NULL: all); its members `first`, `tets`, `first_slot` and
+ * `batches.nodes_per_tet` are set already. */
 static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body *body, flesh_tets_hold hold,
                       const flesh_cells *given, const int *chosen, const double *directions)
 {
@@ -230,7 +230,7 @@ static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body
   return status;
 }
 
-/* The pairs of all groups, as the cells of ten nodes name them. */
+/* Joins the pairs of all groups, numbered as for cells of ten nodes. */
 static int join_pairs(flesh_tets *self)
 {
   int *pairs = flesh_malloc(((size_t)self->cells.pair_count + 1) * sizeof *pairs);
@@ -249,7 +249,7 @@ static int join_pairs(flesh_tets *self)
   return FLESH_OK;
 }
 
-/* The tets (of `choice`, NULL: all) of four nodes, and behind them the others; counts [2] of both. */
+/* Returns the tets (of `choice`, NULL: all) of four nodes followed by the others, new; counts [2] of both. */
 static int *sort_by_size(const flesh_mesh *mesh, const flesh_tets_choice *choice, int *counts)
 {
   const int tets = choice ? choice->count : mesh->tets;
@@ -332,7 +332,7 @@ static void clear_group(flesh_tet_group *group, const int *cells)
 
 void flesh_tets_clear(flesh_tets *self)
 {
-  if (self->cells.padded) flesh_free((void *)self->cells.pairs); /* joined from the groups' */
+  if (self->cells.padded) flesh_free((void *)self->cells.pairs); /* joined from those of the groups */
   for (int g = 0; g < self->group_count; g++) clear_group(&self->groups[g], self->cells.nodes);
   flesh_cells_clear(&self->cells);
   *self = (flesh_tets){0};
@@ -369,7 +369,7 @@ size_t flesh_tets_memory(const flesh_tets *self)
 
 static int differ(const void *a, const void *b, size_t bytes) { return !a != !b || (a && memcmp(a, b, bytes) != 0); }
 
-/* Materials are compared of `materials`, 0: of none. */
+/* Compares two groups; of the materials it compares the first `materials`. */
 static int groups_are_same(const flesh_tet_group *group, const flesh_tet_group *other, int materials)
 {
   const flesh_batches *a = &group->batches, *b = &other->batches;

@@ -1,4 +1,4 @@
-/* tet_kernels.c: the kernels of one instruction set, by one name. */
+/* tet_kernels.c: tables of the kernels of one instruction set. */
 #include "element/tet_lanes.h"
 
 #define KERNELS(elastic, stiffness, viscous, fibre, gaps, mass)                                                         \

@@ -1,8 +1,8 @@
-/* tet_lanes.h: FLESH_LANES tets side by side for kernels: from the vectors of a tile's nodes to the gradients in the
- * tets, and back from forces and blocks to the tile's nodes and their pairs.
+/* tet_lanes.h: FLESH_LANES tets side by side for kernels: computes gradients in the tets from the vectors of a tile's
+ * nodes, and adds forces and blocks to the tile's nodes and their pairs.
  *
- * With x_a the tet's nodes and g_a the gradients of its shape functions, F = sum x_a g_a^T; a first
- * Piola-Kirchhoff stress P gives node a volume * P g_a. */
+ * With the tet's nodes x_a and the gradients g_a of its shape functions, F = sum x_a g_a^T; a first Piola-Kirchhoff
+ * stress P gives node a volume * P g_a. */
 #ifndef FLESH_ELEMENT_TET_LANES_H
 #define FLESH_ELEMENT_TET_LANES_H
 
@@ -13,8 +13,8 @@
 #include "element/tile.h"
 #include "math/mat3.h"
 
-/* The compiler must not make variants of this: where products and sums fuse alike, the bits do not
- * depend on what was asked. */
+/* Forbids variants of a function: if all callers use the same fused products and sums, the bits do not depend on what a
+ * caller asks for. */
 #ifdef __clang__
 #define COMPILED_ONCE __attribute__((noinline))
 #else
@@ -26,15 +26,15 @@ extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_st
     FLESH_OF_ISA(flesh_stiffness10), FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_gaps10_mean),
     FLESH_OF_ISA(flesh_fibre4), FLESH_OF_ISA(flesh_fibre10);
 
-/* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
- * out of the caches. */
+/* Number of batches by which shapes are prefetched. As they are read once per pass, they must not displace other data
+ * from the caches. */
 #define AHEAD 4
 
-/* A batch's tets. Their shapes are read where they are: copied, most would be stored once more. */
+/* A batch's tets. Their shapes are read in place, as most of a copy would be stored again. */
 typedef struct tets {
   const uint16_t *node, *pair; /* of the first lane */
   int material;
-  const flesh_real_at *shape; /* [10]: g_1, g_2, g_3, volume with a sign */
+  const flesh_real_at *shape; /* [10]: g_1, g_2, g_3, signed volume */
   flesh_real volume;
 } tets;
 
@@ -42,7 +42,7 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
 {
   const double *shapes = batches->shapes + (size_t)index * 10 * FLESH_LANES;
   if (index + AHEAD < batches->count)
-    for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* a line of 64 bytes each */
+    for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* cache lines of 64 bytes */
       __builtin_prefetch(shapes + (size_t)AHEAD * 10 * FLESH_LANES + k, 0, 0);
   t->shape = (const flesh_real_at *)shapes;
   t->material = batches->material[index];
@@ -51,13 +51,13 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
   t->volume = flesh_abs(t->shape[9]);
 }
 
-/* g_a for a = 1, 2, 3. */
+/* Gives g_a for a = 1, 2, 3. */
 INLINE void shape_gradient(const tets *t, int a, flesh_real g[3])
 {
   for (int j = 0; j < 3; j++) g[j] = t->shape[3 * (a - 1) + j];
 }
 
-/* F of the edges d[a-1] = x_a - x_0. */
+/* Computes F from the edges d[a-1] = x_a - x_0. */
 INLINE void gradient_of_edges(const tets *t, flesh_real d[3][3], flesh_real F[9])
 {
   for (int i = 0; i < 3; i++)
@@ -65,7 +65,7 @@ INLINE void gradient_of_edges(const tets *t, flesh_real d[3][3], flesh_real F[9]
       F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
 }
 
-/* The edges of a tile's positions. */
+/* Computes the edges from a tile's positions. */
 INLINE void edges_of(const tets *t, const double *x, flesh_real d[3][3])
 {
   const double *place[4][FLESH_LANES];
@@ -81,15 +81,15 @@ INLINE void edges_of(const tets *t, const double *x, flesh_real d[3][3])
   }
 }
 
-/* F = sum over nodes of x_a g_a^T, the deformation gradient of a tile's positions, its rate of velocities, and the
- * edges that it is made of. */
+/* Computes F = sum over nodes of x_a g_a^T and the edges used for it: the deformation gradient from a tile's positions,
+ * or its rate from velocities. */
 INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
 {
   edges_of(t, x, d);
   gradient_of_edges(t, d, F);
 }
 
-/* A tile's vectors, as far as they are there. */
+/* Vectors of a tile; those that are not needed are not set. */
 typedef struct nearby {
   tile_vector x, v, x_frozen, v_frozen;
 } nearby;
@@ -102,7 +102,7 @@ INLINE void gather(const flesh_tiles *tiles, int tile, const flesh_tet_point *at
   if (at->x_frozen && at->v_frozen) tile_gather(tiles, tile, at->v_frozen, tile_of->v_frozen);
 }
 
-/* Row i of the forces on the nodes, by row i of volume * P. */
+/* Computes row i of the forces on the nodes from row i of volume * P. */
 INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[4][3])
 {
   for (int a = 1; a < 4; a++) {
@@ -113,7 +113,7 @@ INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[
   f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
 }
 
-/* Adds every lane's forces f [nodes][3] to those of its tile. */
+/* Adds the forces f [nodes][3] of every lane to those of its tile. */
 INLINE void scatter_forces(const tets *t, flesh_real f[ELEMENT_NODES][3], double *r)
 {
   FLESH_UNROLL(10)
@@ -147,7 +147,8 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, void *
   }
 }
 
-/* Adds a batch's forces, unless NULL, and, if they are wanted, its energy and the size of the terms of that; its blocks. */
+/* Functions that add a batch's forces, unless NULL, and with_sums its energy and the size of the energy's terms; and
+ * that add its blocks. */
 typedef int add_forces(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
                        double *forces, int with_sums, flesh_real sums[2]);
 typedef int add_matrix(const flesh_batches *batches, int index, const flesh_tet_point *at, const nearby *near,
@@ -189,7 +190,7 @@ INLINE int tile_hessian(const flesh_batches *batches, int tile, const flesh_tet_
   return FLESH_OK;
 }
 
-/* Kernels of these names by what they do with a batch. */
+/* Defines a kernel of this name from the function for a batch. */
 #define RESIDUAL_KERNEL(name, add)                                                                            \
   static COMPILED_ONCE int name(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, \
                                 double *sums)                                                                 \

@@ -1,6 +1,6 @@
-/* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into pieces that are
- * coloured greedily. The curve's regions are worked through one by one, each colour by colour, so that what a
- * region's colours share is still near when the next one comes. */
+/* tet_order.c: orders tets by Morton's Z-order curve (1966) through their centres, splits them into pieces and colours
+ * these greedily. The regions of the curve are processed one after the other, and each colour by colour, so that data
+ * shared by a region's colours are still in the cache. */
 #include "element/tet_order.h"
 
 #include <math.h>
@@ -11,11 +11,12 @@
 #include "base/memory.h"
 #include "base/sort.h"
 
-/* Most tets of a piece, unless there are very many: they fit a tile, whose blocks nearly fit the first cache, and there
- * are several pieces to share out. */
+/* PIECE: most tets of a piece, unless there are very many. They fit a tile, whose blocks nearly fit the first cache,
+ * and leave several pieces to share among threads. */
 enum { PIECE = 352, MOST_PIECES = 60000 };
 
-/* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
+/* Number of pieces in a region: their blocks fit the caches, and there are several of each colour to share among
+ * threads. */
 enum { REGION = 256 };
 
 typedef struct place {
@@ -23,7 +24,7 @@ typedef struct place {
   int tet, group;
 } place;
 
-/* When a piece is worked through. */
+/* Key by which pieces are ordered. */
 typedef struct turn {
   int region, colour, piece;
 } turn;
@@ -41,7 +42,7 @@ static int by_group(const void *a, const void *b)
   return p->group != q->group ? (p->group < q->group ? -1 : 1) : by_code(a, b);
 }
 
-/* The 21 bits of n, two zeros after each. */
+/* Spreads the 21 bits of n, with two zeros after each. */
 static uint64_t spread(uint64_t n)
 {
   n = (n | n << 32) & 0x1f00000000ffff;
@@ -74,8 +75,8 @@ static void find_places(const flesh_mesh *mesh, int count, const int *chosen, co
   flesh_sort(places, (size_t)count, sizeof *places, by_code);
 }
 
-/* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
- * mask holds have one piece each. */
+/* Gives every piece a colour: the first that none of its nodes has met. Colours beyond the 64 that a mask holds have
+ * one piece each. */
 static int colour_pieces(const flesh_mesh *mesh, const place *places, const flesh_tet_order *cut,
                          turn *turns)
 {
@@ -95,7 +96,7 @@ static int colour_pieces(const flesh_mesh *mesh, const place *places, const fles
   return FLESH_OK;
 }
 
-/* Writes the order from the pieces as cut and their turns: each region has colours of its own. */
+/* Writes the order from the pieces and their turns: each region has colours of its own. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
   flesh_sort(turns, (size_t)cut->pieces, sizeof *turns, flesh_compare_three_ints);

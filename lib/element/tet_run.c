@@ -1,11 +1,11 @@
-/* tet_run.c: sharing the batches of a body's tets out to threads. */
+/* tet_run.c: shares the batches of a body's tets among threads. */
 #include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "element/tet_batches.h"
 
-/* Parts whose potentials are summed one by one, however many threads there are. */
+/* Number of partial sums of potentials, the same for any number of threads. */
 enum { PARTS = 64 };
 
 /* One evaluation. */
@@ -26,7 +26,7 @@ static void note_status(job *j, int status)
   while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
 }
 
-/* From one tile until another; r and sums as the kernel takes them. */
+/* Runs the kernel on tiles from <= k < until; r and sums as for the kernel. */
 static void residual_kernel(job *j, int from, int until, double *r, double *sums)
 {
   for (int k = from; k < until; k++) note_status(j, j->kernel->residual_kernel(&j->self->batches, k, j->at, r, sums));
@@ -47,8 +47,8 @@ static void hessian_of_piece(void *data, int task)
     note_status(j, j->kernel->hessian_kernel(&j->self->batches, k, j->at, j->slots, j->result));
 }
 
-/* A colour's pieces are dealt out in shares to the parts, from a part of its own on, so that few
- * pieces of many colours go to many parts. */
+/* Returns the number of shares of a colour's pieces. Consecutive colours begin at different parts, so that few pieces
+ * of many colours are spread over many parts. */
 static int shares_of_colour(const flesh_tet_order *order, int colour)
 {
   int pieces = order->colour_first[colour + 1] - order->colour_first[colour];
@@ -63,7 +63,7 @@ static void tiles_of_share(const flesh_tet_group *self, int colour, int share, i
   *until = self->piece_tile[first + pieces * (share + 1) / shares];
 }
 
-/* Computes the same sums in the same order as both_of_share, colour after colour. */
+/* Computes the same sums in the same order as both_of_share, colour by colour. */
 static void sums_of_part(void *data, int task)
 {
   job *j = data;
@@ -95,7 +95,7 @@ static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
   return j->status;
 }
 
-/* Adds to r and sums. */
+/* Adds a group's residual to r and its potentials to sums. */
 static int residual_of_group(const flesh_tet_group *self, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
                              flesh_threads *threads, double *r, double *sums)
 {
@@ -133,7 +133,7 @@ int flesh_tets_dissipate(const flesh_tets *self, flesh_kernel kernel, const fles
   return FLESH_OK;
 }
 
-/* Groups may share corners: a block that is new to one group can have something of the other. */
+/* Groups may share corners: a block that is new to one group may already have terms of the other. */
 int flesh_tets_hessian(const flesh_tets *self, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
                        const int *slots, double *values)
 {

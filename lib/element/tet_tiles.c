@@ -1,5 +1,6 @@
-/* tet_tiles.c: a tile's pairs are numbered in the order in which its tets meet them, its nodes by how many pairs they
- * are in, so that one loop over these ends like the one before; but those come first that no tile before has. */
+/* tet_tiles.c: makes tiles. A tile's pairs are numbered in the order in which its tets meet them, and its nodes by the
+ * number of pairs that contain them, so that consecutive loops over these pairs have equal lengths; pairs and nodes
+ * that belong to no tile before come first. */
 #include "element/tet_tiles.h"
 
 #include <limits.h>
@@ -14,25 +15,25 @@ enum { MOST_NODES = 10, MOST_PAIRS = FLESH_TILE_PAIRS_10 }; /* of a tet, of a ti
 /* Pairs of nodes, numbered as they are met. */
 typedef struct pair_list {
   int count;
-  int *last;            /* of a node: the last pair that it is the first of; -1: none */
-  int *before, *second; /* of a pair: the one that its first node had before, -1: none; its other node */
+  int *last;            /* last pair in which each node is the first; -1: none */
+  int *before, *second; /* for each pair: the pair before in the list of its first node, -1: none; its second node */
 } pair_list;
 
-/* The tile at hand. Its numbers are final only when it is done. */
+/* The tile being made. Its numbering is final only at the end. */
 typedef struct census {
-  int *number;  /* [nodes of the mesh] in the tile; -1: it is not there */
-  uint8_t *met; /* [nodes of the mesh] by a tile before */
+  int *number;  /* [nodes of the mesh] index in the tile; -1: not in it */
+  uint8_t *met; /* [nodes of the mesh] 1: an earlier tile has it */
   int nodes;
-  int *node, *block; /* its part of those of all tiles */
+  int *node, *block; /* the tile's entries in the arrays of all tiles */
   uint16_t *degree, *star;
   uint8_t *turned;
-  pair_list own;     /* of different nodes, by numbers in the tile */
-  pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
-  /* For each node of the tile: the mesh's number; the pair with itself, as flesh_cells names it. */
+  pair_list own;     /* of different nodes, by indices in the tile */
+  pair_list of_mesh; /* met in any tile, by numbers in the mesh */
+  /* For each node of the tile: its number in the mesh; the pair with itself, as flesh_cells names it. */
   int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES];
-  /* For each pair of the tile: its name in flesh_cells; the first node. */
+  /* For each pair of the tile: its name in flesh_cells; its first node. */
   int named[MOST_PAIRS], first[MOST_PAIRS];
-  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[MOST_PAIRS]; /* their final numbers */
+  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[MOST_PAIRS]; /* their final indices */
 } census;
 
 /* The arrays of flesh_tiles while they are made. */
@@ -43,7 +44,7 @@ typedef struct tile_lists {
   uint8_t *turned;
 } tile_lists;
 
-/* Its number in the tile, the next one where it is new. */
+/* Returns the node's index in the tile; a new node gets the next one. */
 static int number_of_node(census *c, int node, int with_itself)
 {
   if (c->number[node] < 0) {
@@ -55,7 +56,7 @@ static int number_of_node(census *c, int node, int with_itself)
   return c->number[node];
 }
 
-/* The pair's number, the next one where it is new. */
+/* Returns the pair's index; a new pair gets the next one. */
 static int number_of_pair(pair_list *list, int first, int second)
 {
   for (int pair = list->last[first]; pair >= 0; pair = list->before[pair])
@@ -65,17 +66,17 @@ static int number_of_pair(pair_list *list, int first, int second)
   return list->last[first] = list->count++;
 }
 
-/* For another batch, whatever its tets share. */
+/* Returns whether the tile has room for another batch, whatever its tets share. */
 static int has_room(const census *c, const flesh_batches *batches)
 {
   const int m = batches->nodes_per_tet, most = m == 4 ? FLESH_TILE_PAIRS : FLESH_TILE_PAIRS_10;
   return c->nodes + m * batches->lanes <= FLESH_TILE_NODES && c->own.count + m * (m - 1) / 2 * batches->lanes <= most;
 }
 
-/* Pairs of lanes that are not used, until all are ranked. */
+/* Mark of pairs in unused lanes, until all pairs are ranked. */
 enum { NOT_USED = UINT16_MAX };
 
-/* The name in flesh_cells of the pair of a tet's nodes i and j, places among its nodes in rising order. */
+/* Returns the name in flesh_cells of the pair of a tet's nodes i and j, which are indices in rising order of nodes. */
 static int name_of(int tet, int nodes, int i, int j)
 {
   const int first = i < j ? i : j, second = i < j ? j : i;
@@ -105,7 +106,7 @@ static void add_batch(const flesh_batches *batches, int batch, census *c, uint16
   }
 }
 
-/* Ranks by what is fresh, then by `key`, if there is one; returns how many are fresh. */
+/* Ranks the items: fresh ones first, then by rising `key`, if there is one; returns how many are fresh. */
 static int rank(int count, const uint8_t *fresh, const uint16_t *key, uint16_t *ranks)
 {
   int next = 0, first = 0, largest = 0;
@@ -152,7 +153,7 @@ static void list(census *c, int *fresh)
   }
 }
 
-/* Tiles of as many batches of a piece as there is room for. */
+/* Makes tiles, each of as many batches of a piece as fit. */
 static int cut(const flesh_batches *batches, int pieces, int *piece, census *c, tile_lists *to)
 {
   const size_t lanes = (size_t)batches->lanes, m = (size_t)batches->nodes_per_tet, pairs = m * (m - 1) / 2;

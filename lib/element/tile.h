@@ -1,6 +1,6 @@
-/* tile.h: what a kernel holds of the tile (tet_kernel.h) that it works in, how it comes from the body and goes there.
+/* tile.h: a kernel's copy of the data of its tile (tet_kernel.h), loaded from the body and added back.
  *
- * It fits the first two caches, nothing in it crosses a line of memory, and what lies far away is asked for in time. */
+ * It fits the first two caches, nothing in it crosses a cache line, and distant data are prefetched in time. */
 #ifndef FLESH_ELEMENT_TILE_H
 #define FLESH_ELEMENT_TILE_H
 
@@ -9,17 +9,17 @@
 #include "element/tet_kernel.h"
 #include "math/lanes.h"
 
-/* Sizes of the element that the including source is compiled for. */
+/* Sizes of the element for which the including source is compiled. */
 #ifndef ELEMENT_NODES
 #define ELEMENT_NODES 4
 #endif
 #define ELEMENT_PAIRS (ELEMENT_NODES * (ELEMENT_NODES - 1) / 2)
 #define TILE_PAIRS    (ELEMENT_NODES == 4 ? FLESH_TILE_PAIRS : FLESH_TILE_PAIRS_10)
 
-/* The compiler must see through these to keep a batch in registers. */
+/* The compiler must inline these to keep a batch in registers. */
 #define INLINE static inline __attribute__((always_inline))
 
-/* A vector of the tile's nodes, three numbers of each and one that pads. */
+/* A vector at the tile's nodes, with three numbers for each and one for padding. */
 typedef double tile_vector[4 * FLESH_TILE_NODES] __attribute__((aligned(64)));
 
 INLINE int tile_pairs(const flesh_tiles *tiles, int tile)
@@ -32,7 +32,7 @@ INLINE int tile_nodes(const flesh_tiles *tiles, int tile)
   return tiles->node_first[tile + 1] - tiles->node_first[tile];
 }
 
-/* x of the body [3*n]. */
+/* Copies x of the body [3*n] into the tile. */
 INLINE void tile_gather(const flesh_tiles *tiles, int tile, const double *x, double *own)
 {
   const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
@@ -48,7 +48,7 @@ INLINE void tile_clear(const flesh_tiles *tiles, int tile, double *own)
   memset(own, 0, 4 * (size_t)tile_nodes(tiles, tile) * sizeof *own);
 }
 
-/* r of the body [3*n] += own. */
+/* Adds the tile's vector to r of the body [3*n]. */
 INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, double *r)
 {
   const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
@@ -59,14 +59,14 @@ INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, doub
   }
 }
 
-/* Blocks of the tile's pairs of different nodes: the first eight numbers of each, which are a line, and the ninth. One
- * is for lanes that are not used. */
+/* Blocks of the tile's pairs of different nodes: the first eight numbers of each, which fill a cache line, and the
+ * ninth. One more block is for unused lanes. */
 typedef struct tile_blocks {
   double eight[8 * (TILE_PAIRS + 1)] __attribute__((aligned(64)));
   double ninth[TILE_PAIRS + 1];
 } tile_blocks;
 
-/* Slots of the tile's blocks: its pairs', then its nodes'. */
+/* Returns the slots of the tile's blocks: of its pairs, then of its nodes. */
 INLINE const int *tile_slots(const flesh_tiles *tiles, int tile, const int *slots)
 {
   return slots + tiles->pair_first[tile] + tiles->node_first[tile];
@@ -79,8 +79,8 @@ INLINE void tile_open(const flesh_tiles *tiles, int tile, tile_blocks *own)
   memset(own->ninth, 0, count * sizeof *own->ninth);
 }
 
-/* Asks for the places of the tile's blocks, batch by batch a share of them. They wait in the second cache, as the
- * tile's own fill the first. */
+/* Prefetches the places of the tile's blocks in the body, a share of them for each batch, into the second cache, as the
+ * tile's own blocks fill the first. */
 INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int *slots, const double *values)
 {
   const int *slot = tile_slots(tiles, tile, slots), count = tile_pairs(tiles, tile) + tile_nodes(tiles, tile);
@@ -88,14 +88,14 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
   for (int k = count * before / batches, end = count * (before + 1) / batches; k < end; k++) {
     const double *block = values + 9 * (size_t)slot[k];
     __builtin_prefetch(block, 1, 2);
-    __builtin_prefetch(block + 8, 1, 2); /* the other line that it may lie in */
+    __builtin_prefetch(block + 8, 1, 2); /* the block may end in another cache line */
   }
 }
 
-/* Eight numbers of a block, and their places in vectors. */
+/* Number of vectors that hold the first eight numbers of a block. */
 enum { PARTS_OF_EIGHT = 8 / FLESH_LANES };
 
-/* The body's block = or += own. */
+/* Sets the body's block to the tile's, or adds it. */
 INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int assign, double *block)
 {
   for (int part = 0; part < PARTS_OF_EIGHT; part++) {
@@ -106,7 +106,7 @@ INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int as
   block[8] = assign ? ninth : block[8] + ninth;
 }
 
-/* The first eight numbers of a block transposed. */
+/* Transposes a block, given its first eight numbers. */
 INLINE void transpose_block(flesh_real own[PARTS_OF_EIGHT])
 {
 #if FLESH_LANES == 8
@@ -124,7 +124,7 @@ INLINE void transpose_block(flesh_real own[PARTS_OF_EIGHT])
 #endif
 }
 
-/* The first eight numbers of a symmetric block from those of one that has this symmetric part. */
+/* Replaces a block by its symmetric part, given the first eight numbers. */
 INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
 {
 #if FLESH_LANES == 8
@@ -138,7 +138,8 @@ INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
 #endif
 }
 
-/* sum -= the blocks from *star to `end`, by twos: of so many one sum would wait for itself. */
+/* Subtracts the blocks from *star to `end` in two alternating sums, as each addition to a single sum would wait for the
+ * one before. */
 INLINE void subtract_pairs(const tile_blocks *own, const uint16_t **star, const uint16_t *end,
                            flesh_real sum[PARTS_OF_EIGHT], double *ninth)
 {
@@ -158,8 +159,9 @@ INLINE void subtract_pairs(const tile_blocks *own, const uint16_t **star, const 
   *ninth += second_ninth;
 }
 
-/* The body's blocks += own; `assign`: those that no tile before has = own. Those of the nodes follow from the others,
- * as a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
+/* Adds the tile's blocks to the body's; with `assign`, sets those that belong to no tile before. Blocks of nodes with
+ * themselves follow from the others, as a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric
+ * parts suffice. */
 INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int assign, const int *slots,
                        double *values)
 {

@@ -2,7 +2,7 @@
 #include "element/tet10_blocks.h"
 #include "element/viscous_batch.h"
 
-/* A batch's vectors, as far as they are there. */
+/* Vectors of a batch; those that are not needed are not set. */
 typedef struct near_ten {
   ten x, v, x_frozen, v_frozen;
 } near_ten;
@@ -15,7 +15,7 @@ static COMPILED_ONCE void load_near(const tets *t, const flesh_tet_point *at, co
   if (at->x_frozen && at->v_frozen) load_ten(t, near->v_frozen, &to->v_frozen);
 }
 
-/* F, at rest I, and the rate G at point q. */
+/* Computes F, which is I at rest, and the rate G at point q. */
 static COMPILED_ONCE void rate_at(const tets *t, const flesh_tet_point *at, const near_ten *near, int q,
                                   flesh_real F[9], flesh_real G[9])
 {

@@ -1,26 +1,26 @@
-/* viscous_batch.h: what kernels of viscosity do with a batch of tets at a point; written for four-node tets, of virtual
- * corners where an element has more nodes (tet10_lanes.h).
+/* viscous_batch.h: operations of viscosity kernels on a batch of tets at a point. They are written for four-node tets;
+ * an element with more nodes passes virtual corners (tet10_lanes.h).
  *
- * P = F S with S = 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G). Where nothing is frozen G = F^T F'. With a
- * frozen state (F_0, F_0') on the line on which u moves the point, F - F_0 = sx W and F' - F_0' = sv W,
+ * P = F S with S = 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G). Without a frozen state G = F^T F'. With a frozen
+ * state (F_0, F_0') on the line on which u moves the point, F - F_0 = sx W and F' - F_0' = sv W,
  *
  *   G = F_0^T F_0' + 1/2 (F + F_0)^T (F' - F_0'),   whose symmetric part is   E_0' + sv/sx (E(F) - E(F_0)),
  *
- * E the Green strain and E_0' its rate at the frozen state: then sym dG = sv sym(F^T dW), and the energy D/sv is a
- * potential of the forces. Frozen at the point it is F^T F', at the start of a step and at rest the difference of the
- * Green strain over the step. */
+ * where E is the Green strain and E_0' its rate at the frozen state. Then sym dG = sv sym(F^T dW), and the energy D/sv
+ * is a potential of the forces. Frozen at the point itself, G is F^T F'; frozen at the start of a step and at rest, it
+ * is the difference of the Green strain over the step. */
 #ifndef FLESH_ELEMENT_VISCOUS_BATCH_H
 #define FLESH_ELEMENT_VISCOUS_BATCH_H
 
 #include "element/tet_lanes.h"
 #include "math/eig3_core.h"
 
-/* F, the rate of it, and both frozen, as far as they are there. */
+/* F and its rate, now and frozen; those that are not needed are not set. */
 typedef struct gradients {
   flesh_real F[9], rate[9], frozen[9], frozen_rate[9];
 } gradients;
 
-/* The rate G. */
+/* Computes the rate G. */
 INLINE void rate_of(const flesh_tet_point *at, const gradients *now, flesh_real G[9])
 {
   flesh_real mean[9], change[9];
@@ -38,7 +38,7 @@ INLINE void rate_of(const flesh_tet_point *at, const gradients *now, flesh_real 
   for (int c = 0; c < 9; c++) G[c] -= mean[c];
 }
 
-/* S for the rate G; returns D, the half of S : G. */
+/* Computes S for the rate G; returns D, half of S : G. */
 INLINE flesh_real stress(const flesh_viscous *m, const flesh_real G[9], flesh_real S[9])
 {
   flesh_real trace = flesh_mat3_trace(G), straight = flesh_all(0), sheared = flesh_all(0), turned = flesh_all(0);
@@ -56,7 +56,7 @@ INLINE flesh_real stress(const flesh_viscous *m, const flesh_real G[9], flesh_re
   return m->shear * (straight + 0.5 * sheared) + 0.5 * m->spin * turned + 0.5 * m->bulk * trace * trace;
 }
 
-/* Symmetric S with its negative eigenvalues set to zero, or their absolute values in their place. */
+/* Sets the negative eigenvalues of symmetric S to zero, or to their absolute values. */
 INLINE void filter(flesh_eigenvalue_filter project, flesh_real S[9])
 {
   flesh_real w[3], Q[9], D[9];
@@ -67,7 +67,8 @@ INLINE void filter(flesh_eigenvalue_filter project, flesh_real S[9])
   flesh_mat3_multiply_transposed(D, Q, S);
 }
 
-/* The stress S by which the forces of a batch turn with F, times its part of the matrix, from the rate G; 0 at rest. */
+/* Computes from the rate G the stress S with which the forces of a batch turn with F, times its factor in the matrix; 0
+ * at rest. */
 INLINE void turning_stress(const tets *t, const flesh_tet_point *at, const flesh_real G[9], flesh_real S[9])
 {
   if (!at->x) {
@@ -79,8 +80,8 @@ INLINE void turning_stress(const tets *t, const flesh_tet_point *at, const flesh
   for (int c = 0; c < 9; c++) S[c] *= at->scale_x * t->volume;
 }
 
-/* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T + (bulk - 2/3 shear) p_a p_b^T
- * times scale, + g_a.S g_b I; blocks K_aa follow from the others (tile_close). */
+/* Computes the blocks. With p_a = F g_a, K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T + (bulk - 2/3
+ * shear) p_a p_b^T times scale, + g_a.S g_b I; blocks K_aa follow from the others (tile_close). */
 INLINE void viscous_blocks(const tets *t, const flesh_tet_point *at, const flesh_real F[9], const flesh_real S[9],
                            take_block *take, void *to)
 {

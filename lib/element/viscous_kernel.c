@@ -1,7 +1,7 @@
 /* viscous_kernel.c: forces of linear tets against the rate of their strain, FLESH_LANES tets at a time. */
 #include "element/viscous_batch.h"
 
-/* F, at rest I, and the rate G of a batch. */
+/* Computes F, which is I at rest, and the rate G of a batch. */
 INLINE void rate_at(const tets *t, const flesh_tet_point *at, const nearby *near, flesh_real F[9], flesh_real G[9])
 {
   flesh_real edges[3][3];
