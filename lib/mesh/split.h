@@ -52,10 +52,9 @@ int flesh_split_read_whole(const flesh_split *split, flesh_mesh **mesh);
 typedef struct flesh_split_arrays {
   int nodes, tets;
   double *positions; /* [3*nodes] */
-  int *node_numbers, *tet_nodes, *edge_nodes; /* for each set: number of nodes, number of tets, the nodes, the tets */
+  int *node_numbers, *tet_nodes, *edge_nodes; /* [nodes], [4*tets] numbers in this part, [6*tets] at order 2 */
   int *regions, *tet_numbers, *owners;        /* [tets] */
-  int member_count, *members; /* [member_count] for each set: number of nodes, number of tets, the nodes, the tets
-                               * (split_sets.c) */
+  int member_count, *members; /* [member_count] for each set: node count, tet count, nodes, tets (split_sets.c) */
 } flesh_split_arrays;
 
 /* Allocates arrays for the numbers in `counts`. FLESH_ERR_MEMORY; the caller clears them, also then. */

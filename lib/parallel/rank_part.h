@@ -18,9 +18,8 @@
 /* Cells of nodes that an effect ties together and that need not be in one tet (flesh_effect_ranks.cells). */
 typedef struct flesh_rank_tie {
   int count, nodes_per_cell;
-  const int *nodes; /* 1: every rank gets all their nodes; 0: of each cell the rank that owns its first node */
-  int everywhere;   /* 1: every rank gets all nodes of the cells; 0: the rank that owns a cell's first node gets the
-                     * cell's */
+  const int *nodes; /* [count*nodes_per_cell] */
+  int everywhere;   /* 1: every rank gets all nodes of the cells; 0: a cell's go to the owner of its first node */
 } flesh_rank_tie;
 
 /* Like flesh_rank_part_create; nodes of ties [count] that the rank's tets lack become ghosts. */
