@@ -9,8 +9,8 @@
 
 typedef struct flesh_node_forces {
   double *reaction; /* [3*n] N on the body, 0 on free dofs; NULL: not wanted */
-  double *contact;  /* [3*n] with reaction: the constraint that exerts it (flesh_system_holders) */
-  int *holder;      /* [3*n] with reaction: whose it is (flesh_system_holders) */
+  double *contact;  /* [3*n] N on the body; NULL: not wanted */
+  int *holder;      /* [3*n] with reaction: the constraint that exerts it (flesh_system_holders) */
   /* The other members are private to node_forces.c. */
   const flesh_body *body;
   const flesh_system *system;

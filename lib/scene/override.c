@@ -11,9 +11,9 @@ enum { MAX_SEGMENTS = 24 };
 
 /* One step of a path: a name or an index. */
 typedef struct segment {
-  const char *name; /* end of the step in the path, for messages */
+  const char *name; /* NULL for an index */
   int index;        /* -1 for a name */
-  int end;          /* where it ends in the path, for sentences */
+  int end;          /* end of the step in the path, for messages */
 } segment;
 
 typedef struct change {
