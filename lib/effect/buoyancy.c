@@ -4,8 +4,7 @@
  * 0. Its potential is the weight of the fluid that the body displaces, lifted to the surface: V = density g times the
  * integral of max(d, 0) over the body. As max(d, 0) = div(-max(d, 0)^2/2 e), V is the sum over the faces of
  *
- *
- *   -density g/2 n M, n = e.(area vector), M = the mean of max(d, 0)^2 over the face.
+ *   -density g/2 n M,   n = e.(area vector),  M = the mean of max(d, 0)^2 over the face.
  *
  * n depends only on the positions orthogonal to e, M only on the depths of the nodes. On flat triangles M has a closed
  * form, even if the fluid's surface cuts them. On quarters of curved faces both are computed by quadrature, which is
@@ -135,10 +134,9 @@ static int buoyancy_residual(const flesh_effect *effect, const flesh_point *poin
 
 /* A term's second derivatives are the sum of three parts, with a factor f < 0:
  *
- *
- *   f n M_ab e e^T vertical motion of the nodes
- *   -f (p m^T + m p^T) with p_a = M_a e and m_a = dn/dx_a, so p.m = 0
- *   f (M - gauge) w k_ab S with k = u v^T - v u^T for the coordinates u, v along the face, and S = -[e]x
+ *   f n M_ab e e^T             vertical motion of the nodes
+ *   -f (p m^T + m p^T)         with p_a = M_a e and m_a = dn/dx_a, so p.m = 0
+ *   f (M - gauge) w k_ab S     with k = u v^T - v u^T for the coordinates u, v along the face, and S = -[e]x
  *
  * Over a closed surface the sum of k_ab is 0 for every pair of nodes, so `gauge` is arbitrary. Choosing the mean of M
  * makes the faces' parts, which cancel each other, small before they are made positive. Each part X becomes (1 - s) X +
