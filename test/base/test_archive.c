@@ -1,6 +1,6 @@
 // TEST quick
-/* test_archive.c: what something remembers comes back from bytes, also where it was saved of other nodes and tets; bytes
- * that are not those of such members are found out. */
+/* test_archive.c: objects are restored from bytes, also if they were saved with other nodes and tets; bytes of other
+ * members are detected. */
 #include "test.h"
 
 #include <stdlib.h>
@@ -30,7 +30,7 @@ static memory some(double first)
   return m;
 }
 
-/* The bytes of m, new; *size of them. */
+/* Returns the bytes of m, allocated, and their number *size. */
 static uint8_t *save(memory *m, int nodes, int tets, size_t *size)
 {
   flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
@@ -58,7 +58,7 @@ static void what_is_saved_comes_back(void)
   free(data);
 }
 
-/* Nodes and tets that are nowhere in the archive stay as they are, and those of nobody here go nowhere. */
+/* Nodes and tets missing from the archive stay as they are; saved ones that are missing here are dropped. */
 static void of_other_nodes_and_tets(void)
 {
   const int node_places[SAVED] = {4, -1, 0}, tet_places[SAVED] = {2, NODES, -1};
@@ -90,7 +90,7 @@ static void wrong_bytes_are_found_out(void)
   }
   const flesh_archive_others others = {SAVED, SAVED, places, places};
   for (size_t cut = 0; cut < size; cut++) {
-    uint8_t *part = malloc(cut + 1); /* so that sanitizers see what reads on */
+    uint8_t *part = malloc(cut + 1); /* so that sanitizers see reads beyond the end */
     memcpy(part, data, cut);
     got = some(0);
     CHECK(load(&got, SAVED, SAVED, part, cut, NULL) && load(&got, NODES, TETS, part, cut, &others));

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_confine.c: within a confined folder no link is followed, nor "..", by any of the functions; elsewhere both are. */
+/* test_confine.c: inside a confined folder none of the functions follows a link or ".."; elsewhere all of them do. */
 #include "temporary.h"
 #include "test.h"
 
@@ -38,7 +38,7 @@ static int holds(const char *name, const char *text)
   return file && !strcmp(read, text);
 }
 
-/* result/ and free/ are alike: a file, a link to a file and one to a folder, which are outside of them, a pipe. */
+/* result/ and free/ have the same contents: a file, links to a file and to a folder outside, a pipe. */
 static void make(const char *folder)
 {
   char name[64];
@@ -114,7 +114,7 @@ static void other_folders_are_as_before(void)
   CHECK(!flesh_path_check(at("free/folder/inner")));
 }
 
-/* Confined before it is there, and found twice; a link to a folder may be given as one. */
+/* The folder is confined before it exists, and found twice; it may be given as a link to a folder. */
 static void folders_are_confined_by_name(void)
 {
   CHECK_OK(flesh_confine(at("later")));

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_error.c: statuses have names, and the error text is the thread's own. */
+/* test_error.c: statuses have names, and each thread has its own error text. */
 #include "test.h"
 
 #include <pthread.h>
@@ -23,7 +23,7 @@ static void text_grows_outwards(void)
   CHECK(!strcmp(flesh_error_text(), "a.msh: line 3 is odd"));
 }
 
-/* A text that is quoted from a file or command line may be anything. */
+/* A text quoted from a file or the command line may contain anything. */
 static void text_is_one_printable_line(void)
 {
   flesh_fail(FLESH_ERR_FILE, "%s: the name is '%s'", "\xc3\xbc" "bung.yaml", "a\nb\33[2J\x7f");
@@ -36,7 +36,7 @@ static void text_is_one_printable_line(void)
   memset(longest, 'x', sizeof longest);
   longest[sizeof longest - 1] = 0;
   for (int k = 0; k < 2; k++) {
-    memcpy(longest + 1022 - k, "\xc3\xbc", 2); /* a letter that the text's end cuts */
+    memcpy(longest + 1022 - k, "\xc3\xbc", 2); /* a letter cut by the end of the text */
     flesh_fail(FLESH_ERR_FILE, "%s", longest);
     CHECK(strlen(flesh_error_text()) == 1023 && flesh_error_text()[1022] != '\xc3');
   }
@@ -54,7 +54,7 @@ static void hear(void *data, int status, const char *text)
   h->status = status;
   snprintf(h->text, sizeof h->text, "%s", text);
   snprintf(h->read, sizeof h->read, "%s", flesh_error_text());
-  flesh_fail(FLESH_ERR_MEMORY, "within the handler"); /* neither told nor kept */
+  flesh_fail(FLESH_ERR_MEMORY, "within the handler"); /* neither reported nor kept */
 }
 
 static void a_handler_is_told_every_sentence(void)
@@ -78,7 +78,7 @@ static void a_handler_is_told_every_sentence(void)
 enum { FAILURES = 2000 };
 static atomic_int told, mixed;
 
-/* Each handler has its own data, which it must never be without. */
+/* Each handler has its own data and must never be called without it. */
 static char first_data, second_data;
 static void first(void *data, int status, const char *text)
 {

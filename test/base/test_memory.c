@@ -1,5 +1,5 @@
 // TEST quick
-/* test_memory.c: reserves give what they have, take it back, and are entered by one thread; sorting is stable. */
+/* test_memory.c: reserves hand out their memory, take it back, and are used by one thread; sorting is stable. */
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -17,7 +17,7 @@ static void reserves_are_used_from_the_beginning(void)
   CHECK(b >= a + 100 && c >= b + 100);
   memset(a, 1, 100);
   for (int k = 0; k < 100; k++) CHECK(b[k] == 0);
-  /* Freed memory is used again once everything after it is freed too. */
+  /* Freed memory is reused once everything allocated after it is freed too. */
   flesh_free(b);
   char *d = flesh_malloc(1);
   CHECK(d > c);
@@ -41,7 +41,7 @@ static void reserves_are_used_from_the_beginning(void)
   CHECK(flesh_reserve_create((size_t)1 << 62) == NULL);
 }
 
-/* Grown in place or elsewhere, what was there stays. */
+/* Grown in place or elsewhere, the contents stay. */
 static void pieces_change_their_size(void)
 {
   flesh_reserve *reserve = flesh_reserve_create(1 << 16);
@@ -51,7 +51,7 @@ static void pieces_change_their_size(void)
   b = flesh_realloc(a, 500);
   CHECK(b == a);
   unsigned char *next = flesh_malloc(1);
-  CHECK(next < a + 1000); /* what a gave back */
+  CHECK(next < a + 1000); /* the memory that a gave back */
   b = flesh_realloc(a, 5000);
   CHECK(b > next);
   int same = 1;
@@ -61,7 +61,7 @@ static void pieces_change_their_size(void)
   flesh_reserve_destroy(&reserve);
 }
 
-/* Memory of the system stays the system's. */
+/* Memory allocated by the system is freed by the system. */
 static void what_is_not_of_the_reserve_is_left_alone(void)
 {
   flesh_reserve *reserve = flesh_reserve_create(1024);
@@ -93,7 +93,7 @@ static void sorting_is_stable(void)
   static pair pairs[MOST];
   static int ints[MOST], wanted[MOST];
   unsigned random = 1;
-  for (int kind = 0; kind < 2; kind++) /* with and without room */
+  for (int kind = 0; kind < 2; kind++) /* with and without enough scratch memory */
     for (int count = 0; count <= MOST; count = count < 40 ? count + 1 : 2 * count + 17) {
       for (int k = 0; k < count; k++) {
         random = random * 1664525 + 1013904223;

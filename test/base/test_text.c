@@ -1,12 +1,12 @@
 // TEST quick
-/* test_text.c: a text in a buffer of fixed size never leaves it, and ends with a whole letter. */
+/* test_text.c: text in a buffer of fixed size never exceeds it, and ends with a complete letter. */
 #include "test.h"
 
 #include "base/text.h"
 
 enum { SIZE = 8, GUARD = 16 };
 
-/* Bytes before and behind the text, which nobody may touch. */
+/* Bytes before and behind the buffer, which must not be touched. */
 static struct {
   char before[GUARD], text[SIZE], behind[GUARD];
 } room;

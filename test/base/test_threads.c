@@ -1,5 +1,5 @@
 // TEST quick
-/* test_threads.c: every task once, on any number of threads, in runs that follow each other closely. */
+/* test_threads.c: every task runs once, on any number of threads, in runs that follow each other closely. */
 #include "flesh/threads.h"
 
 #include <stdatomic.h>
@@ -17,7 +17,7 @@ static const int counts[] = {1, 2, 3, 8, 0};
 enum { COUNTS = sizeof counts / sizeof counts[0] };
 
 typedef struct record {
-  int calls[MOST]; /* written by the task alone: a data race would be a task on two threads at once */
+  int calls[MOST]; /* written only by its task: a data race would mean a task on two threads at once */
   atomic_int total;
   double sums[MOST];
 } record;
@@ -52,8 +52,8 @@ static void every_task_runs_once(void)
   free(r);
 }
 
-/* Thousands of short runs, now and then a pause in which the threads fall asleep: nobody takes a task of the run
- * before, none is lost. */
+/* Thousands of short runs, with occasional pauses in which the threads fall asleep: no thread takes a task of the
+ * previous run, and none is lost. */
 static void runs_follow_closely(void)
 {
   record *r = calloc(1, sizeof *r);
@@ -72,7 +72,7 @@ static void runs_follow_closely(void)
   free(r);
 }
 
-/* A thousand terms of 1/i each, whose sum depends on the order of addition. */
+/* A thousand terms 1/i each, whose sum depends on the order of addition. */
 static void sum_part(void *data, int task)
 {
   record *r = data;
@@ -99,7 +99,7 @@ static void sums_have_the_same_bits(void)
   free(r);
 }
 
-/* A fork inherits the pool without its threads. */
+/* A fork inherits the pool, but not its threads. */
 static void a_fork_goes_on_alone(void)
 {
   record *r = calloc(1, sizeof *r);
@@ -131,7 +131,7 @@ static void bad_numbers_are_refused(void)
   flesh_threads_destroy(NULL);
 }
 
-/* Sums over long arrays and short ones have the same bits on any number of threads; one number that differs is seen
+/* Sums over long and short arrays have the same bits on any number of threads; a single changed number changes the sum
  * wherever it is. */
 static void arrays_are_cut_by_their_length(void)
 {

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_version.c: headers, library and meson.build tell one version. */
+/* test_version.c: headers, library and meson.build have the same version. */
 #include "flesh/flesh.h"
 #include "test.h"
 

@@ -1,9 +1,10 @@
-/* coarse_work.c: what the coarse level's factor costs, which every rank has in full.
+/* coarse_work.c: the cost of the coarse level's factor, of which every rank has a full copy.
  *
  *   build/test/coarse_work_avx512 4 6 8 ...
  *
- * For a cube of so many groups of four vertices along an edge, each coupled with its 26 neighbours: vertices, blocks of
- * the factor, products of blocks in a factorisation, and the least CPU time of three of it and of thirty solves. */
+ * Each argument is the number of groups of four vertices along an edge of a cube; each group is coupled with its 26
+ * neighbours. Prints the vertices, the blocks of the factor, the block products of a factorisation, and the CPU times
+ * of a factorisation (the least of three) and of thirty solves. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -17,7 +18,7 @@ static double seconds(void)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Neighbours of each group; `starts` [n+1], `neighbours` [26 n]. */
+/* Lists the neighbours of each group: `starts` [n+1], `neighbours` [26 n]. */
 static void couple(int edge, int *starts, int *neighbours)
 {
   int count = 0;

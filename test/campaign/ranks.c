@@ -1,11 +1,11 @@
-/* ranks.c: what a body on several ranks costs: iterations and messages of each rank.
+/* ranks.c: the cost of a body on several ranks: iterations and messages of each rank.
  *
  *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi [POISSON]]
  *   mpirun -n 4 build/test/ranks data/meshes/finger_fine.msh [auto|ic|jacobi [POISSON]]
  *
- * A bar of so many cells in six tets each, held at one end, or a mesh, held along a tenth of its length in x, in statics
- * under gravity and in ten steps of backward Euler from rest. With Poisson's ratio they are tets of ten nodes, tet10-mean,
- * under a tenth of gravity. Prints a line of each. */
+ * A bar of so many cells in six tets each, held at one end, or a mesh, held along a tenth of its length in x, in
+ * statics under gravity and in ten steps of backward Euler from rest. With Poisson's ratio they are tets of ten nodes,
+ * tet10-mean, under a tenth of gravity. Prints a line of each. */
 #include "ranks.h"
 
 #include <stdlib.h>

@@ -1,11 +1,11 @@
-/* scaling.c: what ranks exchange in an iteration of conjugate gradients, for test/campaign/scaling.py.
+/* scaling.c: the data that ranks exchange in an iteration of conjugate gradients, for test/campaign/scaling.py.
  *
  *   mpirun -n 4 build/test/scaling 20
  *
- * A cube of so many cells an edge, in six tets each, held at one face, in statics. Prints a line for each rank: nodes
- * that it owns, that it has, and in its overlap; how many that it has are in overlaps of others, and how many of its overlap
- * they have, once for each; its neighbours; and messages, bytes and reductions of one iteration, by the difference of two
- * solves. */
+ * The argument is the number of cells along an edge of a cube, six tets each, held at one face, in statics. Prints a
+ * line for each rank: the nodes that it owns, that it has, and in its overlap; how many of its nodes are in overlaps of
+ * others, and how many of its overlap others have, counted once per rank; its neighbours; and the messages, bytes and
+ * reductions of one iteration, from the difference of two solves. */
 #include "ranks.h"
 
 #include "base/parallel_vector.h"
@@ -69,7 +69,7 @@ static void drop(problem *p)
   flesh_rank_part_destroy(&p->part);
 }
 
-/* Counts the exchanges of a solve of so many iterations. */
+/* Counts the exchanges of a solve of this many iterations. */
 static flesh_communicator_figures solve(problem *p, int iterations)
 {
   flesh_pcg_result result = {0};

@@ -9,7 +9,7 @@
 
 #include "effect/surface_contact.h"
 
-/* The gain that counts as rising: the solves' tolerance and rounding are taken off it already. */
+/* Least energy gain that counts as a rise, in addition to the solves' tolerance and rounding, which are subtracted. */
 static const double RISES = 1e-6;
 
 static void shake(touching *m, unsigned long long seed)
@@ -21,7 +21,7 @@ static void shake(touching *m, unsigned long long seed)
   free(fixed);
 }
 
-/* Finds the contact cache of the first effect that keeps bodies out of each other. */
+/* Finds the contact cache of the first effect of contact between bodies. */
 static int watch(const touching *m, flesh_surface_near **near)
 {
   *near = NULL;

@@ -19,7 +19,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* glibc's own, under the names by which it exports them. */
+/* glibc's own functions, under their exported names. */
 extern void *__libc_malloc(size_t size);
 extern void *__libc_calloc(size_t count, size_t size);
 extern void *__libc_realloc(void *old, size_t size);
@@ -83,7 +83,7 @@ static void write_to(const char *path, int descriptor)
   close(file);
 }
 
-/* Returns in each process that is to run the program. */
+/* Returns in each process that runs the program. */
 static void run_each(void)
 {
   enum { ASKED = 3, ANSWER = 4, SECONDS = 1800 };
@@ -103,7 +103,7 @@ static void run_each(void)
   _exit(0);
 }
 
-/* After the other libraries' own beginnings: theirs is no part of what a program does. */
+/* Runs after the other libraries' initialisers, which do not belong to the program. */
 __attribute__((constructor)) static void begin(void)
 {
   static char stack[1 << 16];
@@ -111,7 +111,7 @@ __attribute__((constructor)) static void begin(void)
   const char *number = getenv("FLESH_FAIL_AT"), *further = getenv("FLESH_FAIL_ON"),
              *size = getenv("FLESH_FAIL_SIZE"), *ours = getenv("FLESH_FAIL_OWN");
   void *warm[2];
-  backtrace(warm, 2); /* loads what it needs, now that there is memory */
+  backtrace(warm, 2); /* loads what it needs while memory is available */
   sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
   for (size_t k = 0; k < sizeof deadly / sizeof *deadly; k++)
     sigaction(deadly[k], &(struct sigaction){.sa_handler = crashed, .sa_flags = (int)(SA_ONSTACK | SA_RESETHAND)},

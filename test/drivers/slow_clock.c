@@ -1,5 +1,5 @@
-/* slow_clock.c: preloaded into a program, makes each reading of its monotonic clock FLESH_CLOCK_TICK seconds later than
- * the one before, so that what it does after minutes is seen at once, and always alike. */
+/* slow_clock.c: when preloaded into a program, advances its monotonic clock by FLESH_CLOCK_TICK seconds at each
+ * reading, so that actions after minutes happen at once and reproducibly. */
 #define _GNU_SOURCE
 #include <stdlib.h>
 #include <sys/syscall.h>

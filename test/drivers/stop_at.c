@@ -1,7 +1,7 @@
-/* stop_at.c: preloaded into a program, sends it a signal (FLESH_STOP_SIGNAL, else SIGKILL) just before the call that
- * FLESH_STOP_AT counts, from 1, of those that make, rename, cut, remove or sync files, or just after what gives a file the
- * name FLESH_STOP_AFTER in its folder. FLESH_STOP_LOG names a file that
- * gets a line for each: `rename FROM TO`, `fsync PATH`, `truncate PATH`, `unlink PATH`, `write PATH` (opened for it). */
+/* stop_at.c: when preloaded into a program, sends it a signal (FLESH_STOP_SIGNAL, else SIGKILL) just before the
+ * FLESH_STOP_AT-th call, counted from 1, of those that create, rename, truncate, remove or sync files, or just after a
+ * file gets the name FLESH_STOP_AFTER in its folder. FLESH_STOP_LOG names a file that gets a line for each call:
+ * `rename FROM TO`, `fsync PATH`, `truncate PATH`, `unlink PATH`, `write PATH` (opened for writing). */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <signal.h>
@@ -53,7 +53,7 @@ int ftruncate(int descriptor, off_t length)
   return (int)syscall(SYS_ftruncate, descriptor, length);
 }
 
-/* The path of a name in an open folder. */
+/* Returns the path of a name in an open folder. */
 static const char *place(int folder, const char *name, char path[1024])
 {
   char link[64];

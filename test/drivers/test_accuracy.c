@@ -1,6 +1,6 @@
 // TEST quick needs=drivers
-/* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, and what its SQL makes of runs: fits and fronts
- * (data/studies/accuracy.sql), against closed forms. */
+/* test_accuracy.c: how `flesh accuracy` measures times, distances and periods, and what its SQL computes from runs:
+ * fits and fronts (data/studies/accuracy.sql), compared with closed forms. */
 #include "results.h"
 
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include "flesh/integrator.h"
 #include "test.h"
 
-/* Every method of motion is compared; marks and colours tell them apart. */
+/* Every method of motion is compared; marks and colours distinguish them. */
 static void every_method_is_compared(void)
 {
 #define ROW(name_, scene_, adaptive_, order, colour_, mark_)                                                      \
@@ -33,11 +33,11 @@ static void times_meet_the_end(void)
   flesh_accuracy_grid grid;
   flesh_accuracy_grid_make(0, 1, 0.1, 4096, &grid); /* 10 longest steps of 64 intervals each */
   CHECK(grid.count == 641 && grid.interval == 0.1 / 64);
-  flesh_accuracy_grid_make(0, 1.05, 0.1, 4096, &grid); /* the end is a time of its own, on the way */
+  flesh_accuracy_grid_make(0, 1.05, 0.1, 4096, &grid); /* the end is a separate output time */
   CHECK(grid.count == 1 + 64 * 21 / 2 && grid.interval == 0.1 / 64);
   flesh_accuracy_grid_make(2, 12, 0.01, 4096, &grid);
   CHECK(grid.count == 1001 && grid.interval == 0.01);
-  flesh_accuracy_grid_make(2, 12, 0.01, 101, &grid); /* with room for 101: every tenth */
+  flesh_accuracy_grid_make(2, 12, 0.01, 101, &grid); /* with room for 101 times: every tenth */
   CHECK(grid.count == 101 && fabs(grid.interval - 0.1) < 1e-15);
   flesh_accuracy_grid_make(0, 1, 0.1, 100, &grid);
   CHECK(grid.count == 81);
@@ -65,7 +65,7 @@ static void distances_are_weighted(void)
   open_three(&measure);
   CHECK_OK(flesh_accuracy_track_open(2, 3 * NODES, &a));
   CHECK_OK(flesh_accuracy_track_open(2, 3 * NODES, &b));
-  /* Node 0 is off by (3,4,0) = 5 at the first time, node 2 by 2 at the second. */
+  /* Node 0 is off by (3,4,0), that is by 5, at the first time, node 2 by 2 at the second. */
   a.x[0] = 3, a.x[1] = 4;
   a.x[3 * NODES + 8] = 2;
   a.volume[0] = 4, b.volume[0] = 4, a.volume[1] = 4.4, b.volume[1] = 4;
@@ -77,8 +77,8 @@ static void distances_are_weighted(void)
   CHECK_NEAR(e.position_max, 5, 1e-15);
   CHECK_NEAR(e.tip, 2, 1e-15);
   CHECK_NEAR(e.volume, 0.1, 1e-15);
-  CHECK_NEAR(e.energy, -0.2, 1e-15); /* the larger of -0.2 and +0.1, with its sign */
-  a.x[4] = NAN;                      /* early and not overwritten by later numbers */
+  CHECK_NEAR(e.energy, -0.2, 1e-15); /* the larger of -0.2 and +0.1 in magnitude, with its sign */
+  a.x[4] = NAN;                      /* early, and not overwritten by later numbers */
   flesh_accuracy_compare(&measure, &scale, &a, &b, &e);
   CHECK(isnan(e.position_rms));
   flesh_accuracy_track_close(&a);
@@ -106,7 +106,7 @@ static void tracks_come_back(void)
     CHECK(!memcmp(again.volume, track.volume, 4 * sizeof(double)));
   }
   flesh_accuracy_track_close(&again);
-  FILE *stream = fopen(path, "r+b"); /* half a file is none */
+  FILE *stream = fopen(path, "r+b"); /* half a file is refused */
   CHECK(stream && !fseek(stream, 0, SEEK_END));
   CHECK(stream && !ftruncate(fileno(stream), ftell(stream) - 8));
   if (stream) fclose(stream);
@@ -116,8 +116,7 @@ static void tracks_come_back(void)
   test_folder_remove(folder);
 }
 
-/* x(t) of node 1 along y swings with `period` about a place away from the start; node 2 moves a
- * little. */
+/* x(t) of node 1 oscillates along y with `period` about a position away from the start; node 2 moves slightly. */
 static double found_period(double period, double end, double ripple)
 {
   flesh_accuracy_measure measure;
@@ -140,7 +139,7 @@ static double found_period(double period, double end, double ripple)
   flesh_accuracy_measure_scale(&measure, mesh, &track, &scale);
   CHECK(scale.tip == 1 && scale.tip_axis == 1);
   CHECK_NEAR(scale.length, 2, 0);
-  /* Mass 2 of 8 moves 0.2 at most; its kinetic energy is m v^2/2. */
+  /* Mass 2 of 8 moves by at most 0.2; its kinetic energy is m v^2/2. */
   if (ripple == 0 && end > period) {
     CHECK_NEAR(scale.tip_motion, 0.2, 4e-3);
     CHECK_NEAR(scale.motion, 0.2 * sqrt(2.0 / 8), 2e-3);
@@ -157,13 +156,13 @@ static void periods_are_found(void)
   CHECK_NEAR(found_period(1, 3, 0), 1, 0.02);
   CHECK_NEAR(found_period(0.7, 3, 0), 0.7, 0.02);
   CHECK_NEAR(found_period(1, 3, 0.004), 1, 0.05); /* ringing does not count as motion */
-  CHECK(isnan(found_period(1, 0.2, 0)));          /* too short to show one */
+  CHECK(isnan(found_period(1, 0.2, 0)));          /* too short to show a period */
 }
 
 static void a_reference_is_known_no_better_than_its_change(void)
 {
   flesh_accuracy_errors u = {1e-8, 3e-8, 2e-8, 1e-9, -1e-7}, none = {0};
-  flesh_accuracy_widen(1e-9, &none, &u); /* the two differ by more */
+  flesh_accuracy_widen(1e-9, &none, &u); /* the two methods differ by more */
   CHECK_NEAR(u.position_rms, 1e-8, 0);
   CHECK_NEAR(u.energy, 1e-7, 0);
   flesh_accuracy_widen(1e-6, &none, &u);
@@ -179,8 +178,8 @@ static void a_reference_is_known_no_better_than_its_change(void)
   CHECK_NEAR(u.energy, 1.5e-5, 1e-17);
 }
 
-/* Coordinate `at` of a tet whose corners swing with frequency w until the kink, and fly on from there at `kept` times the
- * velocity. */
+/* Coordinate `at` of a tet whose corners oscillate with frequency w until the kink, and then move on at `kept` times
+ * the velocity. */
 static void swing(double w, double kink, double kept, int at, double t, double *x, double *v)
 {
   double s = fmin(t, kink);
@@ -189,7 +188,7 @@ static void swing(double w, double kink, double kept, int at, double t, double *
   *x = (at % 4 == 0) + 0.1 * sin(w * s + at) + *v * (t - s);
 }
 
-/* The largest error of the track between its times, and the one it owns up to. */
+/* Returns the largest error of the track between its times, and the error that it reports. */
 static void interpolated(double w, double kink, double kept, int told, int intervals, double *error, double *doubt)
 {
   const double corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -234,13 +233,13 @@ static void interpolated(double w, double kink, double kept, int told, int inter
 static void a_reference_is_known_between_its_times(void)
 {
   double error[3], doubt;
-  const double w = 2 * M_PI * 3; /* 32 and 16 times a period */
+  const double w = 2 * M_PI * 3; /* 32 and 16 times per period */
   interpolated(w, 2, 1, 0, 96, &error[0], &doubt);
   CHECK(error[0] < 1e-10 && doubt >= error[0] && doubt < 100 * error[0]);
   interpolated(w, 2, 1, 0, 48, &error[1], &doubt);
   CHECK_NEAR(log2(error[1] / error[0]), 8, 0.6); /* the order of its Hermite polynomials */
   CHECK(doubt >= error[1] && doubt < 100 * error[1]);
-  /* Forces that end at once: told, that costs nothing; untold, it is owned up to. */
+  /* Forces that end abruptly: if the time is announced, that adds no error; otherwise the error is reported. */
   const double kink = 0.5;
   interpolated(w, kink, 1, 1, 96, &error[1], &doubt);
   CHECK(error[1] < 1e-9 && doubt >= error[1] && doubt < 1e-6);
@@ -248,7 +247,7 @@ static void a_reference_is_known_between_its_times(void)
   CHECK(error[2] > 1e3 * error[1] && doubt >= error[2] / 2);
 }
 
-/* A motion whose keyframes turn it round at once, at a time that is kept and between two. */
+/* A motion whose keyframes reverse it abruptly, at an output time and between two. */
 static void a_reference_is_known_where_velocities_jump(void)
 {
   double error, doubt;
@@ -274,7 +273,7 @@ static void orders_of_meshes_are_found(void)
   CHECK(isnan(flesh_accuracy_order(h, 1, 1)) && isnan(flesh_accuracy_order(h, 1, 2)) && isnan(flesh_accuracy_order(h, 1, 0)));
 }
 
-/* The tables of cases, with figures that each has unless they are made up. */
+/* The tables of cases, with default figures unless others are given. */
 static const char tables[] =
     "CREATE TABLE results (id INTEGER PRIMARY KEY, price, message, times, apart, \"change\", \"between\", "
     "uncertainty_position_rms, length, motion, tip_node, tip_motion, period, start_t, end_t, status DEFAULT 'complete', status_code DEFAULT 0, steps DEFAULT 0, rejected "
@@ -286,7 +285,7 @@ static const char tables[] =
     "INSERT INTO results (id, price, message, times, uncertainty_position_rms, motion, length) VALUES (100, 'reference', 'one; "
     "against two', 9, 1e-9, 1.0, 1.0); INSERT INTO wanted VALUES (100, 100)";
 
-/* Runs of one method with given errors and costs, against a reference of a motion of 1 m that is known to 1e-9 m. */
+/* Runs of one method with given errors and costs, against a reference with a motion of 1 m, accurate to 1e-9 m. */
 static sqlite3 *fill(int count, const double *steps, const double *errors, const double *seconds)
 {
   sqlite3 *database = results_open(tables);
@@ -302,7 +301,7 @@ static sqlite3 *fill(int count, const double *steps, const double *errors, const
   return database;
 }
 
-/* The verdict, and the table where one is asked for. */
+/* Returns the verdict, and the table if it is asked for. */
 static char *make(sqlite3 *database, const char *table, char **csv)
 {
   return results_make_of(database, (const char *const[]){flesh_own_text("runs"),
@@ -311,7 +310,7 @@ static char *make(sqlite3 *database, const char *table, char **csv)
 
 static void change(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }
 
-/* The row of orders.csv, and its verdict where `text` is given. */
+/* Checks the row of orders.csv, and its verdict if `text` is given. */
 typedef struct fit {
   int points;
   double slope, slope_error, low, high;
@@ -329,7 +328,7 @@ static void fit_order(sqlite3 *database, fit *f, char **text)
 
 static void orders_are_fitted_where_they_hold(void)
 {
-  /* error = 3 h^2, but for one of half the motion and one that the reference cannot tell. */
+  /* error = 3 h^2, except for a run whose error is half of the motion and one below the reference's accuracy. */
   const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001}, seconds[] = {1, 2, 3, 4, 5, 6, 7};
   double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9, 0};
   char *text;
@@ -340,7 +339,8 @@ static void orders_are_fitted_where_they_hold(void)
   CHECK_BELOW(f.slope_error, 1e-12);
   CHECK_NEAR(f.low, 0.01, 0);
   CHECK_NEAR(f.high, 0.1, 0);
-  /* The standard error of a slope: sqrt(sum r^2 / (n-2) / sum (x - mean)^2), here by hand; the line goes through the means. */
+  /* The standard error of a slope is sqrt(sum r^2 / (n-2) / sum (x - mean)^2), computed here by hand; the line passes
+   * through the means. */
   errors[2] *= 1.05;
   fit_order(fill(6, steps, errors, seconds), &f, NULL);
   double mean = 0, height = 0, spread = 0, squares = 0;
@@ -362,7 +362,7 @@ static void orders_are_fitted_where_they_hold(void)
   CHECK_NEAR(f.low, 0.001, 1e-15);
   CHECK_NEAR(f.slope, 1.97, 0.02);
   free(text);
-  /* Two runs show no order, nor do three whose slopes differ. */
+  /* Two runs do not show an order, nor do three with different slopes. */
   fit_order(fill(2, halves, errors, seconds), &f, &text);
   CHECK(f.points == 0 && isnan(f.slope));
   CHECK_TEXT(text, "too few runs (2) in that range");
@@ -373,7 +373,7 @@ static void orders_are_fitted_where_they_hold(void)
   free(text);
 }
 
-/* Whether the fronts in time and residuals are these. */
+/* Checks the fronts in time and in residual evaluations. */
 static void check_fronts(sqlite3 *database, int count, const int *on_time, const int *on_residuals)
 {
   char *csv = NULL;
@@ -381,7 +381,7 @@ static void check_fronts(sqlite3 *database, int count, const int *on_time, const
   const char *line = csv ? strchr(csv, '\n') : NULL;
   for (int k = 0; k < count; k++) {
     int front[2] = {-1, -1};
-    line = line ? strchr(line + 1, '\n') : NULL; /* the two last of its fields */
+    line = line ? strchr(line + 1, '\n') : NULL; /* the last two fields of the line */
     CHECK(line && sscanf(line - 4, ",%d,%d", &front[0], &front[1]) == 2);
     CHECK(front[0] == on_time[k] && front[1] == on_residuals[k]);
     if (front[0] != on_time[k] || front[1] != on_residuals[k]) printf("# run %d: %d and %d\n", k, front[0], front[1]);
@@ -394,19 +394,19 @@ static void fronts_hold_what_nothing_beats(void)
   const double steps[] = {1, 2, 3, 4, 5, 6};
   const double errors[] = {1e-1, 1e-2, 2e-2, 1e-3, 1e-3, 5}, seconds[] = {1, 2, 3, 4, 4, 0.1};
   const int on_time[] = {1, 1, 0,
-                         1, 0, 0}; /* the fifth is the fourth again, the sixth is useless */
-  const int on_residuals[] = {0, 0, 0, 1, 0, 0}; /* the fourth has the fewest and the least error */
+                         1, 0, 0}; /* the fifth is a copy of the fourth, the sixth is useless */
+  const int on_residuals[] = {0, 0, 0, 1, 0, 0}; /* the fourth has the fewest evaluations and the least error */
   check_fronts(fill(6, steps, errors, seconds), 6, on_time, on_residuals);
 }
 
-/* The third of six steps is accurate by luck: the next smaller one is not. */
+/* The third of six steps is accurate by chance: the next smaller one is less so. */
 static void luck_does_not_count(void)
 {
   const double steps[] = {6, 5, 4, 3, 2, 1}, errors[] = {1, 0.5, 0.04, 0.2, 0.05, 0.02}, seconds[] = {1, 2, 3, 4, 5, 6};
   char *text = make(fill(6, steps, errors, seconds), NULL, NULL);
   CHECK_TEXT(text, "  bdf2               step=4 in 5 s, 0 steps, error 5 %  <- least CPU time");
   free(text);
-  sqlite3 *database = fill(6, steps, errors, seconds); /* others' errors do not matter */
+  sqlite3 *database = fill(6, steps, errors, seconds); /* errors of other methods do not matter */
   change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'newmark') WHERE number = 3");
   text = make(database, NULL, NULL);
   CHECK_TEXT(text, "  bdf2               step=2 in 3 s, 0 steps, error 4 %  <- least CPU time");
@@ -414,22 +414,23 @@ static void luck_does_not_count(void)
   free(text);
 }
 
-/* Times that scatter rank nothing: the same run ties, and what times do not tell, counts do. */
+/* Scattered times do not rank runs: the same run ties with itself, and counts decide instead. */
 static void noise_is_not_ranked(void)
 {
   const double steps[] = {1, 2, 3, 4}, errors[] = {1e-2, 1e-2, 1.5e-2, 1e-2}, seconds[] = {1.2, 1, 1.05, 2};
-  /* The second is the first again, measured as quicker. */
+  /* The second is a copy of the first with a shorter time. */
   static const char figures[] = "UPDATE results SET residual_evaluations = CASE id WHEN 1 THEN 108 WHEN 2 THEN 110 WHEN 3 THEN 90 ELSE "
                                 "80 END, steps = iif(id < 3, 0, 47 + id)";
   static const struct {
     const char *more, *words;
     int on_time[4], on_residuals[4];
   } rows[] = {
-      {"SELECT 1", "; 1.9 times as much", {1, 0, 0, 0}, {0, 0, 0, 1}}, /* the first two by counts */
-      /* The repeats of the third scatter as much as it and the fourth differ; the fourth has fewer counts than the first. */
+      {"SELECT 1", "; 1.9 times as much", {1, 0, 0, 0}, {0, 0, 0, 1}}, /* the first two are ranked by counts */
+      /* The repeats of the third scatter as much as it differs from the fourth; the fourth has fewer evaluations than
+       * the first. */
       {"UPDATE results SET wall_s_min = 1, wall_s_median = 1.25 WHERE id = 3; UPDATE results SET cpu_s = 1.3 WHERE id = 4",
        "step=3 in 1.3 s, 51 steps, error 1 %; the same cost, within the noise of the clock", {0, 0, 0, 0}, {0, 0, 0, 1}},
-      /* Twice the time for a hundredth, and for a tenth. */
+      /* Twice the time for a hundredth of the error, and for a tenth. */
       {"UPDATE results SET error_position_rms = 0.99e-2 WHERE id = 4", "; 1.9 times as much", {1, 0, 0, 0}, {0, 0, 0, 1}},
       {"UPDATE results SET error_position_rms = 0.9e-2 WHERE id = 4", "; 1.9 times as much", {1, 0, 0, 1}, {0, 0, 0, 1}}};
   for (size_t r = 0; r < sizeof rows / sizeof *rows; r++)
@@ -441,7 +442,7 @@ static void noise_is_not_ranked(void)
         check_fronts(database, 4, rows[r].on_time, rows[r].on_residuals);
         continue;
       }
-      /* In words: methods of their own. */
+      /* The words for each method. */
       change(database, "UPDATE facts SET data = json_replace(data, '$.method', 'm' || number)");
       char *text = make(database, NULL, NULL);
       CHECK_TEXT(text, rows[r].words);

@@ -1,12 +1,12 @@
 // TEST quick needs=drivers
-/* test_accuracy_mesh.c: what is said of the errors of mesh and step (data/studies/mesh.sql, mesh_words.sql): choices and words,
- * on made-up figures. */
+/* test_accuracy_mesh.c: what is reported of the errors of mesh and step (data/studies/mesh.sql, mesh_words.sql):
+ * choices and words, on made-up figures. */
 #include "results.h"
 
 #include <math.h>
 #include <string.h>
 
-/* The tables of runs.sql and of the database, with figures that each has unless they are made up. */
+/* The tables of runs.sql and of the database, with default figures unless others are given. */
 static const char tables[] =
     "CREATE TABLE results (id INTEGER PRIMARY KEY, status DEFAULT 'complete', status_code DEFAULT 0, tet_count, node_count, "
     "largest_poisson DEFAULT 0.49, cpu_s);"
@@ -25,8 +25,8 @@ enum { ROWS = 4, STEPS = 3 };
 
 static void execute(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }
 
-/* The words on a scene of 5000 tets whose motion is 2 m: errors of meshes and of steps over the motion, and CPU times; `more`
- * is SQL that changes them. */
+/* Returns the words on a scene of 5000 tets whose motion is 2 m, given the errors of meshes and steps relative to the
+ * motion, and CPU times; `more` is SQL that changes them. */
 static char *words(const double mesh_errors[ROWS], const double step_errors[STEPS], double uncertainty, const char *more)
 {
   static const struct {
@@ -76,16 +76,16 @@ static void a_mesh_that_dominates_is_told(void)
   CHECK_TEXT(text, "The mesh makes the error: a shorter step gains nothing");
   lacks(text, "The step makes");
   CHECK_TEXT(text, "For 1 % in all: tet10-mean, 600 tets, newmark at 1/60 s, 0.02 s (mesh 0.4 %, step 0.01 %).");
-  /* At 10 % the long step serves, at half the time that was measured with the other. */
+  /* At 10 % the long step suffices, at half the time measured with the other. */
   CHECK_TEXT(text, "For 10 % in all: tet10-mean, 600 tets, newmark at 1/30 s, about 0.01 s (mesh 0.4 %, step 2 %).");
   CHECK_TEXT(text, "For 0.1 % in all: no run reaches it.");
   free(text);
-  /* Timed again it is no guess. */
+  /* A measured time is no estimate. */
   text = words(meshes, steps, 0.001, "INSERT INTO facts VALUES (40, json_object('timed_mesh', 1, 'timed_by', 0)); INSERT INTO wanted "
                                      "VALUES (40, 40); INSERT INTO results (id, cpu_s) VALUES (40, 0.013)");
   CHECK_TEXT(text, "For 10 % in all: tet10-mean, 600 tets, newmark at 1/30 s, 0.013 s (mesh 0.4 %, step 2 %).");
   free(text);
-  /* A run at another step, or one that failed, is not offered. */
+  /* A run with another step, or a failed one, is not offered. */
   text = words(meshes, steps, 0.001, "UPDATE results SET status_code = -6, status = 'failed' WHERE id = 21; DELETE FROM table_rows WHERE "
                                      "data ->> 'mesh' = 1");
   CHECK_TEXT(text, "For 1 % in all: tet10-mean, 5000 tets, newmark at 1/60 s, 0.3 s");
@@ -99,26 +99,26 @@ static void a_step_that_dominates_is_told(void)
   CHECK_TEXT(text, "are 1 % off; the step (newmark at 1/60 s) adds 20 %.");
   CHECK_TEXT(text, "The step makes the error: a finer mesh gains nothing");
   lacks(text, "The mesh makes");
-  CHECK_TEXT(text, "For 10 % in all: no run reaches it."); /* 10 % of the step leaves nothing to the mesh */
+  CHECK_TEXT(text, "For 10 % in all: no run reaches it."); /* 10 % from the step leaves nothing for the mesh */
   free(text);
   text = words((const double[]){0.05, 0.004, 0.0005, 0.002}, (const double[]){0.4, 0.04, 0.01}, 0.001, NULL);
   CHECK_TEXT(text, "Mesh and step make errors of like size.");
-  /* 5 + 4 % are 9 %. */
+  /* 5 + 4 % make 9 %. */
   CHECK_TEXT(text, "For 10 % in all: tet4, 5000 tets, newmark at 1/60 s, 0.01 s (mesh 5 %, step 4 %).");
   free(text);
 }
 
-/* Between runs errors fall as a power of the time; beyond the finest, which is 20 times too far off for tet4, they fall by
- * order 2 at best, for 20^(3/2) times the tets. */
+/* Between runs errors are interpolated as a power of the time. Beyond the finest, which is 20 times too inaccurate for
+ * tet4, they are assumed to fall with order 2 at best, so 20^(3/2) times the tets are needed. */
 static void times_to_an_error_are_interpolated(void)
 {
   const double steps[] = {0.02, 0.0001, 0.00003};
-  /* tet10-mean half-way, in logarithms, from 2 to 0.5 %: sqrt(0.02 * 0.3) s. */
+  /* tet10-mean is interpolated half-way, in logarithms, from 2 to 0.5 %: sqrt(0.02 * 0.3) s. */
   char *text = words((const double[]){0.51, 0.02, 0.005, 0.2}, steps, 0.001, NULL);
   CHECK_TEXT(text, "To a mesh error of 1 %: tet10-mean 0.077 s, tet4 at least 8.9 s, at least 115 times as much.");
   CHECK_TEXT(text, "Order of convergence in the size of the cells: tet10 1.5, tet10-mean 1.5 (");
   free(text);
-  /* The coarsest of tet10-mean is as good already; tet4 passes 1 % at 0.01 s * 10^(ln 51 / ln 102). */
+  /* The coarsest mesh of tet10-mean already suffices; tet4 passes 1 % at 0.01 s * 10^(ln 51 / ln 102). */
   text = words((const double[]){0.51, 0.009, 0.005, 0.005}, steps, 0.001, NULL);
   CHECK_TEXT(text, "To a mesh error of 1 %: tet10-mean 0.02 s, tet4 0.071 s, 3.5 times as much.");
   free(text);

@@ -1,5 +1,6 @@
 // TEST quick needs=drivers
-/* test_csv.c: CSV is read whole or refused, torn tables are read as far as they go, and what is written is read back. */
+/* test_csv.c: CSV is read completely or refused, truncated tables are read as far as possible, and what is written is
+ * read back. */
 #include "temporary.h"
 
 #include "base/error.h"
@@ -52,7 +53,7 @@ static void tables_are_read(void)
 static void bad_tables_are_refused(void)
 {
   static const struct {
-    const char *text, *words, *torn; /* the cells of the same text, torn */
+    const char *text, *words, *torn; /* the cells of the same text, truncated */
   } bad[] = {{"", "table.csv: the file is empty; CSV is text with a header row", ""},
              {"# only\n", "table.csv: there is no table", ""},
              {"# by hand\nt [s];x\n1;2\n", "table.csv:2: the header has semicolons and no comma", "1;2/"},
@@ -73,7 +74,7 @@ static void bad_tables_are_refused(void)
   CHECK_OK(read_text("a\n1\0002\n", 6, FLESH_CSV_TORN, &csv));
   check_cells(&csv, "1 2/");
   flesh_csv_clear(&csv);
-  /* The last row of a run that was killed may be cut. */
+  /* The last row of a killed run may be truncated. */
   CHECK_OK(read_text("t,x\n1,2\n3,4", 11, FLESH_CSV_TORN, &csv));
   check_cells(&csv, "1|2/");
   flesh_csv_clear(&csv);

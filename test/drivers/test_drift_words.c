@@ -1,5 +1,6 @@
 // TEST quick needs=drivers
-/* test_drift_words.c: what the drift verdict claims (data/studies/drift.sql): no more than the two finest meshes bear out. */
+/* test_drift_words.c: the claims of the drift verdict (data/studies/drift.sql): no more than the two finest meshes
+ * support. */
 #include "results.h"
 
 #include <math.h>
@@ -9,7 +10,7 @@
 
 enum { SCENES = 4, VARIANTS = 3 };
 
-/* The tables of cases, with figures that each has unless they are made up. */
+/* The tables of cases, with default figures unless others are given. */
 static const char tables[] =
     "CREATE TABLE results (id INTEGER PRIMARY KEY, scene_name, energy, poisson DEFAULT 0.49, constants, solver DEFAULT "
     "'guarded', status, status_code, message DEFAULT '', element_kind, tet_count, node_count, max_volume_drift, "
@@ -33,8 +34,8 @@ static void insert(sqlite3 *database, int scene, int variant, double drift, int 
   sqlite3_free(sql);
 }
 
-/* The verdict over made-up figures: drift[scene][variant] of B, D and S in %, NaN for a run that failed; `more` is SQL that
- * changes them. */
+/* Returns the verdict on made-up figures: drift[scene][variant] of B, D and S in %, NaN for a failed run; `more` is SQL
+ * that changes them. */
 static char *verdict(int scenes, const double drift[][VARIANTS], const int *kinds, const int *nodes, const char *more)
 {
   sqlite3 *database = results_open(tables);
@@ -52,7 +53,7 @@ static void lacks(const char *text, const char *words)
 
 enum { P1 = FLESH_ELEMENT_TET4, MEAN = FLESH_ELEMENT_TET10_MEAN };
 
-/* The finger's figures: on a coarse mesh of tet4 B changes more than D, on the finest less. */
+/* The finger's figures: on a coarse mesh of tet4 B changes more than D, on the finest mesh less. */
 static void an_order_that_the_mesh_makes_is_told(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.60, 1.93, .59}, {1.44, 1.94, .69}, {1.42, 1.94, .68}};
@@ -69,7 +70,7 @@ static void an_order_that_the_mesh_makes_is_told(void)
   free(text);
 }
 
-/* Without the fine figures, nothing is claimed that does not hold. */
+/* Without the finest figures, no claim is made that does not hold. */
 static void what_the_meshes_cannot_tell_is_not_told(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.82, 1.92, .78}};
@@ -78,7 +79,7 @@ static void what_the_meshes_cannot_tell_is_not_told(void)
   lacks(text, "an error of the mesh");
   CHECK_TEXT(text, "Four-node tets lock at poisson 0.49");
   free(text);
-  /* Meshes that hardly differ say little: cells smaller by 1.26 leave four times the difference. */
+  /* Meshes of similar size say little: if cells are smaller by 1.26, the error is four times the difference. */
   text = verdict(2, (const double[][VARIANTS]){{2.0, 2.5, 1.0}, {1.9, 2.5, 1.0}}, (int[]){MEAN, MEAN}, (int[]){1000, 2000}, NULL);
   CHECK_TEXT(text, "B 1.90 ± 0.38 %");
   CHECK_TEXT(text, "S < B < D");
@@ -88,7 +89,7 @@ static void what_the_meshes_cannot_tell_is_not_told(void)
   free(text);
 }
 
-/* S, B and D rise; where S is that unsure, B < D says nothing of S and D. */
+/* S, B and D rise; if S is that uncertain, B < D says nothing about S and D. */
 static void an_order_of_neighbours_is_none_of_others(void)
 {
   char *text = verdict(2, (const double[][VARIANTS]){{1.25, 1.4, .5}, {1.2, 1.4, 1}}, (int[]){P1, MEAN},
@@ -104,7 +105,7 @@ static void an_order_of_neighbours_is_none_of_others(void)
   free(text);
 }
 
-/* A run that failed beside the finest leaves its figure without a judge. */
+/* If a run on the finest mesh failed, its figure cannot be judged. */
 static void a_figure_without_a_second_claims_nothing(void)
 {
   char *text = verdict(2, (const double[][VARIANTS]){{NAN, 1.9, .9}, {1.4, 1.94, .7}}, (int[]){P1, MEAN}, (int[]){500, 2500}, NULL);
@@ -119,7 +120,7 @@ static void a_figure_without_a_second_claims_nothing(void)
   free(text);
 }
 
-/* B has inverted tets, and S a corner without J > 0 that no element sees. */
+/* B has inverted tets; S has a corner with J <= 0 that no quadrature point sees. */
 static const char inversions[] = "UPDATE results SET J_bound = iif(energy = 'D', 0.4, -0.09);"
                                  "UPDATE results SET first_inverted_step = 12, max_inverted = 3 WHERE energy = 'B';"
                                  "UPDATE results SET first_bound_step = 10 WHERE energy <> 'D'";

@@ -81,7 +81,7 @@ static void meshes_are_bad_as_promised(void)
   CHECK_BELOW(slivers.info.radius_ratio_min, 2e-4);
   CHECK(slivers.info.radius_ratio_min > 1e-5);
   CHECK(graded.info.edge_max / graded.info.edge_min > 0.9e4);
-  CHECK(graded.info.radius_ratio_min > 0.1); /* graded, but of good shape */
+  CHECK(graded.info.radius_ratio_min > 0.1); /* graded, but well shaped */
   CHECK_NEAR(graded.info.volume, 1e-3, 1e-15);
   CHECK_NEAR(fan.info.volume, 1e-3, 1e-15);
   int around = 0;
@@ -142,7 +142,7 @@ static void inversions_are_counted(void)
   drop(&one), drop(&all), drop(&rest);
 }
 
-/* A turn over the length: the far face is where it was, the middle stands on its head. */
+/* A full turn over the length: the far face is unrotated, the middle is upside down. */
 static void twists_turn(void)
 {
   body b = make("twist5", 1);
@@ -156,7 +156,7 @@ static void twists_turn(void)
   }
   CHECK_BELOW(far, 1e-14);
   CHECK(largest > 0.1);
-  /* Less than half a turn per layer, or another twist would stand here. */
+  /* Less than half a turn per layer, otherwise it would be another twist. */
   int layers = 0;
   for (int i = 0; i < b.info.nodes; i++) layers += X[3 * i + 1] == 0 && X[3 * i + 2] == 0;
   CHECK(5. / (layers - 1) < 0.3);
@@ -179,7 +179,7 @@ static void seeds_differ_and_repeat(void)
   drop(&a), drop(&b), drop(&c);
 }
 
-/* omega x r with a turn per step; 100 m/s from where two steps lead into place. */
+/* omega x r with a turn per step; 100 m/s from where two steps lead back into place. */
 static void moving_starts_move(void)
 {
   body spin = make("spin_body", 1), fly = make("crash", 1);
@@ -195,7 +195,7 @@ static void moving_starts_move(void)
   drop(&spin), drop(&fly);
 }
 
-/* The numbers of cases are those that drivers/hardcases.md tells. */
+/* The numbers of cases are those stated in drivers/hardcases.md. */
 static void the_program_has_its_own_files(void)
 {
   static const char *const names[] = {"battery", "shapes", "filters"};
@@ -242,7 +242,7 @@ static void a_file_of_ones_own_is_read(void)
                               "friction: 1/3}\n"));
   CHECK(still->flags == (FLESH_HARDCASES_STATIC | FLESH_HARDCASES_KEPT_EQUILIBRIUM));
   CHECK(isnan(still->poisson) && still->amount == 0 && !*still->effects && still->mesh == FLESH_HARDCASES_BLOCK);
-  /* A study that goes on runs a case again that was changed. */
+  /* A resumed study reruns a changed case. */
   CHECK_OK(open_own(text, &again));
   CHECK(hit->fingerprint && hit->fingerprint == again.cases->fingerprint && hit->fingerprint != still->fingerprint);
   flesh_hardcases_close_battery(&b), flesh_hardcases_close_battery(&again);

@@ -13,7 +13,7 @@ static const char tables[] =
     "'S', constants DEFAULT 'matched', element DEFAULT 'tet4', mesh DEFAULT '', solver, outcome, newton, linear DEFAULT 1, "
     "cpu_s DEFAULT 1, grp DEFAULT 'rest', code DEFAULT 'FLESH_OK', inverted_end DEFAULT 0)";
 
-/* The verdict on the costs [problems][WAYS]; INFINITY: not solved; NaN: not run. */
+/* Returns the verdict on the costs [problems][WAYS]; INFINITY: not solved; NaN: not run. */
 static char *judge(int problems, const double *cost, char **csv)
 {
   static const char *const names[WAYS] = {"clamp", "absolute", "auto"};
@@ -28,7 +28,7 @@ static char *judge(int problems, const double *cost, char **csv)
   return results_make(database, "profiles", NULL, "profiles.csv", csv);
 }
 
-/* Four problems by hand: the second is solved by one way alone, the third by none, the fourth was not run by all. */
+/* Four problems by hand: the second is solved by one method only, the third by none, the fourth was not run by all. */
 static void shares_are_those_by_hand(void)
 {
   const double cost[] = {2, 1, 4, INFINITY, 5, INFINITY, INFINITY, INFINITY, INFINITY, 1, 1, NAN};
@@ -40,7 +40,7 @@ static void shares_are_those_by_hand(void)
   CHECK_TEXT(text, "    auto                        1     0.0 %            0.0 %          2.000\n");
   CHECK_TEXT(csv, "\ntet4,newton,auto,3.830413122794295,0\ntet4,newton,auto,4,0.3333333333333333\n");
   free(text), free(csv);
-  text = judge(1, (const double[]){INFINITY, 5, INFINITY}, NULL); /* no ratio of two that solve nothing together */
+  text = judge(1, (const double[]){INFINITY, 5, INFINITY}, NULL); /* no ratio for two that solve nothing in common */
   CHECK_TEXT(text, "    absolute                    1   100.0 %          100.0 %\n");
   free(text);
   text = judge(1, (const double[]){NAN, 5, 2}, NULL);
@@ -49,7 +49,7 @@ static void shares_are_those_by_hand(void)
   free(text);
 }
 
-/* A load that ends away from rest is solved; a problem that no way can begin with is none. */
+/* A load that ends away from rest counts as solved; a problem that no method can start does not count. */
 static void loads_and_what_is_refused(void)
 {
   sqlite3 *database = results_open(tables);
@@ -69,7 +69,7 @@ static void loads_and_what_is_refused(void)
   free(text);
 }
 
-/* Two-sided tails of fair coins. */
+/* Two-sided tails of tosses of a fair coin. */
 static void chances_are_binomial(void)
 {
   static const struct {
@@ -85,7 +85,7 @@ static void chances_are_binomial(void)
   }
 }
 
-/* Verdict on MANY problems whose costs of three ways `make` gives. */
+/* Returns the verdict on MANY problems with costs of three methods from `make`. */
 static char *judge_many(void (*make)(int problem, double *cost))
 {
   double cost[WAYS * MANY];
@@ -97,7 +97,7 @@ static void best_second(int k, double *cost) { cost[0] = 30 + k, cost[1] = 15 + 
 static void alternating(int k, double *cost) { cost[0] = k % 2 ? 10 : 20, cost[1] = k % 2 ? 20 : 10, cost[2] = 15; }
 static void equal_last(int k, double *cost) { cost[0] = 30 + k, cost[1] = cost[2] = 10 + k; }
 static void all_equal(int k, double *cost) { cost[0] = cost[1] = cost[2] = 10 + k; }
-/* Cheaper where it solves, but it does so in one of four. */
+/* Cheaper if it solves a problem, but it solves one in four. */
 static void cheap_but_failing(int k, double *cost) { cost[0] = k % 4 ? INFINITY : 1, cost[1] = 10, cost[2] = 10.1; }
 static void hair(int k, double *cost) { cost[0] = 100 + k, cost[1] = 97 + k, cost[2] = 200 + k; }
 static void unsolvable(int k, double *cost)
@@ -135,19 +135,19 @@ static void verdicts_follow_from_the_costs(void)
   CHECK_TEXT(text, "in 30 of 40");
   CHECK_TEXT(text, "0.10 times as much where both solve");
   free(text);
-  text = judge_many(hair); /* 3 % or less is no win */
+  text = judge_many(hair); /* a difference of 3 % or less does not count as a win */
   CHECK_TEXT(text, "No decision between clamp and absolute. auto is beaten");
   free(text);
   text = judge_many(unsolvable);
   CHECK_TEXT(text, "    No verdict: 5 problems that any filter solved are too few; it takes 10.\n");
   free(text);
-  text = judge_many(cycle); /* 2 of 3 wins of 40 are no chance below 0.01, and no order either */
+  text = judge_many(cycle); /* 2 wins of 3, of 40 problems: not below a chance of 0.01, so no order */
   CHECK_TEXT(text, "No decision between clamp, absolute and auto.");
   free(text);
   text = judge_many(stronger); /* the one with most wins is named */
   CHECK_TEXT(text, "auto is not beaten by any. clamp is beaten by auto in 40 of 40");
   free(text);
-  text = judge_many(rare); /* six of six: chance 1/32 */
+  text = judge_many(rare); /* six wins of six: chance 1/32 */
   CHECK_TEXT(text, "No decision between clamp and absolute (the same in every run: auto).");
   free(text);
 }

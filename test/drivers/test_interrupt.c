@@ -1,5 +1,5 @@
 // TEST quick needs=drivers
-/* test_interrupt.c: signals are remembered, and nothing else of the program changes. */
+/* test_interrupt.c: signals are remembered, and nothing else in the program changes. */
 #include "cli/interrupt.h"
 
 #include <errno.h>

@@ -1,5 +1,5 @@
 // TEST quick needs=drivers
-/* test_longest_step.c: which step of a run is told to be long. */
+/* test_longest_step.c: which step of a run is reported as long. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +7,8 @@
 #include "run/run_trace.h"
 #include "test.h"
 
-/* A run whose steps took these Newton iterations and so many linear ones for each, the start before them. */
+/* Makes a run whose steps took these Newton iterations, with this many linear iterations each, preceded by the
+ * start. */
 static flesh_longest_step longest_of(int count, const long *newton, long each, long unfinished)
 {
   flesh_run_trace trace = {.count = count + 1, .room = count + 1};
@@ -23,7 +24,7 @@ static flesh_longest_step longest_of(int count, const long *newton, long each, l
   return found;
 }
 
-/* The median by hand, of steps that took any; 100 times it is not told, more is, with its cuts. */
+/* The median, by hand, of the steps with iterations; 100 times it is not reported, more is, with its cutbacks. */
 static void the_limit_is_a_hundred_medians(void)
 {
   char words[240];
@@ -40,7 +41,7 @@ static void the_limit_is_a_hundred_medians(void)
   CHECK(flesh_longest_step_tell(&longest, sizeof words, words) && strstr(words, " times the median step, with cuts: 3"));
 }
 
-/* Few Newton iterations whose linear solves take thousands each are long too. */
+/* Few Newton iterations with thousands of linear iterations each also make a long step. */
 static void linear_iterations_count(void)
 {
   flesh_run_trace trace = {.count = 5, .room = 5};
@@ -52,7 +53,7 @@ static void linear_iterations_count(void)
   flesh_run_trace_clear(&trace);
 }
 
-/* A step that ended the run has no end in time, and is not part of the median. */
+/* The step that ended the run has no end in time, and is not part of the median. */
 static void a_step_that_was_not_finished_counts(void)
 {
   char words[240];
@@ -66,7 +67,7 @@ static void a_step_that_was_not_finished_counts(void)
   CHECK_NEAR(longest.ratio, 1, 0);
 }
 
-/* Two steps have no median worth the name, nor has a run without any. */
+/* Two steps have no meaningful median, nor has a run without steps. */
 static void few_steps_are_not_compared(void)
 {
   char words[240] = "x";

@@ -1,5 +1,5 @@
 // TEST quick needs=drivers
-/* test_picture.c: what is rendered where, what is fitted, and which values become colours. */
+/* test_picture.c: where bodies are drawn, how views are fitted, and which values become colours. */
 #include "mesh_files.h"
 
 #include "flesh/flesh.h"
@@ -11,7 +11,7 @@
 
 static const double open_target[3] = {NAN, NAN, NAN};
 
-/* The place of a point in a view, in parts of the picture from its middle (-1/2 ... 1/2). */
+/* Returns the position of a point in a view, in fractions of the picture from its middle (-1/2 ... 1/2). */
 static void place(const flesh_view *v, const double p[3], double at[2])
 {
   double q[3], r = 0, u = 0, away = 0;
@@ -50,8 +50,8 @@ static void everything_is_in_the_picture_and_fills_it(void)
   }
 }
 
-/* Upright: at the horizon up is straight up the picture, and the axes make a right-handed frame; with z up the camera
- * looks along y, with y up along -z. */
+/* Views are upright: at the horizon, up is straight up in the picture, and the axes form a right-handed frame; with z
+ * up the camera looks along y, with y up along -z. */
 static void the_camera_stands_upright(void)
 {
   unsigned long long seed = 4;
@@ -117,7 +117,7 @@ static void near_hides_far(void)
   }
 }
 
-/* A body that has collapsed to a line or a point can be seen: about as long as it is, and thin. */
+/* A body that has collapsed to a line or a point remains visible: about as long as it is, and thin. */
 static void lines_and_points_are_drawn(void)
 {
   flesh_camera camera = {.azimuth = 90, .target = {0, 0, 0}, .height = 4};
@@ -139,7 +139,7 @@ static void lines_and_points_are_drawn(void)
   }
 }
 
-/* A small plate between the light and a large one darkens it. */
+/* A small plate between the light and a large one casts a shadow on it. */
 static void shadows_fall(void)
 {
   flesh_camera camera = {.elevation = 90, .target = {0, 0, 0}, .height = 4};
@@ -167,8 +167,8 @@ static void shadows_fall(void)
   flesh_image_free(&without);
 }
 
-/* A red plate before a green one, of glass: from its front it hides, from behind it is seen through, and lets the light
- * through as well. */
+/* A red glass plate before a green one hides it from its front, is transparent from behind, and also lets light
+ * through. */
 static void glass_is_seen_through_from_behind(void)
 {
   flesh_camera camera = {.target = {0, 0, 0}, .height = 4};
@@ -180,7 +180,7 @@ static void glass_is_seen_through_from_behind(void)
                       near[12] = {-9, -1, -9, 9, -1, -9, 9, -1, 9, -9, -1, 9};
   static const int front[6] = {0, 1, 2, 0, 2, 3}, back[6] = {0, 2, 1, 0, 3, 2};
   uint32_t seen[4];
-  for (int k = 0; k < 4; k++) { /* none, hiding, of glass from its front, from behind */
+  for (int k = 0; k < 4; k++) { /* none; opaque; of glass from its front; of glass from behind */
     flesh_image image;
     const flesh_render_surface surfaces[2] = {
         {.vertices = 4, .triangles = 2, .x = far, .corners = front, .plain = {0, 0.6f, 0}},
@@ -195,7 +195,7 @@ static void glass_is_seen_through_from_behind(void)
   CHECK((seen[3] >> 8 & 255) > 0.8 * (seen[0] >> 8 & 255) && (seen[3] >> 16 & 255) > 40);
 }
 
-/* Colours as they are; light without shadows. */
+/* Colours without shading; light without shadows. */
 static void flat_and_unshadowed(void)
 {
   flesh_camera camera = {.elevation = 60, .target = {0, 0, 0}, .height = 4};
@@ -226,8 +226,8 @@ static void flat_and_unshadowed(void)
   CHECK(kinds[0] > 50 && !kinds[1] && !kinds[2]);
 }
 
-/* The edge of a shadow on a floor that is far larger than the picture is as straight as what casts it: where it crosses
- * the picture's rows lies on a line to a fraction of a pixel. */
+/* The edge of a shadow on a floor that is far larger than the picture is as straight as the object that casts it: its
+ * crossings with the picture's rows lie on a line to a fraction of a pixel. */
 static void shadows_have_straight_edges(void)
 {
   enum { SIZE = 200 };
@@ -245,7 +245,7 @@ static void shadows_have_straight_edges(void)
       {.vertices = 4, .triangles = 2, .x = plate, .corners = corners, .plain = {0.5f, 0.5f, 0.5f}}};
   CHECK_OK(flesh_render(&view, 2, surfaces, &(flesh_render_style){.samples = 3}, &image));
   double at[SIZE], sums[5] = {0}, worst = 0;
-  for (int y = 0; y < SIZE; y++) { /* from the right, where light is, to the shadow */
+  for (int y = 0; y < SIZE; y++) { /* from the right, where it is light, to the shadow */
     const uint32_t *row = image.pixels + (size_t)y * SIZE;
     int bright = (int)(row[SIZE - 1] & 255), x = SIZE - 1;
     while (x > 0 && (int)(row[x] & 255) > bright - 30) x--;
@@ -263,7 +263,7 @@ static void shadows_have_straight_edges(void)
   flesh_image_free(&image);
 }
 
-/* Across the edge of a shadow light rises without jumps, from none to all, also where the map is coarse. */
+/* Across the edge of a shadow light rises from none to all without jumps, even if the map is coarse. */
 static void light_rises_smoothly(void)
 {
   flesh_camera camera = {.elevation = 70, .target = {0, 0, 0}, .height = 2};
@@ -294,7 +294,7 @@ static void light_rises_smoothly(void)
   flesh_shadow_close(&shadow);
 }
 
-/* A box whose triangles are wound this way and that, around the body or beside it, and a post through a ring. */
+/* A box whose triangles are wound either way, around the body or beside it, and a post through a ring. */
 static void obstacles_face_the_body(void)
 {
   flesh_mesh *mesh = NULL;
@@ -319,7 +319,7 @@ static void obstacles_face_the_body(void)
       const double *X = flesh_mesh_positions(mesh) + 3 * i;
       double *p = x + 3 * i, away = trial % 3 == 1 ? 1.7 : 0;
       for (int d = 0; d < 3; d++) p[d] = inside ? 0.1 + 0.8 * X[d] : X[d] + away;
-      if (trial % 3 == 2) { /* a ring about the box */
+      if (trial % 3 == 2) { /* a ring around the box */
         double angle = 2 * acos(-1) * X[0], radius = 2 + X[1];
         p[0] = 0.5 + radius * cos(angle), p[1] = 0.5 + radius * sin(angle), p[2] = X[2];
       }
@@ -340,7 +340,7 @@ static void obstacles_face_the_body(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Marks are few, round, within and evenly spaced; of fitted ranges both ends are marked. */
+/* Marks are few, round, inside the range and evenly spaced; both ends of fitted ranges are marked. */
 static void marks_are_round(void)
 {
   unsigned long long seed = 3;
@@ -372,7 +372,7 @@ static void marks_are_round(void)
   CHECK(flesh_picture_ticks(0, 12, 9, ticks, &decimals) == 7 && decimals == 0 && ticks[6] == 12);
 }
 
-/* One node of 1331 that is pulled out is beyond the scale, and told. */
+/* One node of 1331 that is pulled out is beyond the scale, which is reported. */
 static void the_scale_tells_the_extremes(void)
 {
   flesh_mesh *mesh = NULL;
@@ -396,7 +396,7 @@ static void the_scale_tells_the_extremes(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A surface is dark where it is turned over and where tets are inverted. */
+/* A surface is dark if it is turned over or if tets are inverted. */
 static void the_inside_is_darker(void)
 {
   flesh_camera camera = {.target = {0, 0, 0}, .height = 2};
@@ -419,9 +419,9 @@ static void the_inside_is_darker(void)
   CHECK(seen[1] < 0.8 * seen[0] && seen[2] < 0.5 * seen[0]);
 }
 
-/* A block stretched along its axes: J is the product, von Mises' stress follows from derivatives of
- * the energy density along the principal stretches: sigma_i = s_i/J d psi/d s_i. Ten-node tets have fibres along x as
- * well, at their optimal stretch, which add peak/J. */
+/* A block stretched along its axes: J is the product of the stretches; von Mises' stress follows from derivatives of
+ * the energy density by the principal stretches: sigma_i = s_i/J d psi/d s_i. Ten-node tets also have fibres along x,
+ * at their optimal stretch, which add peak/J. */
 static void check_values(int order)
 {
   flesh_mesh *mesh = NULL, *raised;
@@ -509,7 +509,7 @@ static void pictures_are_whole_files(void)
                                    {.title = "b", .subtitle = "nothing to show", .body = &body}};
   flesh_picture_options options;
   flesh_picture_options_default(&options);
-  options.width = 101; /* sizes come out even all the same, as films want them */
+  options.width = 101; /* sizes are even nonetheless, as video encoders require */
   options.field = FLESH_PICTURE_PLAIN;
   const char *path = in_work_folder("two.png");
   CHECK_OK(flesh_picture(path, 2, panels, &options, NULL));
@@ -523,7 +523,7 @@ static void pictures_are_whole_files(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Coordinates that are no numbers, a subtitle instead of a body, many panels. */
+/* Coordinates that are not finite, a subtitle instead of a body, many panels. */
 static void broken_states_are_drawn(void)
 {
   flesh_mesh *mesh = NULL;

@@ -6,8 +6,8 @@
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 
-/* A node on an edge moved by s along it makes J linear in a ten-node tet, 1 +- 4 s at the edge's ends: with s = 0.3 a
- * corner has J = -0.2, which no point of quadrature sees. The colour is the mean, 1, and nothing is black; with s = 0.6
+/* A mid-edge node moved by s along its edge makes J linear in a ten-node tet, 1 +- 4 s at the edge's ends. With s = 0.3
+ * a corner has J = -0.2, which no quadrature point sees: the colour is the mean, 1, and nothing is black. With s = 0.6
  * the points see J < 0. */
 static void what_no_point_sees_is_not_black(void)
 {
@@ -20,7 +20,7 @@ static void what_no_point_sees_is_not_black(void)
   const flesh_body body = {.mesh = mesh};
   const flesh_picture_panel panel = {.body = &body, .x = x};
   for (int k = 0; k < 2; k++) {
-    const double s = 0.3 * (k + 1), apart = sqrt(5) / 5; /* of a point from the others along an edge */
+    const double s = 0.3 * (k + 1), apart = sqrt(5) / 5; /* distances of a point from the others along an edge */
     memcpy(x, X, sizeof x);
     x[12] += s;
     CHECK_OK(flesh_picture_values(&panel, FLESH_PICTURE_J, &values, extremes));
@@ -34,7 +34,7 @@ static void what_no_point_sees_is_not_black(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A ball of 50 ten-node tets, stretched: what is drawn is the curved surface, with the mesh's edges alone. */
+/* A ball of 50 ten-node tets, stretched: the curved surface is drawn, with only the mesh's edges. */
 static void curved_faces_are_drawn(void)
 {
   flesh_mesh *mesh;

@@ -1,5 +1,5 @@
 // TEST quick needs=drivers
-/* test_plot.c: plots are drawn, or refused in a sentence. */
+/* test_plot.c: plots are drawn, or refused with a message. */
 #include "temporary.h"
 
 #include "picture/plot.h"
@@ -26,7 +26,7 @@ static int is_png(const char *path)
   return whole && !memcmp(start, signature, 8);
 }
 
-/* Draws a line of the CSV file, with the text wherever a script has one, and `extra` before the plot. */
+/* Draws a column of the CSV file, with the text wherever a script contains text, and `extra` before the plot. */
 static int draw(const char *name, const char *text, const char *csv, const char *extra)
 {
   flesh_file file;
@@ -58,7 +58,7 @@ static void lines_are_drawn(void)
   CHECK(access(in_folder("wrong.log"), R_OK) == 0);
 }
 
-/* Names come from the users' scenes. */
+/* Names come from users' scenes. */
 static void odd_names_are_drawn(void)
 {
   CHECK_OK(draw("it's", "it's", "table.csv", ""));
@@ -69,8 +69,8 @@ static void odd_names_are_drawn(void)
   CHECK_TEXT(flesh_error_text(), "must be that of a file");
 }
 
-/* Texts and names out of everything that gnuplot's language has: a script's strings end where they should, and the
- * file that is read is the one of that name. */
+/* Texts and names with every special character of gnuplot's language: a script's strings end where they should, and the
+ * file read is the one with that name. */
 static void any_text_is_a_text(void)
 {
   static const char *const parts[] = {"'",
@@ -117,7 +117,7 @@ static void any_text_is_a_text(void)
   }
 }
 
-/* gnuplot is content with a script that plots nothing. */
+/* gnuplot accepts a script that plots nothing. */
 static void no_picture_is_no_success(void)
 {
   FILE *stream = fopen(in_folder("empty.gp"), "w");
@@ -127,7 +127,7 @@ static void no_picture_is_no_success(void)
   CHECK_TEXT(flesh_error_text(), "is not drawn");
 }
 
-/* The lines of a script. */
+/* Splits a script into lines. */
 static int script_has(const char *name, const char *words)
 {
   char text[8000];

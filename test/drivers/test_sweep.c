@@ -1,5 +1,5 @@
 // TEST quick needs=drivers
-/* test_sweep.c: the samples of sweeps fill their space as the sequences promise. */
+/* test_sweep.c: the samples of sweeps fill their space as their sequences guarantee. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -11,7 +11,7 @@ enum { SOBOL, NIEDERREITER, HALTON, REVERSE_HALTON, RANDOM };
 
 static void sobol_begins_as_published(void)
 {
-  /* The first points of Sobol's sequence in two dimensions, the origin left out. */
+  /* The first points of Sobol's sequence in two dimensions, without the origin. */
   static const double first[] = {0.5,   0.5,   0.75,  0.25,  0.25,  0.75,  0.375,
                                  0.375, 0.875, 0.875, 0.625, 0.125, 0.125, 0.625};
   double points[14];
@@ -32,7 +32,7 @@ static void halton_is_the_radical_inverse(void)
     }
 }
 
-/* With the origin, 2^7 points of Sobol's sequence have one in each of 2^7 equal intervals of every axis. */
+/* With the origin, 2^7 points of Sobol's sequence have one point in each of 2^7 equal intervals of every axis. */
 static void every_axis_is_filled_evenly(void)
 {
   enum { N = 128, D = 10 };

@@ -1,5 +1,5 @@
-/* far_bodies_cost.c: steps of two blocks 100 m apart, of which one comes at 40 m/s and quivers, with contact or without, for
- * test_far_bodies_cost.sh, which counts their instructions.
+/* far_bodies_cost.c: takes steps of two blocks 100 m apart, one of which approaches at 40 m/s and vibrates, with or
+ * without contact, for test_far_bodies_cost.sh, which counts their instructions.
  *
  *   far_bodies_cost CELLS CONTACT STEPS
  *
@@ -16,7 +16,7 @@ int main(int argc, char **argv)
   const int side = atoi(argv[1]), cells[3] = {side, side, side};
   const double size[3] = {0.3, 0.3, 0.3};
   flesh_solver_options options = test_options(1e-6);
-  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* which is there without contact alone */
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* the part of the cost without contact */
   flesh_integrator *integrator = NULL;
   test_body b;
   flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(cells, size, (double[]){100.3, 0.05, 0.02}));

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_bodies.c: several bodies in one scene move as each by itself, cost no more Newton iterations, and can be
- * named by selections. */
+/* test_bodies.c: several bodies in one scene move as each alone, need no more Newton iterations, and can be selected by
+ * name. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -11,7 +11,7 @@
 #define BAR "mesh: bar.node, density: 1000, material: {energy: S, young: 4e5, poisson: 0.45}"
 #define BLOCK "mesh: block.node, density: 500, material: {energy: S, young: 4e6, poisson: 0.3}"
 
-/* A bar clamped at its end, and a block that was thrown and spins, away from it. */
+/* A bar clamped at its end, and away from it a block that is thrown and spins. */
 static const char common[] = "time: {method: backward-euler, step: 1/60, end: 1/5}\n"
                              "solver: {newton_tolerance: 1e-9}\n";
 static const char bar_alone[] = "body: {" BAR "}\n"
@@ -87,7 +87,7 @@ static void each_moves_as_by_itself(void)
   for (int d = 0; d < 3 * bar.nodes; d++) worst[0] = fmax(worst[0], fabs(together.state.x[d] - bar.state.x[d]));
   for (int i = 0; i < block.nodes; i++) {
     const double *x = block.state.x + 3 * i, *y = together.state.x + 3 * (bar.nodes + i), c = cos(0.5), s = sin(0.5);
-    /* Alone it stands unturned, but its velocity is the same vector: turn what it does but for the flight. */
+    /* Alone the block is not rotated, but its velocity is the same vector: rotate its motion relative to the flight. */
     const double flight[3] = {0.2, 0.4, 0.6};
     double p[3] = {x[0] - flight[0], x[1] - flight[1], x[2]};
     const double turned[3] = {c * p[0] - s * p[1] + flight[0], s * p[0] + c * p[1] + flight[1] + 5, p[2]};
@@ -110,7 +110,7 @@ static void densities_and_selections_are_by_body(void)
   CHECK(body->part_count == 2 && body->parts[0].tets == body->parts[1].first_tet);
   CHECK(body->density[0] == 1000 && body->density[body->parts[1].first_tet] == 500);
   uint8_t *fixed = malloc(3 * (size_t)together.nodes);
-  CHECK(flesh_system_fixed(flesh_scene_system(together.scene), 0, fixed) == 12); /* the bar's end alone */
+  CHECK(flesh_system_fixed(flesh_scene_system(together.scene), 0, fixed) == 12); /* only the bar's end */
   free(fixed);
   close_scene(&together);
   /* A name alone selects the whole body. */
@@ -153,13 +153,13 @@ static void bad_bodies_are_refused(void)
       write_text("bad.yaml", "body: {" BAR "}\nbodies: [{name: a, mesh: none.msh}]\neffects: [inertia]\n");
   CHECK(flesh_scene_read(path, 0, NULL, &scene) == FLESH_ERR_FILE);
   CHECK(strstr(flesh_error_text(), "bad.yaml:2:26: bodies[0].mesh: ") && !strstr(flesh_error_text(), "in their places"));
-  /* Too far away for numbers to tell the nodes apart. */
+  /* Too far away for floating-point numbers to separate the nodes. */
   path = write_text("bad.yaml", "body: {" BAR "}\nbodies: [{name: a, " BLOCK ", translation: [1e20, 0, 0]}]\neffects: [inertia]\n");
   CHECK(flesh_scene_read(path, 0, NULL, &scene) == FLESH_ERR_FILE);
   CHECK(strstr(flesh_error_text(), "bad.yaml:2:9: bodies: the mesh of all bodies in their places: tet "));
 }
 
-/* Bodies of ten-node tets are joined with the nodes on their edges. */
+/* Bodies of ten-node tets are joined with their mid-edge nodes. */
 static void ten_node_bodies_are_joined(void)
 {
   flesh_mesh *block = NULL, *ten = NULL;
@@ -180,7 +180,7 @@ static void ten_node_bodies_are_joined(void)
       CHECK_NEAR(flesh_mesh_positions(mesh)[3 * edges[6 * tets + k] + c],
                  flesh_mesh_positions(ten)[3 * edges[k] + c] + 5 * (c == 1), 1e-15);
   }
-  /* The force is on all of the second body's nodes, those on edges too. */
+  /* The force is on all of the second body's nodes, including mid-edge nodes. */
   double *r = calloc(6 * (size_t)nodes, sizeof *r), *zero = calloc(6 * (size_t)nodes, sizeof *zero);
   const flesh_point point = flesh_point_at(0, flesh_mesh_positions(mesh), zero, zero);
   CHECK_OK(flesh_system_residual(flesh_scene_system(o.scene), &point, r));
@@ -191,7 +191,7 @@ static void ten_node_bodies_are_joined(void)
   flesh_mesh_destroy(&ten);
 }
 
-/* A bar that bends under its weight with an element for itself, its lowest node's z. */
+/* Returns the lowest z of the nodes of a bar with its own element that bends under its weight. */
 static double sag_alone(const char *element)
 {
   char text[400];
@@ -206,7 +206,7 @@ static double sag_alone(const char *element)
   return lowest;
 }
 
-/* Bodies side by side bend each as its own element has it, also where they share a material. */
+/* Bodies side by side each bend as their own elements do, also if they share a material. */
 static void each_body_has_its_element(void)
 {
   static const char *const elements[3] = {"tet10", "tet10-mean", "tet10"};

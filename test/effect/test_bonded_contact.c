@@ -1,6 +1,7 @@
 // TEST full memory seconds=5
-/* test_bonded_contact.c: contact of what welds and joints hold together: it is at rest while they hold, and touches again
- * once they are broken, without a jump of the energy and without going through. Every method that has contact. */
+/* test_bonded_contact.c: contact of features held together by welds and joints: it does not act while they hold, and
+ * acts again once they are broken, without a jump of the energy and without interpenetration, for every method with
+ * contact. */
 #include "crossings.h"
 #include "flesh/integrator.h"
 #include "system/one_effect.h"
@@ -9,7 +10,7 @@
 enum { LOWER = 27 }; /* nodes of a cube of 2 x 2 x 2 cells */
 static const double SIDE = 0.3, STEP = 1. / 200;
 
-/* Two cubes, the second one moved aside, with contact between all; `gap` above the first. */
+/* Two cubes, the second one moved aside and `gap` above the first, with contact between all. */
 static void two_cubes(int order, const int cells[2], const double aside[3], test_body *b)
 {
   const double size[3] = {SIDE, SIDE, SIDE};
@@ -25,7 +26,7 @@ static void add_contact(test_body *b, flesh_effect *bond)
   flesh_contact_options_default(&options);
   options.thickness = 2e-3;
   CHECK_OK(flesh_effect_surface_contact(&b->body, &options, 0, NULL, &contact));
-  CHECK_OK(flesh_system_add_effect(b->system, &contact)); /* before the bond, which it is to find all the same */
+  CHECK_OK(flesh_system_add_effect(b->system, &contact)); /* added before the bond, which it must find nevertheless */
   CHECK_OK(flesh_system_add_effect(b->system, &bond));
 }
 
@@ -53,7 +54,7 @@ static void end(test_body *b)
   test_body_destroy(b);
 }
 
-/* The energy of contact at the state, without the memory of a run. */
+/* Returns the energy of contact at the state, without a run's cache. */
 static double contact_energy(const test_body *b)
 {
   const int contact = flesh_system_effect_count(b->system) - 2;
@@ -86,7 +87,7 @@ static void check_rest(test_body *b)
       moved = fmax(moved, fabs(b->state.x[d] - flesh_mesh_positions(b->mesh)[d]));
       fast = fmax(fast, fabs(b->state.v[d]));
     }
-    CHECK(moved < 1e-13 && fast < 1e-11); /* rounding, of all stages of four steps */
+    CHECK(moved < 1e-13 && fast < 1e-11); /* rounding over all stages of four steps */
     CHECK(contact_energy(b) == 0);
     flesh_integrator_destroy(&integrator);
   }
@@ -108,7 +109,7 @@ static void welded_cubes_stay_at_rest(void)
   }
 }
 
-/* The nodes of a body, on the line that the cubes share or all. */
+/* Lists the nodes of a body, on the edge that the cubes share, or all. */
 static int nodes_of(const test_body *b, int upper, int *nodes)
 {
   const int half = b->n / 6;
@@ -120,7 +121,7 @@ static int nodes_of(const test_body *b, int upper, int *nodes)
   return count;
 }
 
-/* Cubes that share an edge: a hinge there, a ball, or a spring of no length. */
+/* Cubes that share an edge, with a hinge there, a ball joint, or a spring of length 0. */
 static flesh_effect *jointed(const test_body *b, int kind)
 {
   const double axis[3] = {0, 0.2, 0};
@@ -147,7 +148,7 @@ static void jointed_cubes_stay_at_rest(void)
   }
 }
 
-/* A spring that is not of no length holds nothing together: what touches is refused. */
+/* A spring of positive length holds nothing together: touching bodies are refused. */
 static void a_spring_between_two_points_holds_no_surfaces(void)
 {
   test_body b;
@@ -163,7 +164,7 @@ static void a_spring_between_two_points_holds_no_surfaces(void)
   test_body_destroy(&b);
 }
 
-/* The hinge is closed until the cubes' sides are pressed together, as those of two bodies that nothing holds. */
+/* The hinge is closed until the cubes' sides are pressed together, like those of two bodies without a bond. */
 static void hinged_cubes_close_without_crossing(void)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.4, .rotation = {0, -1.62, 0}}};
@@ -180,7 +181,7 @@ static void hinged_cubes_close_without_crossing(void)
     for (int s = 0; s < 80; s++) {
       CHECK_OK(flesh_integrator_step(integrator, &b.state, STEP, NULL));
       touched += contact_energy(&b) > 0;
-      CHECK_OK(flesh_system_check(b.system, b.state.t, b.state.x)); /* exact, but for what the joint holds */
+      CHECK_OK(flesh_system_check(b.system, b.state.t, b.state.x)); /* exact, except for the joint's compliance */
     }
     printf("# %s: touches in %d steps\n", flesh_method_name((flesh_method)m), touched);
     CHECK(touched > 0);
@@ -189,7 +190,7 @@ static void hinged_cubes_close_without_crossing(void)
   }
 }
 
-/* Clamped below, moved above. */
+/* The base is clamped, the top moved. */
 static void begin_motion(const int cells[2], double gap, const flesh_motion *motion, double viscosity, test_body *b)
 {
   flesh_effect *viscous = NULL;
@@ -202,7 +203,7 @@ static void begin_motion(const int cells[2], double gap, const flesh_motion *mot
   finish(b);
 }
 
-/* Pulled until the weld breaks, then pressed onto each other: they come apart, and meet without crossing. */
+/* Pulled until the weld breaks, then pressed onto each other: the cubes come apart and meet without crossing. */
 static void what_breaks_collides_again(void)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.2, .translation = {0, 0, 0.03}}, {.t = 0.4, .translation = {0, 0, -0.03}}};
@@ -231,14 +232,15 @@ static void what_breaks_collides_again(void)
     CHECK(broke > 0 && broke < 39);
     CHECK(touched > 10);
     CHECK(crossings == 0);
-    CHECK(gain < 1e-3); /* the release adds nothing; the blow afterwards may, with methods that damp nothing */
+    CHECK(gain < 1e-3); /* the release adds no energy; the impact afterwards may, with methods without damping */
     flesh_contact_surface_clear(&surface);
     flesh_integrator_destroy(&integrator);
     end(&b);
   }
 }
 
-/* How deep nodes of the upper cube are below triangles of the lower one that were level at rest, at most, m. */
+/* Returns the largest depth, m, of nodes of the upper cube below triangles of the lower one that were horizontal at
+ * rest. */
 static double deepest(const test_body *b)
 {
   int count;
@@ -264,8 +266,8 @@ static double deepest(const test_body *b)
   return most;
 }
 
-/* Pressed together and then sheared until the weld breaks, the upper cube slides on the lower one by more than an edge and
- * a half: it neither sinks in nor sticks. Lifted, it comes off. */
+/* Pressed together and then sheared until the weld breaks, the upper cube slides on the lower one by more than an edge
+ * and a half: it neither sinks in nor sticks. When lifted, it comes off. */
 static void what_breaks_pressed_slides(void)
 {
   const flesh_keyframe keys[] = {{.t = 0},
@@ -292,9 +294,9 @@ static void what_breaks_pressed_slides(void)
     printf("# %s: %.2g m deep at most, aside by %.3g m, %.2g N down and %.2g N across\n",
            flesh_method_name((flesh_method)m), deep, aside, down / 30, across / 30);
     CHECK(weld_column(&b, 0) == 1);
-    CHECK(deep < 1e-3); /* half of the thickness: seats lag, by midpoint the ends of steps are not where forces balance */
+    CHECK(deep < 1e-3); /* half of the thickness: seats lag, and with midpoint the ends of steps are not where forces balance */
     CHECK(fabs(aside - 0.23) < 0.03);
-    CHECK(down > 0 && fabs(across / 30) < 0.15 * 2e3 * SIDE * SIDE); /* there is no friction, and no weld */
+    CHECK(down > 0 && fabs(across / 30) < 0.15 * 2e3 * SIDE * SIDE); /* there is neither friction nor a weld any more */
     CHECK(contact_energy(&b) == 0);
     flesh_integrator_destroy(&integrator);
     free(r);
@@ -302,7 +304,7 @@ static void what_breaks_pressed_slides(void)
   }
 }
 
-/* A run that is taken up from its state and what the integrator saves goes on with the same bits: while cubes are peeled off
+/* A run resumed from its state and the integrator's saved data goes on with the same bits, while cubes are peeled off
  * each other, slide and come off. */
 static void it_goes_on_with_the_same_bits(void)
 {

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_clearance.c: an obstacle that is far is not asked, and one that comes near, or that a body comes near to, is met
- * as if it were asked always: the same bits, whoever moves, however fast, and with whatever steps. */
+/* test_clearance.c: a far obstacle is not evaluated, and one that comes near, or that a body comes near to, acts as if
+ * it were always evaluated, with the same bits, whoever moves, however fast, and with whatever steps. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -25,7 +25,7 @@ static flesh_obstacle *make(int shape)
   return o;
 }
 
-/* Contact that counts what it is asked for; `always`: without a clearance. */
+/* Contact that counts its evaluations; `always`: without a clearance. */
 static const flesh_effect_operations *contact;
 static long evaluations, looks;
 
@@ -56,7 +56,7 @@ typedef struct run {
   flesh_effect_barrier barrier;
 } run;
 
-/* A cube with the velocity v; the obstacle moves as `motion` says (NULL: it does not). */
+/* Makes a cube with the velocity v; the obstacle follows `motion` (NULL: it does not move). */
 static void begin(flesh_method method, int shape, const flesh_motion *motion, const double v[3], int always, run *r)
 {
   flesh_obstacle *obstacle = make(shape);
@@ -94,7 +94,8 @@ static void clear(run *r)
   test_body_destroy(&r->b);
 }
 
-/* Two runs, one of which asks always, are the same to the last bit; and the obstacle stops the body, or pushes it. */
+/* Two runs, one of which always evaluates contact, are equal to the last bit; and the obstacle stops or pushes the
+ * body. */
 static void compare(const char *what, flesh_method method, int shape, const flesh_motion *motion, const double v[3],
                     double h, double growth, int steps)
 {
@@ -140,7 +141,7 @@ static void what_comes_near_is_met(void)
   }
 }
 
-/* A contact is not evaluated while it is far, and is looked at a few times while the body goes 2 m. */
+/* Contact is not evaluated while it is far, and its distance is checked a few times while the body moves by 2 m. */
 static void what_stays_far_is_not_asked(void)
 {
   for (int shape = 0; shape < SHAPES; shape++) {
@@ -149,7 +150,7 @@ static void what_stays_far_is_not_asked(void)
     for (int k = 0; k < 100; k++) CHECK_OK(flesh_integrator_step(r.integrator, &r.b.state, 0.01, NULL));
     printf("# %s: asked %ld times, %ld looks in 100 steps\n", names[shape], evaluations, looks);
     CHECK(evaluations == 0 && looks <= 6);
-    /* Another state is looked at anew, where it is. */
+    /* For another state the distance is computed anew. */
     for (int d = 2; d < r.b.n; d += 3) r.b.state.x[d] += 5, r.b.state.v[d] = -300;
     const long before = looks;
     for (int k = 0; k < 4; k++) CHECK_OK(flesh_integrator_step(r.integrator, &r.b.state, 0.01, NULL));
@@ -158,8 +159,8 @@ static void what_stays_far_is_not_asked(void)
   }
 }
 
-/* At random places and times: where body and obstacle have come by less than the clearance nothing is felt or
- * barred. */
+/* At random positions and times: while body and obstacle have approached by less than the clearance, nothing acts or
+ * limits a step. */
 static void clearances_are_bounds(void)
 {
   unsigned long long random = 5;

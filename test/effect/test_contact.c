@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact.c: obstacles' distances, barriers and swept tests; contact's derivatives, its equilibria, and what it
- * refuses. */
+/* test_contact.c: distances, barriers and swept tests of obstacles; derivatives of contact, its equilibria, and
+ * refusals. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -10,14 +10,14 @@
 #include "math/mat3.h"
 #include "test.h"
 
-/* An upright wall in the plane x = 0 of two triangles, 10 m wide and high. */
+/* A vertical wall in the plane x = 0 of two triangles, 10 m wide and high. */
 static void make_wall(flesh_obstacle **wall)
 {
   const double corners[] = {0, -5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5};
   CHECK_OK(flesh_obstacle_mesh(4, corners, 2, (const int[]){0, 1, 2, 0, 2, 3}, wall));
 }
 
-/* The floor z = 0 cut into n x n irregular squares of two triangles, within |x|, |y| <= 1. */
+/* The floor z = 0, divided into n x n irregular squares of two triangles, within |x|, |y| <= 1. */
 static void make_floor(int n, double tilt, flesh_obstacle **floor)
 {
   int nodes = (n + 1) * (n + 1), next = 0;
@@ -38,7 +38,7 @@ static void make_floor(int n, double tilt, flesh_obstacle **floor)
   free(corners);
 }
 
-/* However a flat face is cut, its barrier is a plane's, over triangles, edges and vertices alike. */
+/* However a flat face is divided, its barrier is that of a plane, above triangles, edges and vertices alike. */
 static void a_flat_mesh_is_a_plane(void)
 {
   flesh_obstacle *plane, *mesh;
@@ -64,7 +64,7 @@ static void a_flat_mesh_is_a_plane(void)
   flesh_obstacle_destroy(&plane);
 }
 
-/* In a valley and over a ridge the gradient has no jump, and it and the hessian are derivatives of what they should. */
+/* In a valley and over a ridge the gradient has no jump, and gradient and Hessian are correct derivatives. */
 static void a_bent_mesh_is_smooth(void)
 {
   for (int ridge = 0; ridge < 2; ridge++) {
@@ -93,7 +93,7 @@ static void a_bent_mesh_is_smooth(void)
           size = fmax(size, fabs(at.hessian[3 * c + e]));
         }
       }
-      /* Curvature begins where the nearest point comes to an edge: there the hessian jumps. */
+      /* Where the nearest point moves onto an edge, curvature begins and the Hessian jumps. */
       points++;
       if (error > 0.01 * size) jumps++;
       else hessian_error = fmax(hessian_error, error / size);
@@ -106,7 +106,7 @@ static void a_bent_mesh_is_smooth(void)
   }
 }
 
-/* Ways end where a walk in small steps first finds itself inside, for shapes that have an inside. */
+/* Paths end where a walk in small steps first finds itself inside, for shapes that have an inside. */
 static void ways_end_at_the_surface(void)
 {
   flesh_obstacle *obstacles[3];
@@ -128,7 +128,7 @@ static void ways_end_at_the_surface(void)
       double fraction = flesh_obstacle_max_feasible_step(obstacles[o], y, y + 3);
       hits += met < 1;
       if (met < 1) CHECK(fraction <= met && fraction >= met - 1. / 2000 - 1e-12);
-      else if (fraction < 1) { /* a graze between two points of the walk */
+      else if (fraction < 1) { /* a grazing contact between two points of the walk */
         for (int c = 0; c < 3; c++) point[c] = y[c] + (fraction + 1e-9) * (y[3 + c] - y[c]);
         CHECK_BELOW(flesh_obstacle_depth(obstacles[o], point), 2e-3);
       }
@@ -192,7 +192,7 @@ static void make_cube(int cells, double young, double poisson, int inertia, test
 static const flesh_keyframe turn[] = {{.t = 0},
                                       {.t = 1, .translation = {0.02, 0.01, -0.03}, .rotation = {0.1, 0.2, -0.3}}};
 
-/* Every shape, still and moving, with friction: potential, residual and Jacobian are derivatives of one another. */
+/* Every shape, still and moving, with friction: residual and Jacobian are derivatives of potential and residual. */
 static void derivatives_of_every_shape(void)
 {
   for (int shape = 0; shape < 8; shape++) {
@@ -211,7 +211,7 @@ static void derivatives_of_every_shape(void)
     }
     }
     if (shape % 2) CHECK_OK(flesh_obstacle_move(obstacle, &(flesh_motion){2, turn, {0.1, 0.2, -1}, 0}));
-    add_contact(&b, &obstacle, 1e5, 2, 0.7, shape % 3 ? 20 : 1e-6); /* creep and slip, away from their border */
+    add_contact(&b, &obstacle, 1e5, 2, 0.7, shape % 3 ? 20 : 1e-6); /* creep and slip, away from the transition */
     test_jitter(b.n, 0.1, 5, b.state.x);
     flesh_derivative_report report;
     const flesh_effect *effect = flesh_system_effect(b.system, 2);
@@ -224,7 +224,7 @@ static void derivatives_of_every_shape(void)
   }
 }
 
-/* The body has nodes in many parts: a mesh with friction, and a ball that faces feel too; in one pass and in two. */
+/* A body with nodes in many parts: a mesh with friction, and a ball that faces meet too; in one pass and in two. */
 static void threads_give_the_same_bits(void)
 {
   for (int shape = 0; shape < 2; shape++) {
@@ -271,7 +271,7 @@ static void threads_give_the_same_bits(void)
   }
 }
 
-/* Sum of the contact's forces on the body [3] at its state. */
+/* Computes the sum of the contact's forces on the body [3] at its state. */
 static void contact_force(const test_body *b, const flesh_effect *effect, double force[3])
 {
   double *r = calloc((size_t)b->n, sizeof *r), *zero = calloc((size_t)b->n, sizeof *zero);
@@ -283,7 +283,7 @@ static void contact_force(const test_body *b, const flesh_effect *effect, double
   free(zero);
 }
 
-/* Energy and force on a plane by the formula of contact.h, written out: B = 1/s - 3 + 3s - s^2. */
+/* Energy and force on a plane follow the formula of contact.h, written out: B = 1/s - 3 + 3s - s^2. */
 static void the_barrier_is_the_documented_one(void)
 {
   const double stiffness = 3e4, thickness = 0.2;
@@ -320,7 +320,7 @@ static void the_barrier_is_the_documented_one(void)
   }
 }
 
-/* A body that rests on a plane, in the hollow of a valley or on a ball presses with its weight; no node is inside. */
+/* A body that rests on a plane, in a valley or on a ball presses with its weight; no node is inside. */
 static void what_rests_presses_with_its_weight(void)
 {
   for (int shape = 0; shape < 3; shape++) {
@@ -331,13 +331,13 @@ static void what_rests_presses_with_its_weight(void)
     CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
     if (shape == 0) CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.02}, (const double[]){0, 0, 1}, &obstacle));
     if (shape == 1) CHECK_OK(flesh_obstacle_sphere((const double[]){0.5, 0.5, -3.02}, 3, &obstacle));
-    if (shape == 2) { /* upside down a valley: its two sides slope from x = 0.5 */
+    if (shape == 2) { /* the upside-down valley: its two sides slope from x = 0.5 */
       const double corners[] = {-2, -2, 0.98, 0.5, -2, -0.02, 3, -2, 0.98, -2, 3, 0.98, 0.5, 3, -0.02, 3, 3, 0.98};
       CHECK_OK(flesh_obstacle_mesh(6, corners, 4, (const int[]){0, 1, 4, 0, 4, 3, 1, 2, 5, 1, 5, 4}, &obstacle));
       for (int i = 0; i < b.n / 3; i++) b.state.x[3 * i + 2] += 0.2;
     }
     add_contact(&b, &obstacle, NAN, 0.03, 0, 1);
-    /* Pins hold the free directions, so that there is one equilibrium. */
+    /* Pins hold the free directions, so that the equilibrium is unique. */
     int nodes[64], count = 0;
     for (int i = 0; i < b.n / 3; i++)
       if (fabs(flesh_mesh_positions(b.mesh)[3 * i] - 1. / 3) < 1e-9 &&
@@ -398,7 +398,7 @@ static void the_potential_of_friction_has_no_step(void)
   test_body_destroy(&b);
 }
 
-/* Friction's power is never positive, and it is Coulomb's where things slip. */
+/* The power of friction is never positive, and friction follows Coulomb's law while slipping. */
 static void friction_only_dissipates(void)
 {
   test_body with, without;
@@ -482,7 +482,8 @@ static void bad_obstacles_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* A start in an obstacle whose surface is at this height, or on it but for rounding, says which node, and how deep. */
+/* A start with nodes inside an obstacle whose surface is at this height, or on it up to rounding, is refused with the
+ * deepest node and its depth. */
 static void start_inside(double height, const char *words, const char *depth)
 {
   test_body b;
@@ -509,7 +510,7 @@ static void a_start_inside_is_refused(void)
   start_inside(-1e-17, "9 nodes are in the plane", "0 m");
 }
 
-/* How many triangles have no area to speak of, or two corners at one place. */
+/* Counts triangles with negligible area or two corners at one position. */
 static int count_flat(int triangles, const double *X, const int *corners)
 {
   int flat = 0;

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact_far.c: what is said to be far is far, from every obstacle; and a long capsule keeps faces off its axis
- * everywhere along it. */
+/* test_contact_far.c: boxes reported as far are far from every obstacle; a long capsule keeps faces off its axis all
+ * along it. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -27,8 +27,8 @@ static flesh_obstacle *make(int shape)
   return o;
 }
 
-/* Random boxes of nodes, still and moving: where they are far no node has a barrier, and no way between them meets the
- * obstacle; and most of those that are twice as far are told. */
+/* Random boxes of nodes, still and moving: if reported as far, no node has a barrier and no path between them meets the
+ * obstacle; and most boxes that are twice as far are reported. */
 static void what_is_far_is_not_felt(void)
 {
   enum { NODES = 20, TRIALS = 4000 };
@@ -75,7 +75,7 @@ static void what_is_far_is_not_felt(void)
       ways += no_way;
       near += !said;
       missed += !said && clearance == INFINITY;
-      x[0][7] = NAN; /* what has no place is not far */
+      x[0][7] = NAN; /* NaN is not far */
       const flesh_bounds none = flesh_bounds_of(NODES, nodes, x[0]), unknown = flesh_bounds_enter(&frame[0], &none);
       CHECK(!flesh_obstacle_is_far(o, &unknown, w));
     }
@@ -88,7 +88,7 @@ static void what_is_far_is_not_felt(void)
   }
 }
 
-/* A cube whose top face has the capsule's axis across its middle, between all nodes, goes up through it. */
+/* A cube moves up through a capsule whose axis crosses the middle of its top face, between all nodes. */
 static void long_capsules_stop_faces(void)
 {
   const double lengths[] = {3, 30, 300, 900};

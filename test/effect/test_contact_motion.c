@@ -3,8 +3,8 @@
 // TEST+ nothing_passes_without_the_guard what_moves_pushes a_handle_into_an_obstacle_says_so blocks_slip_at_mu
 // TEST+ belts_carry_blocks_along friction_lasts_to_the_last_keyframe turning_floors_drag_and_carry
 // TEST full seconds=120
-/* test_contact_motion.c: bodies thrown at obstacles and obstacles that move: nothing passes, under fixed and adaptive
- * steps; blocks on slopes hold and slip as Coulomb's law says. */
+/* test_contact_motion.c: bodies thrown at obstacles and moving obstacles: nothing passes through, with fixed and
+ * adaptive steps; blocks on slopes stick and slip according to Coulomb's law. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -84,14 +84,14 @@ static flesh_obstacle *make_obstacle(int shape)
   return o;
 }
 
-/* Whether any node is where it could not have come: told from the geometry alone. */
+/* Whether a node is where it cannot have come, from geometry alone. */
 static int is_through(int shape, const double *x, int nodes)
 {
   for (int i = 0; i < nodes; i++) {
     const double *p = x + 3 * i;
     double d[3] = {p[0] - 0.4, p[1] - 0.55, p[2] + 1.1};
     if ((shape == PLANE || shape == THIN_WALL) && p[2] <= -0.3) return 1;
-    double reach = shape == SPHERE ? 0.8 : 0.79; /* the triangles' ball is a little smaller */
+    double reach = shape == SPHERE ? 0.8 : 0.79; /* the triangles' ball is slightly smaller */
     if ((shape == SPHERE || shape == BALL_OF_TRIANGLES) && d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= reach * reach)
       return 1;
     if (shape == CAPSULE) {
@@ -103,14 +103,14 @@ static int is_through(int shape, const double *x, int nodes)
   return 0;
 }
 
-/* How often the body holds a point: tets around it, less those that are inverted. */
+/* Returns how often the body contains a point: tets around it, minus those that are inverted. */
 static int times_held(const flesh_mesh *mesh, const double *x, const double p[3])
 {
   const int *tets = flesh_mesh_tets(mesh);
   int times = 0;
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
     int sides = 0;
-    for (int a = 0; a < 4; a++) { /* the volumes of the tets that p makes with the faces */
+    for (int a = 0; a < 4; a++) { /* the volumes of the tets that p forms with the faces */
       double e[3][3];
       for (int k = 0; k < 3; k++)
         for (int c = 0; c < 3; c++) e[k][c] = x[3 * tets[4 * t + (a + k + 1) % 4] + c] - p[c];
@@ -124,8 +124,8 @@ static int times_held(const flesh_mesh *mesh, const double *x, const double p[3]
   return times;
 }
 
-/* Whether the body holds the obstacle's middle: a ball's, or some point of a rod's axis. Soft faces as large as an
- * obstacle of triangles may take it in. */
+/* Whether the body contains the middle of the obstacle: of a ball, or a point of a rod's axis. Soft faces as large as
+ * an obstacle of triangles may contain it. */
 static int is_swallowed(int shape, double young, const test_body *b)
 {
   const double centre[3] = {0.4, 0.55, -1.1};
@@ -163,13 +163,13 @@ static void check_throw(flesh_method method, double young, double h, double end)
            s.b.state.x[2]);
     CHECK_OK(status);
     CHECK(!through);
-    CHECK(lowest < 0.4); /* it got there; past a ball it may slide */
+    CHECK(lowest < 0.4); /* it arrived; it may slide past a ball */
     if (shape == PLANE || shape == THIN_WALL || (shape == CAPSULE && young == 1e6)) CHECK(lowest > -0.9);
     finish(&s);
   }
 }
 
-/* So soft that the rod cuts deep. */
+/* So soft that the rod indents it deeply. */
 static void nothing_passes_through_soft_bodies(void) { check_throw(FLESH_METHOD_BACKWARD_EULER, 1e5, 1. / 30, 0.2); }
 
 static void nothing_passes_with_fixed_steps(void)
@@ -189,7 +189,7 @@ static void nothing_passes_with_adaptive_steps(void)
   check_throw(FLESH_METHOD_IDA, 1e6, 1. / 30, 1. / 30);
 }
 
-/* Without the guard, too, KINSOL's own line search or bare Newton steps: they may fail, but never pass. */
+/* Without the guard as well: KINSOL's own line search and plain Newton steps may fail, but never pass. */
 static void nothing_passes_without_the_guard(void)
 {
   const flesh_line_search kinds[] = {FLESH_LINE_SEARCH_NONE, FLESH_LINE_SEARCH_RESIDUAL};
@@ -213,7 +213,7 @@ static void nothing_passes_without_the_guard(void)
   }
 }
 
-/* An obstacle that moves at 6 m/s into a body takes it along: a ball, and a wall of two triangles. */
+/* An obstacle that moves at 6 m/s into a body carries it along: a ball, and a wall of two triangles. */
 static void what_moves_pushes(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.5, .translation = {0, 0, 3}}};
@@ -227,7 +227,7 @@ static void what_moves_pushes(void)
     flesh_obstacle *obstacle = make_obstacle(shape);
     CHECK_OK(flesh_obstacle_move(obstacle, &(flesh_motion){2, keys, {0, 0, 0}, 0}));
     add_contact(&s, obstacle, NAN, 0.3, 1e-2);
-    if (method == FLESH_METHOD_STATIC) { /* held aloft by its top's middle */
+    if (method == FLESH_METHOD_STATIC) { /* held up at the middle of its top */
       CHECK_OK(flesh_system_add_pin(s.b.system, 1, (const int[]){22}, FLESH_AXES_ALL, -INFINITY, INFINITY));
       CHECK_OK(flesh_system_add_pin(s.b.system, 1, (const int[]){25}, FLESH_AXIS_X, -INFINITY, INFINITY));
     }
@@ -248,7 +248,7 @@ static void what_moves_pushes(void)
   }
 }
 
-/* A handle that would enter an obstacle ends the run with a sentence, soon. */
+/* A prescribed motion into an obstacle ends the run with a message, soon. */
 static void a_handle_into_an_obstacle_says_so(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0, 0, -1}}};
@@ -268,7 +268,7 @@ static void a_handle_into_an_obstacle_says_so(void)
   }
 }
 
-/* Gravity that leans by `angle` on a block upon a plane with friction; what it reaches along the slope. */
+/* Gravity inclined by `angle` on a block on a plane with friction; returns what it reaches along the slope. */
 static void slide(double angle, double friction, flesh_method method, double h, double end, double *way, double *speed)
 {
   scene s;
@@ -298,7 +298,7 @@ static void slide(double angle, double friction, flesh_method method, double h, 
   finish(&s);
 }
 
-/* A block holds while tan(angle) < mu, and beyond slips with g (sin - mu cos): so it slips at mu to 1 %. */
+/* A block sticks while tan(angle) < mu, and beyond that slips with g (sin - mu cos): the limit is mu to 1 %. */
 static void blocks_slip_at_mu(void)
 {
   const double g = 9.81, mu = 0.5;
@@ -322,8 +322,8 @@ static void blocks_slip_at_mu(void)
   }
 }
 
-/* A belt that starts at 2 m/s takes a resting block along with mu g, until it moves as fast: friction is of the speed
- * relative to the obstacle. */
+/* A belt that starts at 2 m/s accelerates a resting block with mu g until both are equally fast: friction depends on
+ * the relative speed. */
 static void belts_carry_blocks_along(void)
 {
   static const flesh_keyframe keys[] = {{.t = 2}, {.t = 4, .translation = {4, 0, 0}}};
@@ -352,14 +352,14 @@ static void belts_carry_blocks_along(void)
     printf("# method %d: %.4g m/s after 0.2 s, expected %.4g; then %.4g, the belt's 2\n", (int)methods[k], slipping,
            0.2 * mu * g, carried);
     CHECK_NEAR(slipping, 0.2 * mu * g, 0.03 * 0.2 * mu * g);
-    CHECK_NEAR(carried, 2, methods[k] == FLESH_METHOD_NEWMARK ? 0.04 : 0.02); /* whose block rocks on */
+    CHECK_NEAR(carried, 2, methods[k] == FLESH_METHOD_NEWMARK ? 0.04 : 0.02); /* whose block keeps rocking */
     finish(&s);
   }
 }
 
-/* A belt moves at 1 m/s until t = 1 s and stops: at 1 s it has not stopped yet, neither for a block that it has carried along
- * nor for an equilibrium, which a plane that drags the lower face of a hanging cube is in: its forces are Coulomb's, also where
- * the plane slows down until it stops. */
+/* A belt moves at 1 m/s until t = 1 s and stops. At t = 1 s it counts as still moving, both for a block that it has
+ * carried along and for the equilibrium of a hanging cube whose lower face a plane drags: its forces follow Coulomb's
+ * law, also while the plane slows down to rest. */
 static void friction_lasts_to_the_last_keyframe(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {1, 0, 0}}},
@@ -402,8 +402,9 @@ static void friction_lasts_to_the_last_keyframe(void)
   }
 }
 
-/* A floor that turns by 1.6 rad in a step drags a hanging cube along its own velocity where the cube is, as Coulomb's law says,
- * and carries a block that sticks to it around its axis: steps of backward Euler lead it neither in nor out. */
+/* A floor that turns by 1.6 rad in a step drags a hanging cube along its own velocity at the cube, according to
+ * Coulomb's law, and carries a sticking block around its axis: steps of backward Euler move it neither inwards nor
+ * outwards. */
 static void turning_floors_drag_and_carry(void)
 {
   static const flesh_keyframe lift[] = {{.t = 0}, {.t = 1, .translation = {0, 0, 0.03}, .rotation = {0, 0, 96}}},

@@ -1,10 +1,10 @@
 // TEST full memory seconds=60
-/* test_contact_quadratic.c: contact and friction of ten-node tets, whose faces are four triangles each: what their nodes
- * bear adds up to the area, and blocks rest and slide as they should. */
+/* test_contact_quadratic.c: contact and friction of ten-node tets, whose faces are four triangles each: the nodes'
+ * shares add up to the area, and blocks rest and slide as they should. */
 #include "body.h"
 #include "test.h"
 
-/* A cube of side 1 m of tets of `order`. */
+/* Makes a cube of side 1 m of tets of `order`. */
 static void make(int cells, int order, int inertia, double poisson, test_body *b)
 {
   flesh_mesh *mesh = test_box(cells, cells, cells, 1, 1, 1), *raised;
@@ -29,8 +29,8 @@ static void add_floor(test_body *b, double z, double friction)
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 
-/* At one distance everywhere forces are as areas: that of the bottom, and half of the lowest row of triangles of the four
- * sides, which are half as high at order 2. Each node bears a share. */
+/* At a uniform distance forces are proportional to areas: that of the bottom, and half of the lowest row of triangles
+ * of the four sides, which are half as high at order 2. Each node bears a share. */
 static void areas_add_up(void)
 {
   double total[2];
@@ -57,7 +57,8 @@ static void areas_add_up(void)
   CHECK_NEAR(total[1], total[0], 1e-12 * total[0]);
 }
 
-/* Mean velocity along x, m/s, at 1 and 2 s of a block on a slope of tan 0.3, with friction, and its way in 2 s, m. */
+/* Computes the mean velocity along x, m/s, at 1 and 2 s of a block on a slope of tan 0.3, with friction, and its
+ * displacement in 2 s, m. */
 static double slide(double friction, double speed[2])
 {
   test_body b;
@@ -94,7 +95,7 @@ static void blocks_rest_and_slide(void)
 {
   double speed[2];
   const double slope = atan(0.3);
-  /* It sways about where shear has taken it, and creeps by the slip speed at most. */
+  /* It vibrates about its sheared position, and creeps at the slip speed at most. */
   const double swayed = 1000 * 9.81 * sin(slope) / (2 * 1e5 / 2.9), way = slide(0.5, speed);
   printf("# sticks: %.3g m after 2 s, where shear alone would take it %.3g m\n", way, swayed);
   CHECK(way > 0 && way < 2 * swayed + 2 * 1e-3);
@@ -106,8 +107,8 @@ static void blocks_rest_and_slide(void)
   }
 }
 
-/* A nearly incompressible cube, thrown on a floor aslant, where it sticks and slides: volumes are projected out of systems
- * that contact stiffens, too. Where it is after 0.5 s. */
+/* Returns the position after 0.5 s of a nearly incompressible cube thrown obliquely on a floor, where it sticks and
+ * slides: the volume projection also works in systems stiffened by contact. */
 static void throw_cube(flesh_preconditioner kind, flesh_solve_stats *stats, double *x)
 {
   test_body b;

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_costs.c: what effects cost is counted by whoever evaluates them, and effects that are not there cost nothing:
- * no allocation, no entry of the pattern, no call, no column. */
+/* test_costs.c: the cost of effects is counted by those who evaluate them, and absent effects cost nothing: no
+ * allocation, no entry of the pattern, no call, no column. */
 #include <stdlib.h>
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -15,7 +15,7 @@
 #include "test.h"
 #include "time/integrator.h"
 
-/* Counts what is asked of malloc and what is held; a sanitizer has its own, which is left alone. */
+/* Counts the calls and the memory of malloc; a sanitizer's own malloc is left alone. */
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define SANITIZED 1
@@ -90,7 +90,7 @@ static void calls_are_counted_by_the_caller(void)
       CHECK(costs->effects[e].cpu_s == 0);
       CHECK(flesh_integrator_costs(idle)->effects[e].residuals == 0);
     }
-    /* The energy is weighed at the start and where the step ends; there the strain energy is known from the solve. */
+    /* The energy is evaluated at the start and at the step's end, where the strain energy is known from the solve. */
     CHECK(costs->effects[0].energies >= 2 && costs->effects[2].energies >= 2);
     if (m == 0) CHECK(costs->effects[0].energies == 2 && costs->effects[1].energies == 1);
     /* Inertia and elasticity have Jacobians, gravity none. */
@@ -105,7 +105,7 @@ static void calls_are_counted_by_the_caller(void)
   test_body_destroy(&b);
 }
 
-/* An effect that does nothing but count how it is asked. */
+/* An effect that only counts its evaluations. */
 static long asked_residual, asked_potential, asked_both;
 
 static int count_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -139,7 +139,7 @@ static const flesh_effect_operations counting_operations = {
     .library = &(const flesh_effect_private){.evaluate = count_both},
 };
 
-/* The guard's first try and KINSOL's residual are one evaluation: no point is gone over twice. */
+/* The guard's first trial and KINSOL's residual are one evaluation: no point is evaluated twice. */
 static void guarded_steps_evaluate_once(void)
 {
   test_body b;
@@ -156,21 +156,21 @@ static void guarded_steps_evaluate_once(void)
     flesh_solve_stats stats = {0};
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.005, &stats));
     CHECK(stats.newton > 0 && stats.backtracks == 0 && stats.solves == 1);
-    const int guesses = k > 0; /* the first iterate's rival, the state itself, is asked for its potential alone */
+    const int guesses = k > 0; /* the alternative to the first iterate, the state itself, needs only its potential */
     CHECK(stats.residuals == stats.newton + 1 && stats.potentials == stats.newton + 1 + guesses);
     CHECK(elasticity->residuals - before.residuals == stats.residuals);
     /* Elasticity's potential there is known from the step before. */
     CHECK(elasticity->potentials - before.potentials == stats.potentials - guesses);
-    const int sizes = k == 0; /* of the potential's terms, for the rounding of the energies that are watched */
+    const int sizes = k == 0; /* of the potential's terms, for the rounding of the monitored energies */
     CHECK(asked_both == stats.newton + 1 && asked_potential == guesses + sizes && asked_residual == 0);
   }
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }
 
-/* Nor where steps are shortened: every try is one potential, and the accepted one's serves the next iteration. Solves of
- * softer materials, each but the first with the last one's end as a rival of its first iterate, come before that of the
- * true ones, with one rival too. */
+/* Shortened steps need no further evaluations: every trial is one potential, and the accepted one's serves the next
+ * iteration. Solves with softer materials come before the true ones; each but the first, and the true one, has the
+ * previous end as an alternative to its first iterate. */
 static void tries_are_one_potential_each(void)
 {
   const double ratios[] = {0.4, 0.4985, 0.4999};
@@ -202,7 +202,7 @@ static void tries_are_one_potential_each(void)
   CHECK(backtracks > 0);
 }
 
-/* On a body so large that what malloc rounds up is next to nothing. */
+/* On a body so large that malloc's rounding is negligible. */
 static void memory_is_what_was_allocated(void)
 {
   test_body b;
@@ -218,7 +218,7 @@ static void memory_is_what_was_allocated(void)
     if (COUNTS_MEMORY) CHECK(told <= taken && (double)(taken - told) < 0.03 * (double)taken);
     flesh_effect_destroy(&effect);
   }
-  /* Contact frees again what it only needs on the way. */
+  /* Contact frees its temporary memory. */
   flesh_obstacle *ball = NULL;
   flesh_contact_options options;
   flesh_contact_options_default(&options);
@@ -232,8 +232,8 @@ static void memory_is_what_was_allocated(void)
   test_body_destroy(&b);
 }
 
-/* The pattern's blocks and the requests for memory, with their bytes, of a system and an integrator with a step behind
- * it; `damped`: with two more effects, along edges that are there anyway. */
+/* Counts the pattern's blocks and the allocations, with their bytes, of a system and an integrator after one step;
+ * `damped`: with two more effects, along existing edges. */
 static void measure(int damped, int *blocks, size_t memory[2], int *effects, int *columns)
 {
   test_body b;
@@ -279,9 +279,9 @@ static void absent_effects_cost_nothing(void)
 {
   int rows, blocks[3], effects[3], columns[3];
   size_t memory[3][2];
-  measure(0, &blocks[0], memory[0], &effects[0], &columns[0]); /* what the library allocates once */
+  measure(0, &blocks[0], memory[0], &effects[0], &columns[0]); /* allocated once by the library */
   measure(0, &blocks[0], memory[0], &effects[0], &columns[0]);
-  flesh_effect_registry(&rows); /* all there could be */
+  flesh_effect_registry(&rows); /* all counters */
   measure(0, &blocks[1], memory[1], &effects[1], &columns[1]);
   measure(1, &blocks[2], memory[2], &effects[2], &columns[2]);
   printf("# %d of %d effects: %d blocks, %zu requests for %zu bytes, %d columns; with two more %d blocks, %zu for %zu "
@@ -291,9 +291,9 @@ static void absent_effects_cost_nothing(void)
   CHECK(rows > 10 && effects[0] == 3 && effects[2] == 5);
   CHECK(blocks[0] == blocks[1] && memory[0][0] == memory[1][0] && memory[0][1] == memory[1][1] &&
         columns[0] == columns[1]);
-  CHECK(columns[0] == 4 && columns[2] == 5); /* with the total; damping has no energy */
+  CHECK(columns[0] == 4 && columns[2] == 5); /* including the total; damping has no energy */
   CHECK(blocks[2] == blocks[0] && (memory[2][0] > memory[0][0] || !COUNTS_MEMORY));
-  /* The pattern is that of the tets and no more: one block per node and edge. */
+  /* The pattern is that of the tets: one block per node and edge. */
   test_body b;
   make(&b);
   const int *tets = flesh_mesh_tets(b.mesh), nodes = b.n / 3;

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_curved_pressure.c: the pressure on the faces of ten-node tets: against integrals by another rule, volumes, sums
- * over closed surfaces, and by derivatives. */
+/* test_curved_pressure.c: the pressure on the faces of ten-node tets, checked by integrals with another rule, volumes,
+ * sums over closed surfaces, and derivatives. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -16,7 +16,7 @@ static void make(int cells, test_body *b)
   CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, b));
 }
 
-/* Every cube around the origin becomes a sphere. */
+/* Maps every cube around the origin to a sphere. */
 static void inflate_to_ball(test_body *b)
 {
   for (int i = 0; i < b->n / 3; i++) {
@@ -60,7 +60,7 @@ static void closed_surfaces_have_no_net_force(void)
   }
 }
 
-/* On a flat face nothing goes to corners, and a third of the area to each node on an edge. */
+/* On a flat face the corners have no share, and each mid-edge node has a third of the area. */
 static void flat_faces_pull_at_their_edges(void)
 {
   test_body b;
@@ -75,7 +75,7 @@ static void flat_faces_pull_at_their_edges(void)
   CHECK_OK(effect->operations->residual(effect, &point, r));
   for (int i = 0; i < b.n / 3; i++) {
     if (X[3 * i] != 1 || fabs(X[3 * i + 1]) == 1 || fabs(X[3 * i + 2]) == 1) continue;
-    const int corner = i < 27; /* nodes on edges come behind */
+    const int corner = i < 27; /* mid-edge nodes come after the corners */
     corners += corner, middles += !corner;
     /* Two faces of area 1/2 each, at 6 Pa. */
     CHECK_NEAR(r[3 * i], corner ? 0 : 2, 1e-13);
@@ -88,8 +88,8 @@ static void flat_faces_pull_at_their_edges(void)
   test_body_destroy(&b);
 }
 
-/* The integral of N_k over the deformed normals of triangle `quarter` of a face of six nodes, by Gauss points of degree
- * 9 on a square that is folded to a triangle. */
+/* Computes the integral of N_k over the deformed normals of triangle `quarter` of a six-node face, by Gauss points of
+ * degree 9 on a square collapsed to a triangle. */
 static void integrate(const double *x, const int node[6], int quarter, double *f)
 {
   static const double at[5] = {.046910077030668, .230765344947158, .5, .769234655052841, .953089922969332};
@@ -119,7 +119,7 @@ static void integrate(const double *x, const int node[6], int quarter, double *f
   }
 }
 
-/* Checks an open surface, with faces of which some quarters are lacking; `chosen` tells of a triangle's number. */
+/* Checks an open surface, with some faces lacking quarters; `chosen` selects by a triangle's number. */
 static void check_open(int (*chosen)(int k))
 {
   test_body b;
@@ -132,7 +132,7 @@ static void check_open(int (*chosen)(int k))
   test_jitter(b.n, 0.05, 5, b.state.x);
   for (int k = 0; k < all; k++) {
     if (!chosen(k)) continue;
-    /* Rotated, as a user may give them. */
+    /* Rotates the corners, as users may. */
     for (int a = 0; a < 3; a++) triangles[3 * count + a] = surface[3 * k + (a + k) % 3];
     count++;
     const int *face = surface + 12 * (size_t)(k / 4);
@@ -154,7 +154,7 @@ static void check_open(int (*chosen)(int k))
   test_body_destroy(&b);
 }
 
-/* d.(r with the rim lagged - r) at a move of `size` d from the lagged state. */
+/* Returns d.(r with the rim lagged - r) at a displacement of `size` d from the lagged state. */
 static double rim_error(const flesh_effect *effect, const test_body *b, const double *d, double size)
 {
   double *x = malloc(3 * (size_t)b->n * sizeof *x), *lagged = x + b->n, *now = x + 2 * b->n, error = 0;
@@ -182,7 +182,7 @@ static void forces_are_exact_integrals(void)
   check_open(one);
 }
 
-/* The term of the rim is expanded with the symmetric part of its derivative: its work is exact. */
+/* The term of the rim is expanded with the symmetric part of its derivative, so its work is exact. */
 static void lagged_rims_have_the_symmetric_derivative(void)
 {
   test_body b;

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_damping.c: how fast damped modes decay, that viscosity leaves rigid motion alone, and that damping never feeds
+/* test_damping.c: decay rates of damped modes; viscosity does not act on rigid motion, and damping never adds
  * energy. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
@@ -16,8 +16,8 @@ static flesh_material soft(void)
   return material;
 }
 
-/* Inertia, elasticity and one way of damping with the coefficients of mass and stiffness; viscosities in proportion to
- * the moduli damp small motion like the stiffness. */
+/* Makes inertia, elasticity and one kind of damping with coefficients of mass and stiffness; viscosities in proportion
+ * to the moduli damp small motion like the stiffness. */
 static void make(flesh_mesh *mesh, flesh_mass mass_kind, int kind, double mass, double stiffness, test_body *b)
 {
   CHECK_OK(test_body_create(mesh, soft(), 1000, mass_kind, 1, b));
@@ -46,7 +46,7 @@ static flesh_integrator *adaptive(const flesh_system *system, double tolerance)
   return integrator;
 }
 
-/* The lowest mode of the clamped bar, phi [n], and its angular frequency. */
+/* Computes the lowest mode of the clamped bar, phi [n], and its angular frequency. */
 static double lowest_mode(const test_body *b, double *phi)
 {
   int n = b->n;
@@ -83,7 +83,7 @@ static double lowest_mode(const test_body *b, double *phi)
   return sqrt(low);
 }
 
-/* The damping ratio that a run shows: samples of a damped oscillation obey q_{k+1} = c q_k + d q_{k-1} with d =
+/* Returns the damping ratio of a run: samples of a damped oscillation satisfy q_{k+1} = c q_k + d q_{k-1} with d =
  * -exp(-2 decay dt), c = 2 exp(-decay dt) cos(w_d dt). */
 static void measure(int count, const double *q, double dt, double *ratio, double *frequency)
 {
@@ -142,7 +142,7 @@ static void the_lowest_mode_decays_as_rayleigh_says(void)
   check_decay(KELVIN_VOIGT, 0, 0.1);
 }
 
-/* y = R (X + strain) about the z axis through the body, and v = rate times what `stretch` says. */
+/* Sets y = R (X + strain) about the z axis through the body, and v = rate times the direction selected by `stretch`. */
 static void turned(const test_body *b, double angle, int stretch, double rate, double *x, double *v)
 {
   const double *X = flesh_mesh_positions(b->mesh), c = cos(angle), s = sin(angle);
@@ -194,7 +194,7 @@ static double energy_of(const test_body *b, const flesh_state *state, double *ki
   return energies[0] + energies[1] + energies[2];
 }
 
-/* Change of the energy over its kinetic part while the body, at x and v, goes on for half a turn. */
+/* Returns the change of the energy over its kinetic part while the body, at x and v, moves on for half a turn. */
 static double spin(int kind, const test_body *from, double time)
 {
   test_body b;
@@ -211,7 +211,7 @@ static double spin(int kind, const test_body *from, double time)
   return change;
 }
 
-/* A body that spins steadily, found by letting viscosity calm what else it does. */
+/* Finds a steadily spinning body by letting viscosity damp all other motion. */
 static void a_spinning_body_keeps_its_energy(void)
 {
   test_body b;
@@ -231,7 +231,7 @@ static void a_spinning_body_keeps_its_energy(void)
   printf("# half a turn: undamped %.3g, viscous %.3g, against the rest stiffness %.3g of the kinetic energy\n",
          free_change, viscous, turned_away);
   CHECK_BELOW(fabs(viscous - free_change), 1e-6);
-  CHECK(turned_away < -0.1); /* a damping that minds turning shows */
+  CHECK(turned_away < -0.1); /* a damping that acts on rotation shows */
   test_body_destroy(&b);
 }
 
@@ -267,8 +267,8 @@ static void damping_never_feeds_energy(void)
   }
 }
 
-/* Bars stretched in one step from rest along volume-keeping strains: the nearer Poisson's ratio is to 1/2, the closer
- * forces are to those at 1/2, of both stiffnesses, as the bulk part takes no larger a lambda than that of 0.45. */
+/* Bars stretched in one step from rest along volume-preserving strains: the nearer Poisson's ratio is to 1/2, the
+ * closer forces are to those at 1/2, for both stiffnesses, because the bulk part limits lambda to that of 0.45. */
 static void near_incompressible_bodies_damp_as_incompressible_ones(void)
 {
   static const double poisson[3] = {0.4999, 0.5, 0.45}, stretch = 1.2;
@@ -304,7 +304,7 @@ static void near_incompressible_bodies_damp_as_incompressible_ones(void)
   }
 }
 
-/* A free body in uniform motion slows as exp(-rate t), and no longer once it is slow or the time is over. */
+/* A free body in uniform motion slows as exp(-rate t), but no longer once it is slow or the time is over. */
 static void settling_damping_winds_down_and_lets_be(void)
 {
   for (int k = 0; k < 2; k++) {

@@ -1,6 +1,7 @@
 // TEST quick seconds=60
-/* test_effects.c: every effect of the registry obeys the contract of effect.h: residual, Jacobian and potential
- * are derivatives of one another, Jacobians symmetric and, projected, positive semi-definite, energies those of formulas. */
+/* test_effects.c: every effect of the registry obeys the contract of effect.h: residual and Jacobian are derivatives of
+ * potential and residual, Jacobians are symmetric and, projected, positive semi-definite, energies follow their
+ * formulas. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
@@ -24,7 +25,7 @@ static flesh_material material_of(flesh_energy energy)
   return material;
 }
 
-/* A body of the unit cube without any effect; the system is empty. */
+/* Makes a body of the unit cube without any effect; the system is empty. */
 static void make_cube(int cells, flesh_energy energy, flesh_mass mass, test_body *b)
 {
   CHECK_OK(test_body_create(test_box(cells, cells, cells, 1, 1, 1), material_of(energy), 1000, mass, 0, b));
@@ -96,7 +97,7 @@ static flesh_point point_of(place *p)
 
 static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
 
-/* Differences of the potential and of r about the place with steps s of u: r's and J's, the latter by rows. */
+/* Computes differences of the potential and of r around the point with steps s of u: r and J, the latter by rows. */
 static void differentiate(const test_body *b, place *p, double s, double *slopes, double *differences)
 {
   int n = b->n;
@@ -125,8 +126,9 @@ static double largest_difference(int n, const double *x, const double *y)
   return largest;
 }
 
-/* Every entry of r against differences of the potential, every entry of J against differences of r; projected J
- * positive semi-definite and above J. Of the whole system, so that the sum and the shared slots are tested too. */
+/* Checks every entry of r against differences of the potential, and every entry of J against differences of r; the
+ * projected J is positive semi-definite and not below J. For the whole system, so that the sum and the shared slots are
+ * tested too. */
 static void check_every_entry(const test_body *b, const flesh_shift *shift, const char *name)
 {
   int n = b->n;
@@ -145,7 +147,7 @@ static void check_every_entry(const test_body *b, const flesh_shift *shift, cons
   double *projected = test_dense(K), *gain = malloc((size_t)n * n * sizeof *gain);
   double gradient_size = largest_difference(n, r, NULL), size = largest_difference(n * n, J, NULL);
   double gradient_error = INFINITY, error = INFINITY, asymmetry = 0;
-  /* Long steps suit what is smooth, short ones the thin skin of a barrier and tensions that depend on the speed. */
+  /* Long steps suit smooth effects, short ones the thin layer of a barrier and tensions that depend on the speed. */
   for (double s = 1e-3; s > 5e-6; s /= 10) {
     differentiate(b, &p, s, slopes, differences);
     gradient_error = fmin(gradient_error, largest_difference(n, r, slopes));
@@ -159,7 +161,7 @@ static void check_every_entry(const test_body *b, const flesh_shift *shift, cons
   printf("# %s (%g,%g,%g): r off by %.2g, J by %.2g; projected from %.2g\n", name, shift->x, shift->v, shift->a,
          size > 0 ? gradient_error / gradient_size : 0, size > 0 ? error / size : 0, size > 0 ? low / size : 0);
   CHECK_BELOW(gradient_error, 1e-8 * gradient_size);
-  /* A constant r has differences of rounding. */
+  /* The differences of a constant r are rounding errors. */
   CHECK_BELOW(error, 1e-8 * size + 1e-11 * gradient_size);
   CHECK_BELOW(asymmetry, 1e-14 * size);
   CHECK(low >= -1e-13 * size);
@@ -220,7 +222,7 @@ static void all_rows_together(void)
   }
 }
 
-/* phi = V/sx for a potential of position, a.Ma/(2 sa) for inertia, and 0 when its shift is 0. */
+/* phi is V/sx for a potential of position, a.Ma/(2 sa) for inertia, and 0 if its shift is 0. */
 static void potentials_are_energies(void)
 {
   int rows;
@@ -234,7 +236,7 @@ static void potentials_are_energies(void)
     test_jitter(b.n, 3, 6, b.state.v);
     for (int e = 0; e < flesh_system_effect_count(b.system); e++) {
       const flesh_effect *effect = flesh_system_effect(b.system, e);
-      if (!effect->operations->energy) continue; /* what dissipates has none */
+      if (!effect->operations->energy) continue; /* dissipative effects have none */
       double energy, phi = 0, nothing = 0, magnitude = 0;
       flesh_point point = flesh_point_at(0.3, b.state.x, b.state.v, b.state.v);
       point.load = 0.7;
@@ -254,8 +256,8 @@ static void potentials_are_energies(void)
   }
 }
 
-/* `evaluate` adds to r, *phi and *magnitude, bit for bit, what `residual` and `potential` add. Returns whether the
- * effect has it; *forces and *potentials count the shifts where they add anything. */
+/* `evaluate` adds to r, *phi and *magnitude the same bits as `residual` and `potential`. Returns whether the effect has
+ * it; *forces and *potentials count the shifts for which they add anything. */
 static int check_evaluate(const test_body *b, const flesh_effect *effect, const flesh_point *point,
                           const flesh_shift *shift, int *forces, int *potentials)
 {
@@ -280,7 +282,7 @@ static int check_evaluate(const test_body *b, const flesh_effect *effect, const 
   return 1;
 }
 
-/* Checks `evaluate` for a system, some of whose effects have it; each counts as asked for both. */
+/* Checks `evaluate` for a system, some of whose effects have it; each is counted as evaluated for both. */
 static void check_system_evaluate(const test_body *b, flesh_point point, const flesh_shift *shift)
 {
   flesh_effect_cost counted[2][40] = {0};
@@ -306,7 +308,7 @@ static void evaluations_are_residual_and_potential(void)
   int rows, found = 0;
   const flesh_effect_row *const *row = flesh_effect_registry(&rows);
   const flesh_shift some[] = {{.x = 4, .v = 3, .a = 9}, {.v = 1, .a = 1}, {.x = 2}};
-  for (int k = 0; k <= rows; k++) /* at last all together */
+  for (int k = 0; k <= rows; k++) /* finally all together */
     for (int s = 0; s < 6; s++) {
       test_body b;
       make_cube(3, FLESH_ENERGY_S, s < 3 ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT, &b);
@@ -334,7 +336,7 @@ static flesh_point still_at(const double *x, const double *zero)
   return flesh_point_at(0, x, zero, zero);
 }
 
-/* F of a tet from its corners, worked out here by Cramer's rule. */
+/* Computes F of a tet from its corners by Cramer's rule. */
 static void deformation_of(const flesh_mesh *mesh, int tet, const double *x, double F[9], double inverse[9])
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -360,8 +362,8 @@ static void deformation_of(const flesh_mesh *mesh, int tet, const double *x, dou
     }
 }
 
-/* Energy, residual and both Jacobians of the elasticity against sums over tets of the material's own functions, the
- * clamp being GSL's 9x9 eigen-solver. */
+/* Compares energy, residual and both Jacobians of the elasticity with sums over tets of the material's own functions,
+ * clamped with GSL's 9x9 eigensolver. */
 static void check_against_material(const test_body *b, const char *name)
 {
   int n = b->n;
@@ -458,7 +460,7 @@ static void elasticity_is_the_material(void)
   }
 }
 
-/* Undefined and non-finite places are recoverable statuses of every operation, never numbers. */
+/* Undefined and non-finite points give recoverable statuses from every operation, never numbers. */
 static void undefined_states_are_statuses(void)
 {
   for (flesh_energy energy = 0; energy < FLESH_ENERGY_COUNT; energy++) {
@@ -487,7 +489,7 @@ static void undefined_states_are_statuses(void)
   }
 }
 
-/* A user's psi of all first and second derivatives, with its data. */
+/* A user-defined psi with all first and second derivatives, and with data. */
 static int fung(double I_C, double J, const flesh_material *material, flesh_psi *psi)
 {
   const double *k = material->user;
@@ -520,7 +522,7 @@ static void materials_by_region(void)
   test_body_destroy(&b);
 }
 
-/* Without a load, r sums to no force and no torque, and V does not see a rigid motion. */
+/* Without a load, r has no resultant force and torque, and V does not change by a rigid motion. */
 static void elasticity_is_frame_free(void)
 {
   test_body b;
@@ -537,7 +539,7 @@ static void elasticity_is_frame_free(void)
       int d = (c + 1) % 3, e = (c + 2) % 3;
       force[c] += r[3 * i + c];
       torque[c] += b.state.x[3 * i + d] * r[3 * i + e] - b.state.x[3 * i + e] * r[3 * i + d];
-      /* A turn by 0.7 about z, written out, and a shift. */
+      /* Rotates by 0.7 about z, written out, and shifts. */
       y[3 * i + c] = c == 2   ? b.state.x[3 * i + 2] - 5
                      : c == 0 ? cos(0.7) * b.state.x[3 * i] - sin(0.7) * b.state.x[3 * i + 1] + 3
                               : sin(0.7) * b.state.x[3 * i] + cos(0.7) * b.state.x[3 * i + 1];
@@ -554,7 +556,7 @@ static void elasticity_is_frame_free(void)
   test_body_destroy(&b);
 }
 
-/* Inertia and gravity against the mesh module's own masses, and gravity's work against m g h. */
+/* Compares inertia and gravity with the mesh module's masses, and gravity's work with m g h. */
 static void masses_and_weights(void)
 {
   for (int mass = 0; mass < 2; mass++) {

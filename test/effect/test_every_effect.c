@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_every_effect.c: every effect that a scene can name, with its sample, runs under KINSOL and under IDA; without
- * elasticity a body flies freely. */
+/* test_every_effect.c: every effect that a scene can name, with sample parameters, runs under KINSOL and under IDA;
+ * without elasticity a body moves as free nodes. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -15,7 +15,7 @@ static flesh_material soft(void)
   return material;
 }
 
-/* 0.1 s of the unit cube with inertia, elasticity, gravity and the row; the corner's path. */
+/* Computes 0.1 s of the unit cube with inertia, elasticity, gravity and the row; returns the corner's path. */
 static void run(const flesh_effect_row *row, flesh_method method, double x[3])
 {
   test_body b;
@@ -60,7 +60,7 @@ static void every_effect_runs_under_every_kind_of_method(void)
   }
 }
 
-/* The clamped cube's equilibrium. */
+/* Computes the clamped cube's equilibrium. */
 static void every_effect_runs_in_statics(void)
 {
   int rows;
@@ -82,7 +82,7 @@ static void every_effect_runs_in_statics(void)
   }
 }
 
-/* Without elasticity the nodes are grains of mass: a parabola, exact for methods of order 2. */
+/* Without elasticity nodes are free masses: their parabola is exact for methods of order 2. */
 static void free_flight_is_a_parabola(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK, FLESH_METHOD_IDA};

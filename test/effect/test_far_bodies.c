@@ -1,5 +1,6 @@
 // TEST quick seconds=60
-/* test_far_bodies.c: bodies far from each other cost no search while they fly, and still meet without going through. */
+/* test_far_bodies.c: bodies far from each other need no search while they move, and still collide without
+ * interpenetration. */
 #include "crossings.h"
 #include "effect/surface_contact.h"
 #include "flesh/integrator.h"
@@ -8,7 +9,7 @@
 #include "time/integrator.h"
 #include "welded.h"
 
-/* Two blocks of 0.3 m, so far apart, of which the second one comes at `speed` and turns. */
+/* Makes two blocks of 0.3 m, this far apart, the second of which approaches at `speed` and turns. */
 static void begin(double apart, double speed, test_body *b)
 {
   const double size[3] = {0.3, 0.3, 0.3};
@@ -28,11 +29,11 @@ static void begin(double apart, double speed, test_body *b)
   }
 }
 
-/* Motions of parts of surfaces are bounded, cube by cube, only where something is near. */
+/* Relative motions of parts of surfaces are bounded, cube by cube, only if something is near. */
 static void what_is_far_is_not_looked_at(void)
 {
   for (int m = 0; m < FLESH_METHOD_IDA; m++) {
-    if (m == FLESH_METHOD_STATIC) continue; /* what is free has no equilibrium */
+    if (m == FLESH_METHOD_STATIC) continue; /* a free body has no equilibrium */
     const flesh_solver_options options = test_options(1e-6);
     test_body b;
     flesh_integrator *integrator = NULL;
@@ -67,15 +68,15 @@ static void what_comes_from_afar_is_met(void)
     for (int d = 0; d < b.n / 2; d += 3) first += b.state.v[d] / (b.n / 6);
     printf("# from %g m: the first one is pushed to %.3g m/s\n", aways[k], first);
     CHECK(crossings == 0);
-    CHECK(first < -5); /* it was pushed, by half of the other's speed at least but for what turns */
+    CHECK(first < -5); /* it was pushed, by at least half of the other's speed except for rotation */
     flesh_contact_surface_clear(&surface);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
 }
 
-/* Two sheets, 0.15 m apart, of which the upper one would go 4 m down, and its nodes aside each by itself, as
- * first directions of a solve do. */
+/* Two sheets 0.15 m apart: the upper one is to go 4 m down, with its nodes moved aside individually, as first
+ * directions of a solve move them. */
 static void of_a_long_way_only_the_beginning_is_searched(void)
 {
   const int cells[3] = {10, 10, 1};
@@ -111,7 +112,7 @@ static void of_a_long_way_only_the_beginning_is_searched(void)
   test_body_destroy(&b);
 }
 
-/* Two plates, 0.15 m apart, of which the upper one, at the lower one's rim, comes down. */
+/* Two plates 0.15 m apart: the upper one, at the lower one's rim, comes down. */
 static void begin_plates(test_body *b)
 {
   const int cells[3] = {4, 4, 1};
@@ -127,7 +128,8 @@ static void begin_plates(test_body *b)
   for (int d = b->n / 2 + 2; d < b->n; d += 3) b->state.v[d] = -40;
 }
 
-/* A solve finds a way over the rim, of which inertia knows nothing: the upper plate would end below, as if alone. */
+/* A solve can find a path over the rim, of which inertia knows nothing: the upper plate would end below, as if
+ * alone. */
 static void a_step_does_not_lead_around_what_is_in_its_way(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK};
@@ -142,13 +144,13 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
     for (int d = 2; d < b.n; d += 3) *(d < b.n / 2 ? &first : &second) += b.state.v[d] / (b.n / 6);
     for (int d = b.n / 2 + 2; d < b.n; d += 3) low = fmin(low, b.state.x[d]);
     printf("# method %d: %.3g and %.3g m/s, down to %.3g m\n", methods[m], first, second, low);
-    CHECK(first < -0.3 && second > -39.7 && second < -20); /* 1e-4 m/s where it goes around */
+    CHECK(first < -0.3 && second > -39.7 && second < -20); /* 1e-4 m/s if it goes around */
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
 }
 
-/* Whether the upper plate, raised so far, would have gone through the lower one on its way. */
+/* Whether the upper plate, raised this far, would have passed through the lower one on its path. */
 static int is_tunnelled(const test_body *b, flesh_integrator *integrator, double up, double along, double down)
 {
   double *x[2] = {malloc((size_t)b->n * sizeof **x), malloc((size_t)b->n * sizeof **x)};
@@ -163,8 +165,8 @@ static int is_tunnelled(const test_body *b, flesh_integrator *integrator, double
   return passed;
 }
 
-/* A body beside the way, or touched in the end, is no obstacle to it; one that is touched from the other side is. What is
- * touched where the way begins may be slid along. */
+/* A body beside the path, or touched only at its end, is no obstacle to it; one that is touched from the other side is.
+ * A body touched where the path begins may be slid along. */
 static void what_is_passed_is_told(void)
 {
   const flesh_solver_options options = test_options(1e-4);
@@ -178,7 +180,7 @@ static void what_is_passed_is_told(void)
   CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.1) && !is_tunnelled(&b, integrator, 0, 0, 0.149));
   CHECK(!is_tunnelled(&b, integrator, 0, 1, 0.8) && !is_tunnelled(&b, integrator, 30, 40, 50));
   CHECK(!is_tunnelled(&b, integrator, 0, 0, -5) && !is_tunnelled(&b, integrator, 30, 0, 30.149));
-  CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.15 - 1e-5)); /* touched as hard as ever */
+  CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.15 - 1e-5)); /* touched as hard as possible */
   CHECK(is_tunnelled(&b, integrator, 0, 0, 0.253) && is_tunnelled(&b, integrator, 30, 0, 30.253));
   CHECK(!is_tunnelled(&b, integrator, -0.253, 0, 0.5) && !is_tunnelled(&b, integrator, -0.149, 0, 0.104));
   CHECK(is_tunnelled(&b, integrator, 0, 0, 0.8)); /* whatever was asked before */

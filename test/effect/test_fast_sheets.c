@@ -1,12 +1,12 @@
 // TEST full seconds=70
-/* test_fast_sheets.c: thin bodies that hit each other much faster than waves travel in them end their step, and go
- * neither through nor around each other. */
+/* test_fast_sheets.c: steps of thin bodies that collide much faster than waves travel in them succeed, and the bodies
+ * go neither through nor around each other. */
 #include "crossings.h"
 #include "flesh/integrator.h"
 #include "welded.h"
 
-/* Two sheets of 1 x 1 m and so thick, of so many cells along a side, whose waves travel at 20 m/s; the upper one's lower side
- * begins at 0.25 m. At most so many Newton iterations. */
+/* Makes two sheets of 1 x 1 m with this thickness and number of cells along a side, with a wave speed of 20 m/s; the
+ * lower side of the upper one starts at 0.25 m. Limits the number of Newton iterations. */
 static void hit(double speed, double thickness, int side, int most)
 {
   const int cells[3] = {side, side, 1};
@@ -34,7 +34,7 @@ static void hit(double speed, double thickness, int side, int most)
   printf("# %g m/s, %g m: %d Newton iterations, %d cutbacks, momentum %.6g N s, the lower one at %.6g m/s\n", speed, thickness,
          stats.newton, stats.convergence_failures, momenta[2], lower);
   CHECK(crossings_count(&surface, b.state.x) == 0);
-  CHECK_NEAR(momenta[2] / (1000 * thickness * speed), -1, 1e-6); /* the upper one's, which both share */
+  CHECK_NEAR(momenta[2] / (1000 * thickness * speed), -1, 1e-6); /* velocity of the upper one, which both then share */
   CHECK(lower < -0.01 * speed); /* not where a solve has led them around each other */
   CHECK(stats.newton > 10 && stats.newton <= most);
   flesh_contact_surface_clear(&surface);
@@ -42,7 +42,7 @@ static void hit(double speed, double thickness, int side, int most)
   test_body_destroy(&b);
 }
 
-/* A solve that contact keeps from getting anywhere, or leads around what is in the way, is given up for a shorter step. */
+/* A solve that contact stalls, or that leads around the other body, is given up for a shorter step. */
 static void thin_sheets_hit_each_other(void)
 {
   for (int k = 0; k < 2; k++) hit(198 + 4 * k, 0.05, 6, 1000);

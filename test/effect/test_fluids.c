@@ -3,8 +3,8 @@
 // TEST+ derivatives_are_exact_at_the_water_line blocks_float_at_their_draught
 // TEST+ floating_blocks_are_stable_by_their_metacentre blocks_heave_and_capsize nonsense_is_refused
 // TEST full seconds=60
-/* test_fluids.c: drag and buoyancy against closed forms: terminal velocity, Archimedes, draught, heave and metacentric
- * height of floating blocks, work of the wind. */
+/* test_fluids.c: drag and buoyancy against closed forms: terminal velocity, Archimedes' principle, draught, heave and
+ * metacentric height of floating blocks, work of the wind. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -51,7 +51,7 @@ static flesh_point point_of(const test_body *b)
   return flesh_point_at(0, b->state.x, b->state.v, b->state.v);
 }
 
-/* Force and torque of the residual about `centre`, and the sum of sizes. */
+/* Computes force and torque of the residual about `centre`, and the sum of magnitudes. */
 static double resultant(const test_body *b, const flesh_effect *effect, const double centre[3], double sums[6])
 {
   double *r = calloc((size_t)b->n, sizeof *r), size = 0;
@@ -88,7 +88,7 @@ static void rotate(test_body *b, double angle)
   }
 }
 
-/* Speed error against -v_t tanh(g t/v_t) at `end`, v_t^2 = 2 m g/(density C A). */
+/* Returns the error of the speed relative to -v_t tanh(g t/v_t) at `end`, v_t^2 = 2 m g/(density C A). */
 static double fall(flesh_method method, int order, double step, double end)
 {
   test_body b;
@@ -106,7 +106,8 @@ static double fall(flesh_method method, int order, double step, double end)
   CHECK_OK(status);
   const double terminal = sqrt(2 * density * size[2] * g / (fluid * coefficient));
   const double error = mean_of(&b, b.state.v, 2) + terminal * tanh(g * end / terminal);
-  CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 3 * step * step); /* its work is a sum over steps */
+  CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 3 * step * step); /* the error of its work is that of a
+                                                                                    * sum over steps */
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
   return fabs(error) / terminal;
@@ -129,7 +130,7 @@ static void bodies_fall_at_terminal_velocity(void)
   }
 }
 
-/* A ball has half the coefficient of a plate: 1/2 density (pi R^2) s^2/2. */
+/* A ball has half the drag coefficient of a plate: 1/2 density (pi R^2) s^2/2. */
 static void balls_have_half_the_drag_of_plates(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -156,7 +157,7 @@ static void balls_have_half_the_drag_of_plates(void)
   }
 }
 
-/* The work of the wind on a light block is all that the balance finds: 1/2 m v^2 = W. */
+/* The work of the wind on a light block is its only energy: 1/2 m v^2 = W. */
 static void wind_works_as_much_as_the_body_gains(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -181,7 +182,7 @@ static void wind_works_as_much_as_the_body_gains(void)
   }
 }
 
-/* Under water a body of any shape is lifted by the weight of its volume of fluid, at the middle of that volume. */
+/* Under water a body of any shape is lifted by the weight of its volume of fluid, at the centre of that volume. */
 static void submerged_bodies_obey_archimedes(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -194,7 +195,7 @@ static void submerged_bodies_obey_archimedes(void)
     const double size = resultant(&b, effect, middle, sums);
     CHECK_NEAR(sums[2], -900 * g * volume, 1e-12 * size);
     CHECK_BELOW(fabs(sums[0]) + fabs(sums[1]) + fabs(sums[5]), 1e-12 * size);
-    /* The torque says where the middle is; the energy that it rises with the body. */
+    /* The torque gives the position of the centre; the energy shows that it rises with the body. */
     flesh_point point = point_of(&b);
     CHECK_OK(effect->operations->energy(effect, &point, &before));
     middle[0] = -sums[4] / sums[2], middle[1] = sums[3] / sums[2];
@@ -209,7 +210,7 @@ static void submerged_bodies_obey_archimedes(void)
   }
 }
 
-/* Deep below the level its pressure is that of `pressure`, node by node. */
+/* Deep below the level its pressure is that of the effect `pressure`, node by node. */
 static void deep_water_presses_evenly(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -233,7 +234,7 @@ static void deep_water_presses_evenly(void)
   }
 }
 
-/* Cut by the surface of the fluid at any place, with tilted faces. */
+/* Checks faces cut by the fluid's surface at any position, with tilted faces. */
 static void derivatives_are_exact_at_the_water_line(void)
 {
   for (int order = 1; order <= 2; order++)
@@ -259,8 +260,8 @@ static void derivatives_are_exact_at_the_water_line(void)
     }
 }
 
-/* A block of 0.6 times the fluid's density floats with 0.6 of its height under water, of which its upright sides
- * are cut by the surface. */
+/* A block of 0.6 times the fluid's density floats with 0.6 of its height under water; its vertical sides are cut by the
+ * surface. */
 static void blocks_float_at_their_draught(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -278,8 +279,8 @@ static void blocks_float_at_their_draught(void)
   }
 }
 
-/* The torque of weight and buoyancy at a small tilt is m g GM, GM = b^2/(12 T) - (h - T)/2 the metacentric height of
- * a block of width b, height h and draught T: a raft rights itself, a post capsizes. */
+/* The torque of weight and buoyancy at a small tilt is m g GM, with the metacentric height GM = b^2/(12 T) - (h - T)/2
+ * of a block of width b, height h and draught T: a raft rights itself, a post capsizes. */
 static void floating_blocks_are_stable_by_their_metacentre(void)
 {
   const double sizes[2][3] = {{1, 0.6, 0.4}, {0.4, 0.6, 1}}, tilt = 1e-4;
@@ -303,7 +304,7 @@ static void floating_blocks_are_stable_by_their_metacentre(void)
   }
 }
 
-/* It heaves with the period 2 pi sqrt(T/g) of its draught T, the post capsizes and the raft does not. */
+/* The raft heaves with the period 2 pi sqrt(T/g) of its draught T; the post capsizes and the raft does not. */
 static void blocks_heave_and_capsize(void)
 {
   const double sizes[2][3] = {{1, 0.6, 0.4}, {0.4, 0.6, 1}};

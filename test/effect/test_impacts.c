@@ -1,7 +1,8 @@
 // TEST full memory seconds=60
-/* test_impacts.c: bodies that meet obstacles under methods whose balance lies before the end of a step: ends are out of
- * the obstacle at a cost that is bounded, momentum along a smooth plane is kept, and the method goes on from the right
- * acceleration; or spurious energy ends the run at once, with cause, place and time. */
+/* test_impacts.c: bodies that collide with obstacles under methods whose forces balance before the end of a step: the
+ * ends are outside of the obstacle at bounded cost, momentum along a smooth plane is conserved, and the method
+ * continues from the right acceleration; otherwise spurious energy ends the run at once, with cause, position and
+ * time. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -63,8 +64,9 @@ static flesh_obstacle *make_stairs(void)
   return o;
 }
 
-/* Thrown down the stairs with steps in which a node goes far through the barrier: each method ends with hardly more energy
- * than it had, in a few iterations per step. The trapezoidal rule, whose steps are cut where energy comes in, gains some. */
+/* Thrown down the stairs with steps in which a node moves far through the barrier: each method ends with hardly more
+ * energy than at the start, in a few iterations per step. The trapezoidal rule, whose steps are cut where energy rises,
+ * gains some. */
 static void stairs_are_taken(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_HHT, FLESH_METHOD_GENERALIZED_ALPHA,
@@ -93,7 +95,7 @@ static void stairs_are_taken(void)
   }
 }
 
-/* On a smooth slope momentum changes across it by gravity alone, impacts or not; and no end is beyond it. */
+/* On a smooth slope momentum along it changes by gravity only, with or without impacts; and no step ends beyond it. */
 static void slopes_keep_momentum_along_them(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_HHT, FLESH_METHOD_BDF2};
@@ -131,8 +133,8 @@ static void slopes_keep_momentum_along_them(void)
   }
 }
 
-/* HHT goes on from the acceleration that the step of backward Euler balances: (v_1 - v_0)/h. The next step's x_2 - x_1
- * and v_2 - v_1 are two equations for the same a_2. */
+/* HHT continues from the acceleration with which the step of backward Euler balances: (v_1 - v_0)/h. The next step's
+ * x_2 - x_1 and v_2 - v_1 are two equations for the same a_2. */
 static void hht_goes_on_from_the_acceleration_of_an_impact(void)
 {
   const double h = 1. / 120, alpha = -0.1, beta = (1 - alpha) * (1 - alpha) / 4, gamma = 0.5 - alpha;
@@ -149,7 +151,7 @@ static void hht_goes_on_from_the_acceleration_of_an_impact(void)
     memcpy(x, s.b.state.x, bytes);
     memcpy(v, s.b.state.v, bytes);
     CHECK_OK(flesh_integrator_step(s.integrator, &s.b.state, h, &stats));
-    for (int d = 0; d < s.b.n && impacts; d++) { /* the step before was one */
+    for (int d = 0; d < s.b.n && impacts; d++) { /* the previous step was one */
       const double a2 = ((s.b.state.v[d] - v[d]) / h - (1 - gamma) * a[d]) / gamma;
       const double x2 = x[d] + h * v[d] + h * h * ((0.5 - beta) * a[d] + beta * a2);
       if (stats.impact_steps || stats.steps != 1) continue;

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_joint.c: balls and hinges: what turns freely and what does not, momenta, and the period of a pendulum. */
+/* test_joint.c: ball joints and hinges: which rotations are free, momenta, and the period of a pendulum. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -7,7 +7,7 @@
 #include "methods.h"
 #include "test.h"
 
-/* Two blocks, of 1 m each, with a gap of 0.2 m from z = 1; the joint is in its middle. */
+/* Makes two blocks, of 1 m each, with a gap of 0.2 m from z = 1; the joint is in the middle of the gap. */
 static const double middle[3] = {0.5, 0.5, 1.1};
 
 static void make(double young, int inertia, test_body *b)
@@ -37,7 +37,8 @@ static flesh_effect *join(const test_body *b, const double axis[3], double stiff
   return effect;
 }
 
-/* The energy after the upper block has turned by an angle about the axis `a` (0 x, 1 y, 2 z) through the middle. */
+/* Returns the energy after the upper block has turned by an angle about the axis `a` (0 x, 1 y, 2 z) through the
+ * middle. */
 static double energy_of_turn(test_body *b, const flesh_effect *effect, int a, double angle)
 {
   const double *X = flesh_mesh_positions(b->mesh);
@@ -64,13 +65,13 @@ static void joints_turn_where_they_should(void)
   flesh_effect *ball = join(&b, NULL, k), *hinge = join(&b, (double[]){0, length, 0}, k);
   for (int a = 0; a < 3; a++) {
     const double free = energy_of_turn(&b, ball, a, 1.3), held = energy_of_turn(&b, hinge, a, 1.3);
-    /* Ends that are half of the length away go along chords: 2 * (k/2)/2 * (length sin(angle/2))^2. */
+    /* Ends at half of the length move along chords: 2 * (k/2)/2 * (length sin(angle/2))^2. */
     const double wanted = a == 1 ? 0 : k / 2 * pow(length * sin(0.65), 2);
     printf("# about %c: ball %.3g J, hinge %.6g J of %.6g J\n", 'x' + a, free, held, wanted);
     CHECK_BELOW(fabs(free), 1e-9 * k);
     CHECK_NEAR(held, wanted, 1e-9 * k);
   }
-  /* Parted by 0.1 m. */
+  /* Separated by 0.1 m. */
   energy_of_turn(&b, ball, 0, 0);
   for (int d = 81; d < b.n; d += 3) b.state.x[d] += 0.1;
   double energy;
@@ -105,9 +106,9 @@ static void forces_and_torques_balance(void)
   }
 }
 
-/* The lower block hangs from the upper one, which is held: the period of small swings about the middle of a stiff cube's
- * hinge is 2 pi sqrt(I / (m g l)), l = 0.6 m, I the moment of inertia of the lumped masses. Backward Euler takes
- * 1/sqrt(1 + (w h)^2) of it in each step. */
+/* The lower block hangs from the upper one, which is held: the period of small oscillations about the middle of a stiff
+ * cube's hinge is 2 pi sqrt(I / (m g l)), l = 0.6 m, with the moment of inertia I of the lumped masses. Backward Euler
+ * reduces the amplitude by 1/sqrt(1 + (w h)^2) in each step. */
 static void check_pendulum(flesh_method method)
 {
   test_body b;
@@ -150,7 +151,7 @@ static void a_hanging_block_swings_as_a_pendulum(void)
   for_every_method(method, TEST_FIXED_STEPS) check_pendulum(method);
 }
 
-/* Between the halves of a block some 4e6 m from the origin: parted by 1/8 m, as near it. */
+/* Between the halves of a block some 4e6 m from the origin: separated by 1/8 m, with the same accuracy as near it. */
 static void joints_hold_far_from_the_origin(void)
 {
   const double at[3] = {1048576, -3145728, 2097152}, point[3] = {at[0] + 0.75, at[1] + 0.25, at[2] + 0.5}, k = 2e4;

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_joint_spring.c: springs between points of two groups of nodes: energy, Hessian, momenta, and the frequency of two
- * blocks that swing against each other. */
+/* test_joint_spring.c: springs between points of two groups of nodes: energy, Hessian, momenta, and the frequency of
+ * two oscillating blocks. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -14,7 +14,7 @@ enum { EACH = 8, UNKNOWNS = 2 * 3 * EACH };
 static const int low[EACH] = {0, 1, 2, 3, 4, 5, 6, 7}, high[EACH] = {8, 9, 10, 11, 12, 13, 14, 15};
 static const double under[3] = {0.5, 0.5, 1}, over[3] = {0.5, 0.5, 2};
 
-/* A block of 1 m^3 below, one of half of it from z = 2 above: 1000 and 500 kg. */
+/* Two blocks: 1 m^3 below, half of that from z = 2 above: 1000 and 500 kg. */
 static void make(double young, test_body *b)
 {
   flesh_mesh *part[2] = {NULL}, *mesh = NULL;
@@ -33,7 +33,7 @@ static void make(double young, test_body *b)
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
 }
 
-/* A spring between points that `first` and `second` carry. */
+/* Adds a spring between points carried by `first` and `second`. */
 static int make_spring(const flesh_body *body, flesh_nodes first, flesh_nodes second, const double p[3], const double q[3],
                        double stiffness, double length, flesh_effect **effect)
 {
@@ -56,7 +56,7 @@ static double energy_at(const flesh_effect *effect, const double *x)
   return energy;
 }
 
-/* The upper block turns about p by an angle in the plane of x and z, and moves by (0, shift, 0). */
+/* Turns the upper block about p by an angle in the plane of x and z, and moves it by (0, shift, 0). */
 static void turn(test_body *b, const double p[3], double angle, double shift)
 {
   const double *X = flesh_mesh_positions(b->mesh);
@@ -68,7 +68,7 @@ static void turn(test_body *b, const double p[3], double angle, double shift)
   }
 }
 
-/* The points lie beside the blocks; the second is carried 0.7 m away from its block. */
+/* The points lie outside the blocks; the second is carried 0.7 m away from its block. */
 static void energy_is_that_of_the_distance(void)
 {
   test_body b;
@@ -87,7 +87,7 @@ static void energy_is_that_of_the_distance(void)
   test_body_destroy(&b);
 }
 
-/* The groups are apart, or share nodes. */
+/* The groups are disjoint, or share nodes. */
 static void derivatives_and_balances_hold(void)
 {
   const int all[2 * EACH] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
@@ -124,7 +124,7 @@ static double form(const double u[3], const double *H, int row, int column, cons
   return sum;
 }
 
-/* Between two nodes: k along the spring, k (1 - L/|d|) across, filtered. */
+/* Between two nodes: k along the spring, k (1 - L/|d|) across it, filtered. */
 static void hessian_is_the_closed_form(void)
 {
   const double k = 50, lengths[] = {0, 0.6, 3}; /* |d| is 1.5 */
@@ -178,7 +178,7 @@ static void points_that_meet_are_no_trouble(void)
     const flesh_point point = flesh_point_at(0, b.state.x, NULL, NULL);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     for (int d = 0; d < b.n; d++) largest = fmax(largest, isnan(r[d]) ? INFINITY : fabs(r[d]));
-    CHECK_BELOW(largest, 10 * 0.5); /* k L, of weights of 1/8 to 3/8 */
+    CHECK_BELOW(largest, 10 * 0.5); /* k L times weights of 1/8 to 3/8 */
     CHECK_NEAR(energy_at(effect, b.state.x), 10 / 2. * 0.25, 1e-3);
     if (kind == 2) CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 3, &report));
   }
@@ -186,8 +186,8 @@ static void points_that_meet_are_no_trouble(void)
   test_body_destroy(&b);
 }
 
-/* Along their common axis the distance of stiff blocks is L + (v/w) sin(w t), w^2 = k (1/m_1 + 1/m_2). The midpoint rule
- * takes w t by 2 atan(w h/2) in a step. The blocks give by about k/E of the amplitude, E in N/m. */
+/* Along their common axis the distance of stiff blocks is L + (v/w) sin(w t), w^2 = k (1/m_1 + 1/m_2). The midpoint
+ * rule advances w t by 2 atan(w h/2) in a step. The blocks deform by about k/E of the amplitude, E in N/m. */
 static void stiff_blocks_swing_at_their_frequency(void)
 {
   test_body b;
@@ -211,12 +211,12 @@ static void stiff_blocks_swing_at_their_frequency(void)
   printf("# off by %.2g of the amplitude %.3g m; the sum of momenta is %.1g of one\n", worst * omega / v, v / omega,
          middle / v);
   CHECK_BELOW(worst, 1e-3 * v / omega);
-  CHECK_BELOW(fabs(middle), 1e-4 * v); /* what the solves leave */
+  CHECK_BELOW(fabs(middle), 1e-4 * v); /* the residuals of the solves */
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }
 
-/* The sum, and in *moving what is not the stress of a block at rest. */
+/* Returns the sum of energies, and in *moving all but the elastic energy of a block at rest. */
 static double total_energy(const test_body *b, double *moving)
 {
   double energies[8], sum = 0;
@@ -227,8 +227,8 @@ static double total_energy(const test_body *b, double *moving)
   return sum;
 }
 
-/* Blocks that fly apart and turn, on a spring out of their middles, for 0.8 s: the largest change of energy, as a
- * fraction of the first. */
+/* Returns the largest change of energy, as a fraction of the first, of blocks that move apart and turn for 0.8 s, on a
+ * spring away from their centres. */
 static double tumble(flesh_method method, double h)
 {
   test_body b;
@@ -269,12 +269,12 @@ static void energy_stays_by_the_order_and_momenta_stay(void)
     const int order = flesh_method_order(method);
     const double coarse = tumble(method, 0.008), fine = tumble(method, 0.004);
     CHECK_BELOW(coarse, order == 1 ? 0.5 : method == FLESH_METHOD_MIDPOINT ? 2e-3 : 2e-2);
-    /* A half and a quarter; what bdf2 damps falls by more, but only with shorter steps. */
+    /* A half and a quarter; bdf2's damping falls faster, but only with shorter steps. */
     CHECK_BELOW(fine, coarse / (order == 1 ? 1.5 : method == FLESH_METHOD_BDF2 ? 2.2 : 3));
   }
 }
 
-/* Faces and edges of the blocks carry points that lie in them, whichever way the blocks are turned: with affine motions. */
+/* Faces and edges of the blocks carry points that lie in them, in any orientation, under affine motions. */
 static void planes_and_lines_carry_their_points(void)
 {
   const double A[9] = {1.3, 0.4, -0.2, 0.1, 0.8, 0.3, -0.5, 0.2, 1.1}, k = 300;

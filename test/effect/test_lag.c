@@ -1,7 +1,7 @@
 // TEST quick
-/* test_lag.c: effects see a frozen state always, and the lagged state that they see is the last one at which forces
- * balance: that of the step before in every method that steps, in a later stage of a Runge-Kutta step the stage before it,
- * the last load increment at rest in statics, the point's own where nothing is stepped over. */
+/* test_lag.c: effects always see a frozen state, and the lagged state that they see is the last one at which forces
+ * balance: that of the previous step in every time-stepping method, of the previous stage in later stages of a
+ * Runge-Kutta step, of the last load increment in statics, and the point itself where no step is taken. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
 
@@ -11,17 +11,17 @@
 
 enum { MOST = 96 }; /* unknowns */
 
-/* Counts of an effect's calls, and whether the lagged state was ever another than it should be. */
+/* Counts an effect's calls, and whether the lagged state ever differs from the expected one. */
 typedef struct witness {
   int n, calls, wrong;
   int energies, unfrozen; /* calls of the energy; points without a frozen state */
-  int own;                /* 1: must be the point's; 0: must be t, x and v */
+  int own;                /* 1: it must be the point's state; 0: it must be t, x and v */
   double t, tolerance;
   const double *x, *v;
   struct {
     double t, x[MOST], v[MOST];
-  } seen[2]; /* the last points at the present time and at the one before, of methods with stages */
-  int stages, later; /* calls in stages that lag behind another one of the step */
+  } seen[2]; /* the last points at the present time and at the previous one, for methods with stages */
+  int stages, later; /* calls in stages that lag behind another stage of the step */
 } witness;
 
 static void see(witness *w, const flesh_point *point)
@@ -69,7 +69,8 @@ static int look_potential(const flesh_effect *effect, const flesh_point *point, 
   return look(effect, point);
 }
 
-/* An energy that may change with time at a place: its work is counted at the ends of steps, at points of their own. */
+/* An energy that may depend on time at a fixed position: its work is counted at the ends of steps, at separate
+ * points. */
 static int look_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
   witness *w = effect->data;
@@ -97,15 +98,15 @@ static void make(test_body *b, witness *w)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The first step balances at this part of it; that of BDF2 is one of the midpoint rule. */
+/* Fraction of the step at which the first step balances; BDF2's first step is one of the midpoint rule. */
 static double stage_of(flesh_method method)
 {
   if (method == FLESH_METHOD_GENERALIZED_ALPHA) return 1 / 1.8;
   return method == FLESH_METHOD_HHT ? 0.9 : method == FLESH_METHOD_MIDPOINT || method == FLESH_METHOD_BDF2 ? 0.5 : 1;
 }
 
-/* Methods of order 2 find the acceleration at the start of their first step, where the lagged state is the start's own
- * too; the first step's end is checked by potentials of it alone, so the second step is watched. */
+/* Methods of order 2 find the acceleration at the start of their first step, where the lagged state is the start
+ * itself; the first step's end is checked by potentials alone, so the second step is tested. */
 static void steps_lag_where_the_last_one_balances(void)
 {
   for (int method = 0; method <= FLESH_METHOD_IDA; method++) {
@@ -121,7 +122,7 @@ static void steps_lag_where_the_last_one_balances(void)
     memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
     if (method != FLESH_METHOD_STATIC) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
     for (int d = 0; d < b.n; d++) x[d] = part == 1 ? b.state.x[d] : x[d] + part * (b.state.x[d] - x[d]);
-    for (int d = 0; d < b.n; d++) v[d] = part * b.state.v[d]; /* it began at rest */
+    for (int d = 0; d < b.n; d++) v[d] = part * b.state.v[d]; /* it started at rest */
     w = (witness){.n = b.n, .own = method == FLESH_METHOD_IDA, .t = part * b.state.t,
                   .tolerance = part == 1 ? 0 : 1e-13, .x = x, .v = v,
                   .seen = {{.t = -1}, {.t = -1}}, .stages = method == FLESH_METHOD_RUNGE_KUTTA};
@@ -131,7 +132,7 @@ static void steps_lag_where_the_last_one_balances(void)
     CHECK((w.later > 3) == w.stages);
     CHECK(w.calls > 3 && w.unfrozen == 0);
     CHECK(w.energies > 0 || method == FLESH_METHOD_STATIC);
-    /* The midpoint rule asks whether the end of its step has an energy: a point of its own. */
+    /* The midpoint rule asks whether the end of its step has an energy, at a separate point. */
     CHECK(w.wrong <= (part < 1 && method != FLESH_METHOD_BDF2));
     flesh_integrator_destroy(&integrator);
     free(x);
@@ -140,8 +141,9 @@ static void steps_lag_where_the_last_one_balances(void)
   }
 }
 
-/* Positions to which `steps` steps to half a second take a bar whose end is pressed on one side, an open surface,
- * more and more, or, where it is `damped`, a bar that sinks slowly by its current stiffness; positions [n]. */
+/* Computes the positions [n] to which `steps` steps to half a second take a bar whose end is pressed on one side (an
+ * open surface) with increasing pressure or, if `damped`, a bar that sinks slowly with damping by its current
+ * stiffness. */
 static double *move(int damped, flesh_method method, int steps, int *n)
 {
   test_body b;
@@ -167,7 +169,7 @@ static double *move(int damped, flesh_method method, int steps, int *n)
   CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
   for (int k = 0; k < steps; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5 / steps, &stats));
-  /* A stage's second solve goes on with the matrix of the first, and the next stage with that. */
+  /* A stage's second solve reuses the matrix of the first, and the next stage that of the second. */
   CHECK(method != FLESH_METHOD_RUNGE_KUTTA || 10 * stats.assemblies < 7 * stats.solves);
   flesh_integrator_destroy(&integrator);
   double *x = b.state.x;
@@ -177,14 +179,14 @@ static double *move(int damped, flesh_method method, int steps, int *n)
   return x;
 }
 
-/* The lag of the surface costs no method its order. */
+/* The lag of the surface reduces no method's order. */
 static void lag_keeps_the_order(int damped)
 {
   for (int k = 0; flesh_method_name((flesh_method)k); k++) {
     const int order = flesh_method_order((flesh_method)k);
     double *x[3], apart[2] = {0};
     int n = 0;
-    if (order == 0) continue; /* it has no steps, or chooses them */
+    if (order == 0) continue; /* it takes no steps, or chooses them */
     for (int s = 0; s < 3; s++) x[s] = move(damped, (flesh_method)k, 80 << s, &n);
     for (int s = 0; s < 2; s++)
       for (int d = 0; d < n; d++) apart[s] = fmax(apart[s], fabs(x[s][d] - x[s + 1][d]));
@@ -198,7 +200,7 @@ static void lag_keeps_the_order(int damped)
 static void methods_keep_their_order_under_an_open_pressure(void) { lag_keeps_the_order(0); }
 static void methods_keep_their_order_by_current_damping(void) { lag_keeps_the_order(1); }
 
-/* A stage without a lagged state lags its base. */
+/* A stage without a lagged state uses its base. */
 static void stages_default_to_their_base(void)
 {
   test_body b;

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_loads.c: dead and following loads against closed forms, balance, and the radial boundary-value problem of an
+/* test_loads.c: dead and follower loads against closed forms, balance, and the radial boundary-value problem of an
  * inflated thick sphere. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_odeiv2.h>
@@ -18,7 +18,7 @@ static void make(flesh_mesh *mesh, double poisson, int inertia, test_body *b)
 
 static const flesh_selection nothing = {.box = {NAN}, .sphere = {.radius = NAN}};
 
-/* Surface triangles in the box. */
+/* Lists the surface triangles in the box. */
 static int triangles_in(const flesh_mesh *mesh, const double box[6], int **triangles)
 {
   int count = 0;
@@ -33,7 +33,7 @@ static void add(test_body *b, flesh_effect *effect)
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 
-/* Equilibrium at t, from the state. */
+/* Computes the equilibrium at t, starting from the state. */
 static void settle(test_body *b, double t)
 {
   flesh_solver_options options;
@@ -46,7 +46,7 @@ static void settle(test_body *b, double t)
   flesh_integrator_destroy(&integrator);
 }
 
-/* First Piola-Kirchhoff stresses of diag(a, b, c): along a. */
+/* Returns the first Piola-Kirchhoff stress along a of diag(a, b, c). */
 static double stress_along(const flesh_material *material, double a, double b, double c)
 {
   double P[9];
@@ -65,7 +65,7 @@ static double across_stress(double across, void *data)
   return stress_along(a->material, across, a->along, across);
 }
 
-/* A root between low and high. */
+/* Finds a root between low and high. */
 static double root(double (*function)(double, void *), void *data, double low, double high)
 {
   gsl_root_fsolver *solver = gsl_root_fsolver_alloc(gsl_root_fsolver_brent);
@@ -122,7 +122,7 @@ static void traction_pulls_a_bar_as_the_closed_form(void)
   }
 }
 
-/* Poisson's ratio -1/2: a bar of every form that allows it is at rest undeformed, and widens where it is pulled. */
+/* With Poisson's ratio -1/2 a bar of every form that allows it is undeformed at rest, and widens when pulled. */
 static void auxetic_bars_widen_as_the_closed_form(void)
 {
   int forms = 0;
@@ -152,8 +152,8 @@ static void auxetic_bars_widen_as_the_closed_form(void)
     add(&b, effect);
     CHECK_OK(flesh_system_finalize(b.system));
     settle(&b, 1);
-    /* The last node is the corner (1.5, 1, 1): the whole bar is stretched as it says, with the load's stress along it
-     * and none across. */
+    /* The last node is the corner (1.5, 1, 1): the whole bar has its stretch, with the load's stress along it and none
+     * across. */
     const double along = b.state.x[b.n - 3] / 1.5, across = b.state.x[b.n - 2];
     double worst = 0, off = fabs(stress_along(&b.material, along, across, across) - traction);
     off = fmax(off, fabs(stress_along(&b.material, across, along, across)));
@@ -198,7 +198,7 @@ static void forces_are_what_holds_against_them(void)
   test_body_destroy(&b);
 }
 
-/* -p times the normals of the deformed triangles, added to r. */
+/* Adds -p times the normals of the deformed triangles to r. */
 static void push(int count, const int *triangles, double p, const double *x, double *r)
 {
   for (int k = 0; k < count; k++) {
@@ -235,7 +235,7 @@ static void pressure_follows_the_faces(void)
     double *r = malloc((size_t)b.n * sizeof *r), *expected = calloc((size_t)b.n, sizeof *r),
            *x_lag = malloc((size_t)b.n * sizeof *x_lag), energy;
     memcpy(x_lag, b.state.x, (size_t)b.n * sizeof *x_lag);
-    if (k == 0) test_jitter(b.n, 0.3, 9, x_lag); /* a closed surface does not mind the lag */
+    if (k == 0) test_jitter(b.n, 0.3, 9, x_lag); /* a closed surface does not depend on the lag */
     flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
     point.load = 0.5;
     point.lagged.x = x_lag;
@@ -255,9 +255,9 @@ static void pressure_follows_the_faces(void)
   }
 }
 
-/* The pressure on an open surface whose rim moves is balanced by what it is in the end, not at the start: on top of a block,
- * and on half of the end of a bar, whose shape and load swing ever wider where each only follows the other; the most of it
- * only comes on after a part of it. */
+/* The pressure on an open surface with a moving rim is in balance with the final shape, not the initial one: on top of
+ * a block, and on half of the end of a bar, whose shape and load would diverge if each only followed the other; then
+ * most of the load is applied after a part of it. */
 static void statics_follow_an_open_pressure(void)
 {
   static const struct { double length, box[6], pressure, deflection; } cases[] = {
@@ -304,7 +304,7 @@ static int stop_at(void *data)
   return ++self->count == self->last ? FLESH_ERR_BUDGET : FLESH_OK;
 }
 
-/* A caller may end a step also while it finds directions for loads that follow; the state is then as it was. */
+/* A caller may also end a step while it finds directions for follower loads; the state is then unchanged. */
 static void check_that_following_ends(flesh_linear_solver linear_solver, int least)
 {
   test_body b;
@@ -328,7 +328,7 @@ static void check_that_following_ends(flesh_linear_solver linear_solver, int lea
   flesh_integrator_set_stop(integrator, stop_at, &all);
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 1, &stats));
   printf("# asked %d times in %d iterations of Newton's, %d linear ones\n", all.count, stats.newton, stats.linear);
-  CHECK(all.count >= least); /* of 13 in iterations, and more in directions between them, long ones several times */
+  CHECK(all.count >= least); /* of 13 in iterations, and more within the linear solves, several times in long ones */
   for (int last = 1; last <= all.count; last++) {
     one = (asked){0, last};
     memcpy(b.state.x, x, bytes);
@@ -353,8 +353,8 @@ static void following_ends_when_it_is_told_to(void)
 
 static const double inner = 1, outer = 1.6;
 
-/* An eighth of it: the triangle of the three axes cut into n*n, in `layers` shells; prisms cut into three tets by the
- * order of their nodes, so that neighbours agree. */
+/* Makes an eighth of the sphere: the triangle between the three axes, divided into n*n, in `layers` shells; prisms are
+ * divided into three tets by the order of their nodes, so that neighbours agree. */
 static flesh_mesh *eighth(int n, int layers)
 {
   int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0,
@@ -364,7 +364,7 @@ static flesh_mesh *eighth(int n, int layers)
   for (int i = 0; i <= n; i++)
     for (int j = 0; i + j <= n; j++) {
       number[i * (n + 1) + j] = count;
-      /* Nearly even on the sphere. */
+      /* Distributes the nodes nearly evenly on the sphere. */
       double d[3] = {tan(acos(-1) / 4 * i / n), tan(acos(-1) / 4 * j / n), tan(acos(-1) / 4 * (n - i - j) / n)},
              length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
       for (int l = 0; l <= layers; l++)
@@ -421,7 +421,7 @@ static int radial(double R, const double y[2], double dy[2], void *data)
   return GSL_SUCCESS;
 }
 
-/* The radial stress at the outside when the inside is at `a`. */
+/* Returns the radial stress at the outside when the inside is at `a`. */
 static double miss(double a, void *data)
 {
   sphere *s = data;
@@ -433,7 +433,7 @@ static double miss(double a, void *data)
   return y[1];
 }
 
-/* Mean radius of the inside. */
+/* Returns the mean radius of the inside. */
 static double inflated(int n, double pressure)
 {
   test_body b;
@@ -476,7 +476,7 @@ static void pressure_inflates_a_thick_sphere(void)
   CHECK(orders[0] > 1.6 && orders[1] > 1.8 && orders[1] < 2.2);
 }
 
-/* Selections say which triangles: by all nodes, or by the region of the tet. */
+/* Selections choose triangles by all their nodes, or by the region of the tet. */
 static void triangles_are_chosen_by_region(void)
 {
   flesh_mesh *mesh = NULL, *box = test_box(2, 1, 1, 2, 1, 1);

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_mixed_bodies.c: bodies of four-node and of ten-node tets side by side in one scene are, each for itself, what
- * they are alone: forces, energies and stiffness of every effect, statics and motion, probes, frames. */
+/* test_mixed_bodies.c: bodies of four-node and of ten-node tets in one scene each behave as alone: forces, energies and
+ * stiffness of every effect, statics and motion, probes, frames. */
 #include "scene_files.h"
 #include "effect/private.h"
 
@@ -17,7 +17,7 @@
 
 #define MATERIAL "{energy: S, young: 4e5, poisson: 0.45}"
 
-/* Each body's own loads: what chooses it is the argument, four times, then come the springs' places. */
+/* Each body's own loads; the arguments are the selection, four times, and then the springs' positions. */
 static const char loads[] =
     "  - traction: {%sbox: [[3.9, -99, -1], [9, 99, 9]], traction: [300, 0, -900]}\n"
     "  - pressure: {%sbox: [[-1, -99, 0.99], [9, 99, 9]], pressure: 700}\n"
@@ -41,7 +41,7 @@ static void add_loads(char *text, size_t size, const char *of, double y)
   snprintf(text + used, size - used, loads, of, of, of, of, y + 0.4, y + 0.5, y + 0.5, y + 0.5);
 }
 
-/* The bodies of a scene: all of them at y = 0, 5, 10, or one alone at 0. */
+/* The bodies of a scene: all of them at y = 0, 5, 10, or a single one at 0. */
 static void begin(char *text, size_t size, int alone, const char *mass)
 {
   if (alone >= 0) {
@@ -76,7 +76,7 @@ static double chance(unsigned *seed)
   return *seed / 4294967296. - 0.5;
 }
 
-/* Places and motions of the nodes: functions of their rest positions without the translation in y. */
+/* Positions and motions of the nodes as functions of their rest positions without the translation in y. */
 static void shake(const flesh_mesh *mesh, double *x, double *v, double *a)
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -92,7 +92,7 @@ static void shake(const flesh_mesh *mesh, double *x, double *v, double *a)
   }
 }
 
-/* A system at a shaken state: residual, energies, potential and the product of its Jacobian with `v`. */
+/* A system at a disturbed state: residual, energies, potential and the product of its Jacobian with `v`. */
 typedef struct values {
   int n;
   double *x, *v, *a, *r, *Kv, energy[32], phi;
@@ -144,7 +144,7 @@ static void compare(const char *what, int n, const double *whole, const double *
   CHECK(most > 0 && off <= tolerance * most);
 }
 
-/* Forces and stiffness of all effects together, and the sums of energies and potentials. */
+/* Compares forces and stiffness of all effects together, and the sums of energies and potentials. */
 static void effects_are_those_of_each_body(void)
 {
   static const char *const masses[] = {"lumped", "consistent"};
@@ -195,7 +195,7 @@ static void derivatives_are_consistent(void)
   flesh_scene_destroy(&scene);
 }
 
-/* Steps of a method; state.x is malloc'ed. */
+/* Takes steps of a method; state.x is allocated. */
 static flesh_state go(const flesh_scene *scene, flesh_method method, int steps, double h)
 {
   const size_t n = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
@@ -204,13 +204,14 @@ static flesh_state go(const flesh_scene *scene, flesh_method method, int steps, 
   state.v = state.x + n;
   flesh_scene_start(scene, &state);
   CHECK_OK(flesh_integrator_create(flesh_scene_system(scene), method, flesh_scene_solver(scene), &integrator));
-  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* no steps shorter than h for the energy of all */
+  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* steps must not be cut because of the energy
+                                                                         * of all bodies */
   for (int k = 0; k < steps; k++) CHECK_OK(flesh_integrator_step(integrator, &state, h, NULL));
   flesh_integrator_destroy(&integrator);
   return state;
 }
 
-/* Displacements of each body as alone. */
+/* Compares the displacements of each body with those it has alone. */
 static void check_bodies(const flesh_scene *scene, const flesh_state *state, const char *effects, int with_loads,
                          const char *rest, flesh_method method, int steps, double h, double tolerance)
 {
@@ -261,7 +262,7 @@ static void motions_are_those_of_each_body(void)
   flesh_scene_destroy(&scene);
 }
 
-/* Momentum of one body, kg m/s. */
+/* Returns the momentum of one body, kg m/s. */
 static void momentum_of(const flesh_scene *scene, int body, const double *v, double p[3])
 {
   const flesh_body *of = flesh_scene_body(scene);
@@ -275,7 +276,7 @@ static void momentum_of(const flesh_scene *scene, int body, const double *v, dou
   free(mass);
 }
 
-/* Free bodies that fall on a plane without friction: what is along it stays, and they come back up. */
+/* Free bodies that fall on a plane without friction keep their horizontal momentum and bounce back. */
 static void momentum_is_kept_in_a_collision(void)
 {
   static const char effects[] = "  - inertia: {}\n"
@@ -290,14 +291,14 @@ static void momentum_is_kept_in_a_collision(void)
     printf("# %s: %.12g %.12g %.12g kg m/s\n", elements[k], p[0], p[1], p[2]);
     CHECK_NEAR(p[0], 0.3 * 4000, 1e-6 * 4000);
     CHECK_NEAR(p[1], 0.2 * 4000, 1e-6 * 4000);
-    CHECK(p[2] > 0); /* it came with -8000 */
+    CHECK(p[2] > 0); /* it arrived with -8000 */
   }
   check_bodies(scene, &state, effects, 0, rest, FLESH_METHOD_NEWMARK, 40, 1. / 240, 1e-6);
   free(state.x);
   flesh_scene_destroy(&scene);
 }
 
-/* Tets of four nodes must not have an edge with tets of ten. */
+/* Four-node tets must not share an edge with ten-node tets. */
 static void meshes_are_checked(void)
 {
   flesh_scene *scene = open_scene(-1, "lumped", "  - inertia: {}\n", 0, "time: {end: 1}\n");
@@ -339,7 +340,7 @@ static void meshes_are_checked(void)
   flesh_scene_destroy(&scene);
 }
 
-/* A tet of four nodes and one of ten that meet at a corner: what both have there is added up. */
+/* A four-node tet and a ten-node tet that share a corner: their contributions there are added. */
 static void groups_may_share_a_corner(void)
 {
   static const double X[33] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, -1, 0, 0, 0, -1};
@@ -364,7 +365,7 @@ static void groups_may_share_a_corner(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* The mesh's tet that has the nodes of a cell: ascending, with the last one again. */
+/* Returns the mesh's tet with the nodes of a cell: ascending, padded with the last one. */
 static int tet_of(const flesh_cells *all, const int *cell)
 {
   for (int t = 0; t < all->count; t++)
@@ -372,7 +373,7 @@ static int tet_of(const flesh_cells *all, const int *cell)
   return -1;
 }
 
-/* Elasticity of every other cell, and of those between, is that of all together. */
+/* Elasticity of every other cell, and of the rest, add up to that of all. */
 static void parts_add_up(void)
 {
   flesh_scene *scene = open_scene(-1, "lumped", "  - elasticity: {}\n", 0, "");

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_muscle.c: a cube of muscle held at a length, shortening under a load and stretched while active is the closed
- * form; a nearly incompressible one keeps its volume; the energy that an activation puts in is the work that is done; a
+/* test_muscle.c: a cube of muscle held at a length, shortening under a load and stretched while active follows closed
+ * forms; a nearly incompressible one preserves its volume; the energy supplied by an activation is the work done; a
  * scrambled body of active muscle finds its equilibrium. */
 #include <stdlib.h>
 
@@ -10,9 +10,9 @@
 #include "test.h"
 
 static const double soft = 4e4, stiff = 6e5, peak = 3e5, optimal = 1.25; /* Pa; Pa */
-static const double thickness = 0.8; /* of the cube along y, m; 1 along x and z */
+static const double thickness = 0.8; /* length of the cube along y, m; 1 along x and z */
 
-static double blemker(double l) { return 1 - 4 * (1 - l) * (1 - l); } /* |1 - l| <= 0.4 */
+static double blemker(double l) { return 1 - 4 * (1 - l) * (1 - l); } /* Active tension at |1 - l| <= 0.4. */
 static double thelen(double l) { return exp(-(l - 1) * (l - 1) / 0.45); }
 
 /* Passive tension at l > 1.06, beyond both toes. */
@@ -21,7 +21,7 @@ static double passive(int curve, double l)
   return curve ? (exp((l - 1) * 5 / 0.6) - 1) / (exp(5) - 1) : 0.05 * (exp(6.6 * (l - 1)) - 1);
 }
 
-/* First Piola-Kirchhoff stress of the fibres. */
+/* Returns the first Piola-Kirchhoff stress of the fibres. */
 static double tension(int curve, double activation, double stretch)
 {
   const double l = stretch / optimal;
@@ -60,7 +60,7 @@ static flesh_material flesh_of(double young, double poisson)
   return material;
 }
 
-/* Free to slide on its planes x = 0, y = 0, z = 0; fibres along x. */
+/* Makes a cube free to slide on the planes x = 0, y = 0, z = 0; fibres along x. */
 static void make_cube(int order, int curve, double young, double poisson, const flesh_amplitude *activation, test_body *b)
 {
   CHECK_OK(test_body_create(box_of(order, 2, 2, 1), flesh_of(young, poisson), 1000, FLESH_MASS_LUMPED, 0, b));
@@ -68,7 +68,7 @@ static void make_cube(int order, int curve, double young, double poisson, const 
   add_muscle(b, curve, (double[]){2, 0, 0}, activation);
 }
 
-/* The reaction of the face x = 1, over its area. */
+/* Returns the reaction of the face x = 1, over its area. */
 static double reaction(const test_body *b, double t)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
@@ -89,7 +89,7 @@ static flesh_integrator *statics_of(const test_body *b)
   return integrator;
 }
 
-/* A corner's stretches along x and y. */
+/* Computes a corner's stretches along x and y. */
 static void stretches(const test_body *b, double *along, double *across)
 {
   for (int i = 0; i < b->n / 3; i++) {
@@ -101,9 +101,9 @@ static void stretches(const test_body *b, double *along, double *across)
 static const flesh_curve_point rise[] = {{0, 0.2}, {1, 1}};
 static const flesh_amplitude rising = {.count = 2, .points = rise, .from = -INFINITY, .until = INFINITY};
 
-/* Held at its rest length while the activation rises; and stretched by a half at an activation that rises, over the
- * optimum, where the active tension falls and fibres resist passively too. The material is stiff enough for the falling
- * tension, so that the stretch stays uniform. */
+/* Held at its rest length while the activation rises; and stretched by a half at a rising activation, beyond the
+ * optimum, where the active tension falls and fibres also resist passively. The material is stiff enough for the
+ * falling tension, so that the stretch stays uniform. */
 static void held_and_stretched_cubes_pull_as_the_closed_form(void)
 {
   const flesh_keyframe still[] = {{0, {0}, {0}}}, pulled[] = {{0, {0}, {0}}, {1, {0.5, 0, 0}, {0}}};
@@ -136,7 +136,7 @@ static void held_and_stretched_cubes_pull_as_the_closed_form(void)
       }
 }
 
-/* The stretch at which the cube bears a pull. */
+/* Returns the stretch at which the cube bears a pull. */
 static double isotonic_stretch(const flesh_material *m, int curve, double activation, double pull)
 {
   double low = 0.52, high = 1.2, mid = 1, side; /* of l > 0.4 */
@@ -150,8 +150,8 @@ static double isotonic_stretch(const flesh_material *m, int curve, double activa
 static const flesh_curve_point weak[] = {{0, 0}, {1, 0.3}};
 static const flesh_amplitude weakly = {.count = 2, .points = weak, .from = -INFINITY, .until = INFINITY};
 
-/* The cube has four-node tets at nu = 0.45, or ten-node tets at nu = 0.499, whose volume changes only as far as the
- * bulk modulus allows. */
+/* The cube has four-node tets at nu = 0.45, or ten-node tets at nu = 0.499, whose volume changes only as the bulk
+ * modulus allows. */
 static void a_loaded_cube_shortens_as_the_closed_form(void)
 {
   const double pull = 2e4;
@@ -207,7 +207,7 @@ static void volume_is_kept(void)
   CHECK_BELOW(drift[2], 0.003);
 }
 
-/* A bar that hangs on a wall and twitches: the activation rises, holds and falls. */
+/* Runs a bar hanging on a wall that twitches: the activation rises, holds and falls. */
 static void make_twitch(test_body *b)
 {
   static const flesh_curve_point twitch[] = {{0, 0}, {0.1, 0.5}, {0.2, 0.5}, {0.3, 0.1}};
@@ -219,7 +219,8 @@ static void make_twitch(test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The energy put in, less the gain of kinetic, elastic, muscle and load energy, over what was put in and out. */
+/* Returns the energy supplied minus the gain of kinetic, elastic, muscle and load energy, over the energy supplied and
+ * removed. */
 static double imbalance(flesh_method method, double h, double *put_in, double *gain)
 {
   test_body b;
@@ -246,7 +247,7 @@ static double imbalance(flesh_method method, double h, double *put_in, double *g
   return worst;
 }
 
-/* The midpoint rule keeps the balance to second order in the step; no method makes energy of its own. */
+/* The midpoint rule keeps the balance to second order in the step; no method creates energy of its own. */
 static void energy_put_in_is_work_done(void)
 {
   double put_in, gain;
@@ -263,7 +264,7 @@ static void energy_put_in_is_work_done(void)
   }
 }
 
-/* From tets scrambled by more than their edges it comes back to the state that it has from rest. */
+/* From tets scrambled by more than their edges it returns to the state that it reaches from rest. */
 static void scrambled_muscle_finds_its_equilibrium(void)
 {
   double *right = NULL;

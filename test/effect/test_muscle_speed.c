@@ -1,8 +1,8 @@
 // TEST quick seconds=60
-/* test_muscle_speed.c: muscle that is weaker while it shortens and stronger while it is stretched: a cube that is moved
- * at a speed pulls as the closed form of a step, which goes to that of Hill and Thelen with the step; a cube under a
- * load shortens as fast as Hill's hyperbola says; what the speed takes off is dissipated. Cubes have next to no mass,
- * but for the last one. */
+/* test_muscle_speed.c: muscle that is weaker while it shortens and stronger while it is stretched. A cube moved at a
+ * speed pulls according to the closed form of a step, which converges to that of Hill and Thelen; a cube under a load
+ * shortens as Hill's hyperbola predicts; the loss by the speed is dissipated. Cubes have negligible mass, except for
+ * the last one. */
 #include "body.h"
 #include "pull.h"
 #include "test.h"
@@ -22,10 +22,10 @@ static double of_speed(double v)
 typedef struct cube {
   test_body b;
   flesh_integrator *integrator;
-  double *x0; /* [n] where the last step began */
+  double *x0; /* [n] positions at the beginning of the last step */
 } cube;
 
-/* Makes a cube of 1 m, free to slide on its planes x = 0, y = 0, z = 0; fibres along x, of no passive tension. */
+/* Makes a cube of 1 m, free to slide on the planes x = 0, y = 0, z = 0, with fibres along x without passive tension. */
 static void make_cube(int order, int curve, double young, double activation, double density, cube *c)
 {
   flesh_mesh *four = test_box(2, 2, 2, 1, 1, 1), *mesh = four;
@@ -75,7 +75,7 @@ static void clear(cube *c)
   test_body_destroy(&c->b);
 }
 
-/* The reaction of the face x = 1, at the end of a step; the cube's mass is nothing. */
+/* Returns the reaction of the face x = 1 at the end of a step; the cube's mass is negligible. */
 static double reaction(const cube *c)
 {
   const flesh_state *s = &c->b.state;
@@ -89,7 +89,8 @@ static double reaction(const cube *c)
   return sum;
 }
 
-/* The tension at the end of a step in which a fibre comes from one stretch to another, and in no time. */
+/* Returns the tension at the end of a step in which a fibre goes from one stretch to another; with no duration, in the
+ * limit. */
 static double tension(int curve, double activation, double from, double to, double h)
 {
   const double l_0 = from / OPTIMAL, l = to / OPTIMAL, fastest = FASTEST * (0.25 + 0.75 * activation),
@@ -104,11 +105,11 @@ static double hill(int curve, double activation, double stretch, double rate)
 }
 
 typedef struct errors {
-  double step, hill, tension; /* over the peak stress: the worst of all steps, and two of the last */
+  double step, hill, tension; /* over the peak stress: the largest errors of all steps, and of the last two */
 } errors;
 
-/* Moves the face x = 1 at `rate` for 16 ms. The material is stiff enough for tensions that fall with the stretch, so that
- * this stays uniform. */
+/* Moves the face x = 1 at `rate` for 16 ms. The material is stiff enough for tensions that fall with the stretch, so
+ * that the stretch stays uniform. */
 static errors move(int order, int curve, double activation, double rate, int steps)
 {
   cube c = {0};
@@ -149,7 +150,7 @@ static void moved_cubes_pull_as_the_closed_form(void)
     }
 }
 
-/* In the limit of short steps, by the first order; faster than the greatest speed they do not pull. */
+/* In the limit of short steps, to first order; above the greatest speed fibres do not pull. */
 static void short_steps_pull_as_hill_and_thelen(void)
 {
   const double rates[] = {-3, 3, -1.3 * FASTEST * OPTIMAL};
@@ -164,8 +165,8 @@ static void short_steps_pull_as_hill_and_thelen(void)
     }
 }
 
-/* (g + A)(s + A) over A (1 + A), 1 on Hill's hyperbola, of a cube that shortens for some steps under a part of the
- * tension that it has at rest: g its tension over that of no speed, s its speed over the greatest. */
+/* Returns (g + A)(s + A) over A (1 + A), which is 1 on Hill's hyperbola, for a cube that shortens for some steps under
+ * a fraction of its isometric tension: g is its tension over the isometric one, s its speed over the greatest. */
 static double shorten(double part, double h, double *speed)
 {
   const double hill_constant = 0.25;
@@ -204,7 +205,7 @@ static void loaded_cubes_shorten_on_hills_hyperbola(void)
   }
 }
 
-/* The power of the forces that depend on speed, W, at a point of the midpoint rule. */
+/* Returns the power of the speed-dependent forces, W, at a point of the midpoint rule. */
 static double dissipated(const test_body *b, const double *x, const double *v)
 {
   const int n = b->n;
@@ -219,7 +220,7 @@ static double dissipated(const test_body *b, const double *x, const double *v)
   return power;
 }
 
-/* Kinetic, elastic, of the fibres. */
+/* Returns kinetic, elastic and fibre energy. */
 static double energy(const test_body *b)
 {
   double energies[8] = {0}, sum = 0, *zeros = calloc((size_t)b->n, sizeof *zeros);
@@ -230,7 +231,7 @@ static double energy(const test_body *b)
   return sum;
 }
 
-/* Energy that an active cube loses in 0.1 s by the midpoint rule, over what its speed dissipates. */
+/* Returns the energy that an active cube loses in 0.1 s with the midpoint rule, over the dissipation by its speed. */
 static double swing(double h)
 {
   cube c = {0};

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_obstacle_secants.c: solves of bodies that obstacles press take few Newton iterations, however deep in the barrier they
- * begin. */
+/* test_obstacle_secants.c: solves of bodies pressed by obstacles take few Newton iterations, however deep in the
+ * barrier they begin. */
 #include "body.h"
 #include "geometry/barrier.h"
 #include "geometry/obstacle.h"
@@ -14,7 +14,7 @@ typedef struct scene {
   flesh_integrator *integrator;
 } scene;
 
-/* A cube of 1 m on a floor at z = `below`, which moves by the motion. */
+/* Makes a cube of 1 m on a floor at z = `below`, which follows the motion. */
 static void begin(double below, const flesh_motion *motion, scene *s)
 {
   flesh_solver_options options;
@@ -41,8 +41,8 @@ static void finish(scene *s)
   test_body_destroy(&s->b);
 }
 
-/* A floor that rises by 0.02 m to where it touches 25 nodes, or ends so little below: the nodes begin at the gap that the
- * expected force gives. Each Newton iteration opens a gap that is far too small by half of itself only. */
+/* A floor that rises by 0.02 m until it touches 25 nodes, or stops just below: the nodes start at the gap given by the
+ * expected force. With tangents each Newton iteration widens a gap that is far too small by only half of itself. */
 static void nodes_that_would_touch_begin_apart(void)
 {
   static const double gaps[] = {0, 1e-15, 1e-12, 1e-8, 1e-5};
@@ -65,7 +65,7 @@ static double pressure_at(double gap)
   return -first;
 }
 
-/* The stiffness that the floor gives to the cube's first node, at a gap over the thickness. */
+/* Returns the stiffness that the floor adds to the cube's first node, at a gap over the thickness. */
 static double stiffness_at(const scene *s, double gap, double gap_lag, flesh_block_matrix *K, int predicts)
 {
   const flesh_evaluation *evaluation = s->integrator->evaluation;
@@ -81,8 +81,8 @@ static double stiffness_at(const scene *s, double gap, double gap_lag, flesh_blo
   return K->values[9 * (size_t)K->row_start[0] + 8];
 }
 
-/* The first matrix of a solve has the secant to the force at the lagged state; the next one that to the force which the first
- * one predicts; without a prediction, or elsewhere, it has the tangent. */
+/* The first matrix of a solve has the secant to the force at the lagged state; the next one that to the force predicted
+ * by the first; without a prediction, or elsewhere, the matrix has the tangent. */
 static void stiffness_leads_to_the_expected_force(void)
 {
   scene s;
@@ -100,15 +100,15 @@ static void stiffness_leads_to_the_expected_force(void)
   CHECK_NEAR(stiffness_at(&s, 0.3, 0.8, K, 1) - none, weight * slope, 1e-9 * tangent); /* filtered, for example */
   flesh_barrier_law(0.2, &value, &first, &second);
   CHECK_NEAR(stiffness_at(&s, 0.2, 0.8, K, 0) - none, weight * second, 1e-9 * weight * second);
-  /* At the gap that was expected, the force is the expected one: the tangent. */
+  /* At the expected gap the force is the expected one: the tangent is used. */
   flesh_barrier_law(0.8, &value, &first, &second);
   CHECK_NEAR(stiffness_at(&s, 0.8, 0.7, K, 1) - none, weight * second, 1e-6 * tangent);
-  const double expected = pressure_at(0.8), gap = 0.6; /* and on from there by that tangent */
+  const double expected = pressure_at(0.8), gap = 0.6; /* and the next prediction uses that tangent */
   const double predicted = expected + second * (0.8 - gap);
   double low = 0, high = 1;
   for (int k = 0; k < 60; k++) *(pressure_at((low + high) / 2) > predicted ? &low : &high) = (low + high) / 2;
   CHECK_NEAR(stiffness_at(&s, gap, 0.7, K, 1) - none, weight * (pressure_at(gap) - predicted) / (high - gap), 1e-6 * tangent);
-  /* Another solve forgets that. */
+  /* Another solve forgets the predictions. */
   flesh_proximity_begin(proximity);
   CHECK_NEAR(stiffness_at(&s, gap, 0.9, K, 1) - none, weight * (pressure_at(gap) - pressure_at(0.9)) / 0.3, 1e-9 * tangent);
   flesh_block_matrix_destroy(&K);

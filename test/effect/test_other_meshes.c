@@ -1,5 +1,5 @@
 // TEST quick
-/* test_other_meshes.c: what was made for one mesh is refused by what is on another one. */
+/* test_other_meshes.c: objects made for one mesh are refused with another one. */
 #include "scene_files.h"
 
 #include "body.h"
@@ -30,8 +30,8 @@ static flesh_mesh *without_a_tet(const flesh_mesh *mesh)
   return made;
 }
 
-/* Neither a system nor the derivative check of this mesh takes the effect `name`, which `b` has last in its system and
- * which `row` (NULL: `own`) makes of the body of b. */
+/* Checks that neither a system nor the derivative check of this mesh accepts the effect `name`, which is the last of
+ * b's system, and which `row` (NULL: `own`) makes for the body of b. */
 static void check_refused(const test_body *b, const flesh_effect_row *row, const flesh_effect_operations *own,
                           const flesh_mesh *mesh)
 {
@@ -51,7 +51,7 @@ static void check_refused(const test_body *b, const flesh_effect_row *row, const
   flesh_system_destroy(&system);
 }
 
-/* Every effect, those of the registry and one of one's own, on meshes with more nodes, fewer nodes, fewer tets. */
+/* Every effect, those of the registry and a user-defined one, on meshes with more nodes, fewer nodes, fewer tets. */
 static void other_meshes_are_refused(void)
 {
   static const flesh_effect_operations own = {.name = "own", .residual = own_residual};
@@ -66,7 +66,7 @@ static void other_meshes_are_refused(void)
     if (effect) CHECK_OK(flesh_system_add_effect(b.system, &effect));
     flesh_mesh *others[] = {test_box(1, 1, 1, 1, 1, 1), test_box(4, 4, 4, 1, 1, 1), without_a_tet(b.mesh)};
     for (int m = 0; m < 3; m++) {
-      if (flesh_system_effect_count(b.system)) /* else a constraint, which names nodes of the system's mesh */
+      if (flesh_system_effect_count(b.system)) /* otherwise a constraint, which names nodes of the system's mesh */
         check_refused(&b, k < rows ? row[k] : NULL, k < rows ? NULL : &own, others[m]), tried++;
       flesh_mesh_destroy(&others[m]);
     }
@@ -75,7 +75,7 @@ static void other_meshes_are_refused(void)
   CHECK(tried == 3 * (rows + 1 - 2)); /* pins and prescribed motions are constraints */
 }
 
-/* Observers on the mesh of `of`, and the body and system of the `run` that they are given to. */
+/* Makes observers on the mesh of `of`, and gives them the body and system of `run`. */
 typedef struct observed {
   test_body of, run;
   flesh_integrator *integrator;
@@ -92,7 +92,7 @@ static void open_observed(observed *o)
   CHECK_OK(flesh_integrator_create(o->run.system, FLESH_METHOD_BACKWARD_EULER, &options, &o->integrator));
 }
 
-/* A step that an observer of the other mesh is told of. */
+/* Reports a step to an observer of the other mesh. */
 static void check_observer(observed *o, int (*observe)(void *, const flesh_step_record *), void *data)
 {
   const flesh_observer observer = {observe, data};

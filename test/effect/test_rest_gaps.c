@@ -1,6 +1,6 @@
 // TEST quick
-/* test_rest_gaps.c: what is nearer than the thickness at rest: pieces of one body, which touch all the same; and ends of
- * one piece across a gap, which do not, and are found. */
+/* test_rest_gaps.c: features nearer than the thickness at rest: pieces of one body, which touch nevertheless; and ends
+ * of one piece across a gap, which do not, and are reported. */
 #include "body.h"
 #include "effect/surface_contact.h"
 #include "test.h"
@@ -23,7 +23,7 @@ static flesh_mesh *make_blocks(double gap)
   return both;
 }
 
-/* A bar of 0.2 m x 0.2 m bent to a ring with a gap between its ends. */
+/* Makes a bar of 0.2 m x 0.2 m bent to a ring with a gap between its ends. */
 static flesh_mesh *make_ring(double gap)
 {
   flesh_mesh *bar = NULL, *ring = NULL;
@@ -42,7 +42,7 @@ static flesh_mesh *make_ring(double gap)
   return ring;
 }
 
-/* A bar of 1.2 m with cells of 0.1 m, folded up in the middle so far that its top faces itself at 40 degrees. */
+/* Makes a bar of 1.2 m with cells of 0.1 m, folded in the middle so far that its top faces itself at 40 degrees. */
 static flesh_mesh *make_fold(void)
 {
   flesh_mesh *bar = NULL, *fold = NULL;
@@ -61,7 +61,7 @@ static flesh_mesh *make_fold(void)
   return fold;
 }
 
-/* `count` pairs of parts may touch; 0: all. */
+/* Adds contact; `count` pairs of parts may touch; 0: all. */
 static double energy_at_rest(const flesh_body *body, double thickness, int count, const int *pairs)
 {
   const double *X = flesh_mesh_positions(body->mesh);
@@ -75,7 +75,7 @@ static double energy_at_rest(const flesh_body *body, double thickness, int count
   return energy;
 }
 
-/* A body without parts whose pieces are nearer than the thickness has the energy that it has as two parts. */
+/* A body without parts whose pieces are nearer than the thickness has the same energy as two parts. */
 static void pieces_touch(void)
 {
   test_body b;
@@ -90,14 +90,14 @@ static void pieces_touch(void)
   printf("# %.6g J, as parts %.6g J\n", alone, as_parts);
   CHECK(alone > 0 && alone == as_parts);
   CHECK(energy_at_rest(&b.body, 0.019, 0, NULL) == 0);
-  /* Parts without tets do not change who touches whom. */
+  /* Parts without tets do not change which bodies touch. */
   b.body.part_count = 4;
   CHECK(energy_at_rest(&b.body, 0.05, 1, (int[]){0, 1}) == alone);
   CHECK(energy_at_rest(&b.body, 0.05, 1, (int[]){0, 2}) == 0);
   test_body_destroy(&b);
 }
 
-/* How many nodes of the body are found, and how far the nearest are. */
+/* Counts the nodes found in the body, and checks the least gap. */
 static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
 {
   const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};
@@ -113,8 +113,8 @@ static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
   return found;
 }
 
-/* The ring's ends, of nine nodes each, are told where the thickness is more than their gap; neither is what is beside a
- * fold, nor the other side of a thin wall. */
+/* The ring's ends, of nine nodes each, are reported if the thickness exceeds their gap; the surroundings of a fold and
+ * the other side of a thin wall are not. */
 static void gaps_are_found(void)
 {
   flesh_left_out found = left_out(make_ring(0.02), 0.05);

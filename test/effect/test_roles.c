@@ -1,6 +1,7 @@
 // TEST quick
-/* test_roles.c: effects are known by their roles: a mass and an elasticity of the user's own, under names of their own,
- * are to every part of the library what the built-in ones are, and so is a load with the least that an effect has. */
+/* test_roles.c: effects are recognised by their roles: a user-defined mass and elasticity, under their own names, are
+ * treated by every part of the library like the built-in ones, and so is a load with the minimum that an effect
+ * needs. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -20,7 +21,7 @@ typedef struct masses {
 static int mass_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const masses *self = effect->data;
-  CHECK(point->lagged.x && point->lagged.v); /* effects never see NULL */
+  CHECK(point->lagged.x && point->lagged.v); /* effects never receive NULL */
   for (int d = 0; d < 3 * self->nodes; d++) r[d] += self->mass[d / 3] * point->a[d];
   return FLESH_OK;
 }
@@ -73,7 +74,7 @@ static const flesh_effect_operations mass_operations = {.name = "my mass",
                                                         .energy = mass_energy,
                                                         .destroy = mass_destroy};
 
-/* The library's elasticity under a name of its own, by its public functions alone. */
+/* The library's elasticity under another name, through its public functions only. */
 static const flesh_cells *tissue_cells(const flesh_effect *effect)
 {
   const flesh_effect *inner = effect->data;
@@ -156,7 +157,7 @@ static void open_body(int kind, flesh_energy energy, test_body *b)
   if (kind == TWO_MASSES) add_masses(b, 0.75);
 }
 
-/* E's energy has a minimum at F = 0: a body that falls into it is untangled. */
+/* E's energy has a minimum at F = 0: a body that collapses into it is untangled. */
 static void untangling_finds_them(void)
 {
   for (int kind = 0; kind < KINDS; kind++) {
@@ -168,7 +169,7 @@ static void untangling_finds_them(void)
     CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) b.state.x[d] *= 0.01;
     flesh_solver_options_default(&options);
-    options.line_search = FLESH_LINE_SEARCH_RESIDUAL; /* with that on the potential no step falls into it */
+    options.line_search = FLESH_LINE_SEARCH_RESIDUAL; /* with a line search on the potential no step falls into it */
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
     for (int k = 0; k < 60; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
     CHECK(stats.untanglings == 1);
@@ -178,7 +179,7 @@ static void untangling_finds_them(void)
   }
 }
 
-/* The masses by which first guesses fit a rigid motion. */
+/* The masses with which first guesses fit a rigid motion. */
 static void first_guesses_weigh_them(void)
 {
   for (int kind = 0; kind < KINDS; kind++) {
@@ -200,8 +201,8 @@ static void first_guesses_weigh_them(void)
   }
 }
 
-/* A body thrown at 3 m/s without gravity: the energy that it has had is its kinetic one, mv^2/2 = 9 kJ; after it has
- * lost nothing and gained nothing. By stepping and by IDA. */
+/* A body thrown at 3 m/s without gravity: its initial energy is its kinetic energy, mv^2/2 = 9 kJ; afterwards it has
+ * lost and gained nothing. By stepping and by IDA. */
 static void the_energy_balance_knows_their_motion(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT, FLESH_METHOD_IDA};
@@ -257,7 +258,7 @@ static int keep_rest(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* S has an energy in the mesh's shape, which histories subtract from elasticity of any name. */
+/* S has an energy in the mesh's shape, which histories subtract for elasticity of any name. */
 static void energies_are_told_from_rest(void)
 {
   double sums[2] = {0, 0};
@@ -288,7 +289,7 @@ static void roles_that_do_not_exist_are_refused(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A weight of the nodes: name, role, residual, potential, destroy, and nothing else. */
+/* A weight of the nodes with only name, role, residual, potential and destroy. */
 static int weight_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const masses *self = effect->data;
@@ -312,8 +313,8 @@ static const flesh_effect_operations weight_operations = {.name = "weight", .rol
                                                           .residual = weight_residual,
                                                           .potential = weight_potential, .destroy = mass_destroy};
 
-/* A body of 2000 kg that falls for 0.1 s: its weight is the load that tolerances are measured against, and its work
- * is the kinetic energy; by IDA, too, there is no spurious energy. */
+/* A body of 2000 kg that falls for 0.1 s: its weight is the load that tolerances refer to, and its work is the kinetic
+ * energy; by IDA as well, there is no spurious energy. */
 static void five_members_are_a_load(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_IDA};
@@ -343,7 +344,7 @@ static void five_members_are_a_load(void)
     CHECK_NEAR(b.state.v[2], -0.981, 1e-6);
     const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
     CHECK(balance->gain == 0);
-    if (m == 0) CHECK_NEAR(balance->supplied, 2000 * 0.981 * 0.981 / 2, 1e-3); /* exact by the midpoint rule */
+    if (m == 0) CHECK_NEAR(balance->supplied, 2000 * 0.981 * 0.981 / 2, 1e-3); /* exact for the midpoint rule */
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }

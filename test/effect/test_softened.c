@@ -1,5 +1,5 @@
 // TEST quick
-/* test_softened.c: a softened system is one of its materials, and has as many levels as a body is stiff. */
+/* test_softened.c: a softened system has softened materials, and as many levels as the body's stiffness requires. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -7,7 +7,7 @@
 #include "test.h"
 #include "time/recovery/continuation.h"
 
-/* A softened material is S with the same shear modulus and the ratio asked for, whatever its form and element. */
+/* A softened material is S with the same shear modulus and the requested ratio, whatever the form and element. */
 static void check_softened(int order, double poisson)
 {
   const double mu = 1e5, ratio = 2 * poisson / (1 - 2 * poisson);
@@ -52,7 +52,7 @@ static void softened_materials_are_s(void)
     for (int k = 0; k < 3; k++) check_softened(order, (double[]){0, 0.49, 0.499}[k]);
 }
 
-/* Levels are on the way where they are five times as soft as the stiffest material. */
+/* Intermediate levels are those at least five times as soft as the stiffest material. */
 static void stiffer_bodies_have_more_levels(void)
 {
   const double ratios[] = {-0.5, 0.3, 0.49, 0.497, 0.4985, 0.4997, 0.4999};

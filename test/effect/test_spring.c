@@ -1,12 +1,12 @@
 // TEST quick
-/* test_spring.c: where a spring pulls, how keyframed motions move, and what the effects' constructors refuse. */
+/* test_spring.c: where a spring pulls, how keyframed motions move, and what the constructors of effects refuse. */
 #include <stdlib.h>
 
 #include "body.h"
 #include "geometry/motion.h"
 #include "test.h"
 
-/* A body of the unit cube; the system is empty. */
+/* Makes a body of the unit cube; the system is empty. */
 static void make_cube(int cells, int order, test_body *b)
 {
   flesh_material material;
@@ -52,7 +52,7 @@ static void check_spring_of(int order, const double given[3], const double found
       expected += active ? 25 * extension * extension : 0;
       CHECK_NEAR(sum[c], pull[c], 1e-11);
     }
-    /* Equal to one force at the point: so the weights are those of the point itself. */
+    /* Equal to one force at the point, so the weights are those of the point itself. */
     CHECK_NEAR(torque, (found[0] + 0.1) * pull[1] - (found[1] - 0.2) * pull[0], 1e-11);
     CHECK_NEAR(energy, expected, 1e-10);
   }
@@ -70,7 +70,7 @@ static void check_drag(const double given[3], const double found[3])
   for (int order = 1; order <= 2; order++) check_spring_of(order, given, found);
 }
 
-/* In ten-node tets the point goes along with a quadratic motion, which their corners do not know. */
+/* In ten-node tets the point follows a quadratic motion, which their corners alone do not determine. */
 static void the_point_follows_curved_edges(void)
 {
   test_body b;
@@ -102,7 +102,7 @@ static void spring_pulls_at_its_point(void)
 {
   check_drag((double[]){0.9, 0.8, 0.3}, (double[]){0.9, 0.8, 0.3});   /* inside */
   check_drag((double[]){1, 1, 1}, (double[]){1, 1, 1});               /* a corner */
-  check_drag((double[]){0.3, 0.6, 5}, (double[]){0.3, 0.6, 1});       /* above: the nearest of the surface */
+  check_drag((double[]){0.3, 0.6, 5}, (double[]){0.3, 0.6, 1});       /* outside: the nearest point of the surface */
   check_drag((double[]){-3, 0.4, 0.7}, (double[]){0, 0.4, 0.7});
   check_drag((double[]){9, 9, 9}, (double[]){1, 1, 1});
   check_drag((double[]){0.25, 2, -1}, (double[]){0.25, 1, 0});        /* an edge */
@@ -127,7 +127,7 @@ static void motions(void)
   CHECK_NEAR(y[0], 1 + 3, 1e-15);
   CHECK_NEAR(y[1], 1 + 2 + 1, 1e-15);
   CHECK_NEAR(y[2], 7, 1e-15);
-  /* A rotation vector in general position against the matrix exponential. */
+  /* Compares a rotation vector in general position with the matrix exponential. */
   keys[0].rotation[0] = 0.4, keys[0].rotation[1] = -1.1, keys[0].rotation[2] = 0.9;
   flesh_motion_clear(&motion);
   CHECK_OK(flesh_motion_copy(&given, &motion));
@@ -142,7 +142,7 @@ static void motions(void)
   for (int c = 0; c < 3; c++)
     CHECK_NEAR(y[c], given.centre[c] + keys[0].translation[c] + series[c], 1e-14);
   flesh_motion_clear(&motion);
-  /* Smooth: at rest at its keyframes, half-way at half time. */
+  /* Smooth motion: at rest at its keyframes, half-way at half time. */
   given.smooth = 1;
   CHECK_OK(flesh_motion_copy(&given, &motion));
   flesh_motion_at(&motion, 1.5, t);
@@ -153,7 +153,7 @@ static void motions(void)
   flesh_motion_clear(&motion);
 }
 
-/* Rows of the rotation at t. */
+/* Computes the rows of the rotation at t. */
 static void rotation_at(const flesh_motion *motion, double t, double R[9])
 {
   double origin[3], y[3];
@@ -166,7 +166,7 @@ static void rotation_at(const flesh_motion *motion, double t, double R[9])
   }
 }
 
-/* The angular velocity R' R^T at t, by the analytic rates. */
+/* Computes the angular velocity R' R^T at t from the analytic rates. */
 static void spin_at(const flesh_motion *motion, double t, double spin[3])
 {
   double R[9], W[9] = {0}, v0[3], v[3], a[3];
@@ -182,8 +182,8 @@ static void spin_at(const flesh_motion *motion, double t, double spin[3])
   spin[0] = (W[7] - W[5]) / 2, spin[1] = (W[2] - W[6]) / 2, spin[2] = (W[3] - W[1]) / 2;
 }
 
-/* From keyframe to keyframe about whatever axes a body turns at a constant rate, half-way at half time, and is where
- * the keyframes say; turns about one axis are counted. */
+/* Between keyframes about any axes a body turns at a constant rate and is half-way at half time; at keyframes it has
+ * their rotation; turns about one axis are counted. */
 static void rotations_go_evenly(void)
 {
   const double ends[][2][3] = {{{1, 0, 0}, {0, 1, 0}}, {{2, 0.5, -1}, {-1, 2, 1}}, {{0, 0, 0}, {0, 0, 9}},
@@ -274,7 +274,8 @@ static void bad_arguments_are_sentences(void)
   test_body_destroy(&b);
 }
 
-/* Springs stiffer than the block carry it forty lengths away in one equilibrium, which no first iterate's stretch hinders. */
+/* Springs stiffer than the block carry it forty lengths away in one equilibrium; a stretched first iterate does not
+ * prevent that. */
 static void springs_carry_a_free_block_far(void)
 {
   test_body b;

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
 /* test_spring_region.c: a spring that pulls within a radius: its weights against integrals in closed form, its sums and
- * derivatives, and that what it pulls converges under refinement, which a spring at a point does not. */
+ * derivatives, and the convergence of the pulled displacement under refinement, in contrast to a spring at a point. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -8,7 +8,7 @@
 #include "effect/spring_weights.h"
 #include "test.h"
 
-/* A system of the spring alone on the box of `cells` per metre. */
+/* Makes a system of only the spring on the box of `cells` per metre. */
 static void make(const int cells[3], const double size[3], int order, test_body *b)
 {
   flesh_mesh *mesh = test_box(cells[0], cells[1], cells[2], size[0], size[1], size[2]), *raised;
@@ -24,7 +24,7 @@ static double *weights_of(const test_body *b, const double p[3], double radius)
 {
   double *w = calloc((size_t)b->n / 3, sizeof *w), sum = 0;
   int tet = 0;
-  /* Any tet that holds p will do: the one whose centre is nearest of those that touch it. */
+  /* Any tet that holds p will do: take the one whose centre is nearest of those that touch it. */
   const double *X = flesh_mesh_positions(b->mesh);
   double best = INFINITY;
   for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++) {
@@ -41,7 +41,7 @@ static double *weights_of(const test_body *b, const double p[3], double radius)
   return w;
 }
 
-/* Over a ball the integral of k is 4 pi r^3 (1/3 - 2/5 + 1/7), of k s^2 4 pi r^3 (1/5 - 2/7 + 1/9): the
+/* Over a ball the integral of k is 4 pi r^3 (1/3 - 2/5 + 1/7), and of k s^2 it is 4 pi r^3 (1/5 - 2/7 + 1/9): the
  * weights' mean of |X - p|^2 is r^2 / 3. Over half of it the mean distance from the cut is r (1/4 - 1/3 + 1/8) / 2 over
  * (1/3 - 2/5 + 1/7). */
 static void weights_are_integrals(void)
@@ -71,7 +71,7 @@ static void weights_are_integrals(void)
   }
 }
 
-/* A radius far below an element's size: what the nodes share is near the point's own weights. */
+/* A radius far below an element's size: the nodes' shares are near the point's own weights. */
 static void small_radii_are_points(void)
 {
   test_body b;
@@ -85,7 +85,7 @@ static void small_radii_are_points(void)
   test_body_destroy(&b);
 }
 
-/* Two bodies side by side: the spring pulls the one it is on. */
+/* Two bodies side by side: the spring pulls the one it is attached to. */
 static void other_bodies_are_left_alone(void)
 {
   flesh_mesh *mesh = NULL;
@@ -109,8 +109,8 @@ static void carry_affinely(double x[3])
   for (int c = 0; c < 3; c++) x[c] = A[3 * c] * X[0] + A[3 * c + 1] * X[1] + A[3 * c + 2] * X[2] + 0.1 * (c - 1);
 }
 
-/* However a body moves and deforms, forces are one force at p = sum of w x, without a torque about it; where it moves
- * affinely p goes with it. Forces are the potential's gradient everywhere. */
+/* However a body moves and deforms, the forces are one force at p = sum of w x, without a torque about it; p follows
+ * affine motions. Forces are the potential's gradient everywhere. */
 static void sums_and_derivatives(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -163,7 +163,7 @@ typedef struct pull {
   double force, displacement, least;
 } pull;
 
-/* A block, held below, pulled upwards in the middle of its top. */
+/* Pulls a block, held below, upwards at the middle of its top. */
 static pull pull_block(int cells, int order, double radius)
 {
   test_body b;
@@ -186,7 +186,7 @@ static pull pull_block(int cells, int order, double radius)
   CHECK_OK(spring->operations->residual(spring, &point, r));
   pull result = {0, 0, flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL)};
   for (int d = 0; d < b.n; d += 3) result.force -= r[d];
-  /* The mean displacement of the region that the spring pulls. */
+  /* mean displacement of the region that the spring pulls */
   result.displacement = lift - result.force / stiffness;
   printf("# %2d cells of order %d, radius %g: force %.1f N, displacement %.4f m, least J %.3f\n", cells, order, radius,
          result.force, result.displacement, result.least);
@@ -196,8 +196,8 @@ static pull pull_block(int cells, int order, double radius)
   return result;
 }
 
-/* Halving the elements changes the pull by ever less, and both elements come to the same; at a point it nearly halves
- * again and again, as the dent deepens. */
+/* Halving the elements changes the force by ever less, and both elements converge to the same force. At a point each
+ * refinement nearly halves the force again, because the dent deepens. */
 static void pulls_converge(void)
 {
   pull within[3], at[3], quadratic[2];
@@ -215,7 +215,8 @@ static void pulls_converge(void)
   CHECK(at[2].least < at[1].least - 0.05);
 }
 
-/* A cube of 3375 nodes, and a tet 40 m away, which makes the body long: a twentieth of that holds all of the cube. */
+/* A cube of 3375 nodes, and a tet 40 m away that makes the body long: a twentieth of its length contains the whole
+ * cube. */
 static flesh_mesh *cube_and_a_far_tet(void)
 {
   flesh_mesh *cube = test_box(14, 14, 14, 1, 1, 1), *mesh = NULL;
@@ -234,7 +235,7 @@ static flesh_mesh *cube_and_a_far_tet(void)
   return mesh;
 }
 
-/* Each node is coupled with every other: a radius that holds too many is refused, the default one shrinks. */
+/* Each node is coupled with every other: a radius with too many nodes is refused, the default one shrinks. */
 static void nodes_are_limited(void)
 {
   flesh_mesh *mesh = cube_and_a_far_tet();

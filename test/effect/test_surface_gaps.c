@@ -1,6 +1,6 @@
 // TEST quick seconds=20
-/* test_surface_gaps.c: first iterates that would bring bodies into each other keep the gaps of what touches, node by node,
- * and solves begin there. */
+/* test_surface_gaps.c: first iterates that would bring bodies into each other keep the gaps of touching features, node
+ * by node, and solves begin there. */
 #include "effect/surface_contact.h"
 #include "flesh/integrator.h"
 #include "flesh/scene.h"
@@ -10,7 +10,7 @@
 
 static const double edge = 0.1, thickness = 0.01;
 
-/* A slab and a smaller one `gap` above its middle. */
+/* Makes a slab and a smaller one `gap` above its middle. */
 static void begin(double gap, test_body *b)
 {
   const int cells[3] = {8, 6, 1}, fewer[3] = {4, 3, 1};
@@ -27,8 +27,8 @@ static void begin(double gap, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* From one gap to another, over the thickness, and which one is left: the least of all pairs that are felt, 1 where none is.
- * What did not touch goes where the guess has it. */
+/* Moves from one gap to another, over the thickness, and returns the remaining one: the least of all pairs within
+ * reach, 1 if there is none. Nodes that did not touch stay at the guess. */
 static void gaps_are_kept(void)
 {
   const struct {
@@ -53,25 +53,25 @@ static void gaps_are_kept(void)
     CHECK(changed == cases[k].changed);
     CHECK_NEAR(fmin(near->set.distance / thickness, 1), cases[k].kept, 0.06);
     CHECK(flesh_system_max_feasible_step(b.system, proximity, NULL, 0, b.state.x, 0, x) == 1);
-    CHECK_NEAR(mean[1], mean[0], 1e-9); /* half of it by either */
+    CHECK_NEAR(mean[1], mean[0], 1e-9); /* half of it by each body */
     free(x);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
 }
 
-/* x [n], where the smaller slab has gone so far along y and up. */
+/* Computes x [n] with the smaller slab displaced this far along y and up. */
 static void slide(const test_body *b, double along, double up, double *x)
 {
   for (int d = 0; d < b->n; d++)
     x[d] = b->state.x[d] + (d < 3 * 9 * 7 * 2 || d % 3 == 0 ? 0 : d % 3 == 2 ? up : along);
 }
 
-/* Gaps are those of what was near where the step begins, not of what a search elsewhere has found: a resumed run has
- * searched there. The upper slab slides onto faces that a search at another place lacks, or alone has. */
+/* Gaps are those of features near where the step begins, not of what a search elsewhere has found: a resumed run has
+ * searched there. The upper slab slides onto faces that a search at another position lacks, or exclusively has. */
 static void gaps_do_not_depend_on_searches(void)
 {
-  const double cases[][2] = {{-3.5, 4.5}, {-2, 4.5}, {2, 4.5}}; /* thicknesses: where was searched, where it goes */
+  const double cases[][2] = {{-3.5, 4.5}, {-2, 4.5}, {2, 4.5}}; /* thicknesses: where the search was, where the slab goes */
   for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
     double *x[2];
     for (int searched = 0; searched < 2; searched++) {
@@ -96,8 +96,8 @@ static void gaps_do_not_depend_on_searches(void)
   }
 }
 
-/* A ball that is pushed through a tight tube: 452 Newton iterations where guesses are taken or refused as a whole, 385 where
- * nodes keep their gaps to faces that they have slid off, 285 where they keep them to those that they are above. */
+/* A ball pushed through a tight tube: 452 Newton iterations if guesses are accepted or refused as a whole, 385 if nodes
+ * keep their gaps to faces that they have slid off, 285 if they keep them to those that they are above. */
 static void solves_begin_at_these_gaps(void)
 {
   flesh_scene *scene = NULL;

@@ -1,6 +1,7 @@
 // TEST quick seconds=60
-/* test_viscosity.c: viscosity has no torque and feels no rigid step, dissipates always, and under every method a body
- * that spins freely keeps what it keeps without viscosity: its angular momentum exactly under the midpoint rule. */
+/* test_viscosity.c: viscosity has no torque, does not act on rigid steps, and always dissipates; under every method a
+ * freely spinning body conserves what it conserves without viscosity: its angular momentum exactly with the midpoint
+ * rule. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -25,7 +26,7 @@ static void make_bar(int inertia, double shear, double bulk, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Turned by `angle` about an axis that is none of the mesh's, and moved. */
+/* Turns the body by `angle` about an axis that is none of the mesh's, and moves it. */
 static void turn(int n, double angle, const double *x, double *y)
 {
   const double axis[3] = {1. / 3, 2. / 3, -2. / 3}, c = cos(angle), s = sin(angle);
@@ -39,7 +40,7 @@ static void turn(int n, double angle, const double *x, double *y)
   }
 }
 
-/* A rigid step of any length is none to the stress: by backward Euler's frozen start and at the midpoint. */
+/* A rigid step of any length causes no stress: with backward Euler's frozen start and at the midpoint. */
 static void rigid_steps_are_not_felt(void)
 {
   test_body b;
@@ -48,7 +49,7 @@ static void rigid_steps_are_not_felt(void)
   double *end = malloc((size_t)b.n * sizeof *end), *middle = malloc((size_t)b.n * sizeof *middle),
          *r = malloc((size_t)b.n * sizeof *r);
   test_jitter(b.n, 0.1, 3, b.state.x);
-  for (int k = 0; k < 5; k++) { /* the last is no rigid one */
+  for (int k = 0; k < 5; k++) { /* the last step is not rigid */
     turn(b.n, k < 4 ? angles[k] : 0.01, b.state.x, end);
     if (k == 4) test_jitter(b.n, 0.01, 4, end);
     for (int d = 0; d < b.n; d++) {
@@ -78,8 +79,8 @@ static void momentum_of(int n, const double *x, const double *p, double moment[3
       moment[k] += x[i + (k + 1) % 3] * p[i + (k + 2) % 3] - x[i + (k + 2) % 3] * p[i + (k + 1) % 3];
 }
 
-/* Wherever it is frozen it has no torque and a potential that is not negative; of its own state, or of a step's start
- * at rest, its power is the double of that. */
+/* With any frozen state there is no torque, and the potential is not negative; with the point's own state, or a step's
+ * start at rest, the power is twice the potential. */
 static void it_has_no_torque_and_never_feeds(void)
 {
   test_body b;
@@ -109,7 +110,7 @@ static void it_has_no_torque_and_never_feeds(void)
     for (int k = 0; k < 3; k++) CHECK_BELOW(fabs(torque[k]), 1e-12 * test_norm(b.n, r) * test_norm(b.n, b.state.x));
     CHECK(phi > 0);
     for (int d = 0; d < b.n; d++) power += r[d] * b.state.v[d];
-    /* Over a step from its start it is that of the strain's difference, E' = F_mean^T F'. */
+    /* Over a step from its start, E' is the difference of the strains, E' = F_mean^T F'. */
     flesh_point from = flesh_point_at(0, x_frozen, b.state.v, r);
     from.frozen = (flesh_frozen){b.state.x, NULL};
     if (start) CHECK_OK(flesh_system_residual(b.system, &from, r));
@@ -121,8 +122,8 @@ static void it_has_no_torque_and_never_feeds(void)
   test_body_destroy(&b);
 }
 
-/* Losses and gains of a spin: of the angular momentum at the end and at most, of that which the trapezoidal rule keeps,
- * and the largest rise of the energy from sample to sample over the kinetic energy. */
+/* Losses and gains of a spin: of the angular momentum at the end and at most, of the quantity that the trapezoidal rule
+ * conserves, and the largest rise of the energy between samples over the kinetic energy. */
 typedef struct lost {
   double momentum, largest, kept, rise, energy;
 } lost;
@@ -137,8 +138,8 @@ static double energy_of(const test_body *b, double *kinetic)
   return energies[0] + energies[1];
 }
 
-/* L, and L + h^2/4 sum v x M a, which the trapezoidal rule keeps where forces have no torque: it is the midpoint rule
- * for x - h v/2 and v - h a/2 (Hairer, Lubich & Wanner 2006, VI.8). */
+/* Computes L, and L + h^2/4 sum v x M a, which the trapezoidal rule conserves if forces have no torque: it is the
+ * midpoint rule for x - h v/2 and v - h a/2 (Hairer, Lubich & Wanner 2006, VI.8). */
 static void momenta_of(const test_body *b, double h, double *L, double *kept)
 {
   double *p = malloc((size_t)b->n * sizeof *p), *zero = calloc((size_t)b->n, sizeof *zero), moment[3];
@@ -199,12 +200,12 @@ static void midpoint_keeps_the_momentum(void)
     const double h = k ? 0.02 : 0.005;
     const lost viscous = spin(FLESH_METHOD_MIDPOINT, VISCOSITY, h, 2, 1e-9);
     CHECK_BELOW(viscous.largest, 1e-10);
-    CHECK_BELOW(viscous.rise, k ? 1e-3 : 1e-9); /* coarse steps of the rule gain where the start is violent */
+    CHECK_BELOW(viscous.rise, k ? 1e-3 : 1e-9); /* coarse steps of the rule gain energy after a violent start */
     CHECK(viscous.energy < -0.01); /* ringing and stretching are damped */
   }
 }
 
-/* These keep another momentum, so that L comes and goes with h^2, as without viscosity. */
+/* These methods conserve another momentum, so that L fluctuates with h^2, as without viscosity. */
 static void trapezoidal_rule_keeps_its_momentum(void)
 {
   const double h[] = {0.02, 0.01, 0.005};
@@ -218,7 +219,7 @@ static void trapezoidal_rule_keeps_its_momentum(void)
   CHECK_NEAR(log2(largest[0] / largest[2]) / 2, 2, 0.3);
 }
 
-/* Other methods lose momentum by themselves; viscosity adds nothing to it. */
+/* Other methods lose momentum by themselves; viscosity does not increase the loss. */
 static void others_lose_what_they_lose_without(void)
 {
   const struct {

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_weld.c: welds of meshes that do not match: constant stress, momenta, bending against one mesh, iterations. */
+/* test_weld.c: welds of non-matching meshes: constant stress, momenta, bending compared with one mesh, iterations. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -8,7 +8,7 @@
 #include "test.h"
 #include "welded.h"
 
-/* The plane between two blocks, z = 1 before, is inclined; places in it are scattered. */
+/* The plane between two blocks, z = 1 before, is inclined; nodes in it are scattered. */
 static void incline(double *x) { x[2] += (0.3 * x[0] + 0.2 * x[1]) * (1 - fabs(x[2] - 1)); }
 static int inclined(const double *X) { return fabs(X[2] - 1 - 0.3 * X[0] - 0.2 * X[1]) < 1e-9; }
 static void scatter(double *x)
@@ -27,7 +27,7 @@ static void pin(test_body *b, double x, double y, unsigned axes)
   }
 }
 
-/* Tractions P N on all of the outside but the weld. */
+/* Applies tractions P N on the whole outside except the weld. */
 static void load_with(test_body *b, const double P[9])
 {
   int all;
@@ -47,7 +47,7 @@ static void load_with(test_body *b, const double P[9])
   }
 }
 
-/* Both bodies have the deformation gradient F of a stress P that is the same all over; the upper one is off by P N/k. */
+/* Both bodies have the deformation gradient F of a uniform stress P; the upper one is displaced by P N/k. */
 static void patch(int order)
 {
   static const double F[9] = {1.1, 0.08, -0.05, 0, 1.05, 0.04, 0, 0, 1.15};
@@ -95,7 +95,7 @@ static void constant_stress_passes(void)
   for (int order = 1; order <= 2; order++) patch(order);
 }
 
-/* At any state the forces sum to nothing, nor have they a torque; rigid and affine motions cost nothing. */
+/* At any state the forces have neither resultant nor torque; rigid and affine motions have no energy. */
 static void forces_and_torques_balance(void)
 {
   for (int run = 0; run < 6; run++) {
@@ -137,7 +137,8 @@ static void forces_and_torques_balance(void)
   }
 }
 
-/* A spinning, falling-apart pair of blocks keeps its momentum; its angular one by the midpoint rule. */
+/* A spinning pair of blocks that moves apart conserves its momentum, and its angular momentum with the midpoint
+ * rule. */
 static void check_momentum(flesh_method method)
 {
   test_body b;
@@ -148,7 +149,7 @@ static void check_momentum(flesh_method method)
   flesh_effect *effect = welded(&b, 1e-9, NAN, NAN);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK_OK(flesh_system_finalize(b.system));
-  for (int i = 0; i < b.n / 3; i++) { /* the upper block flies away, turning */
+  for (int i = 0; i < b.n / 3; i++) { /* the upper block moves away, turning */
     const double *X = flesh_mesh_positions(b.mesh) + 3 * i;
     b.state.v[3 * i] = -3 * X[1] + 1, b.state.v[3 * i + 1] = 3 * X[0], b.state.v[3 * i + 2] = X[2] > 1 ? 1 : 0;
   }
@@ -175,8 +176,8 @@ typedef struct bent {
   flesh_solve_stats stats;
 } bent;
 
-/* The mean of the end of a bar of 4 m that sags under its weight; welded in the middle with the factor on the default
- * stiffness, or one mesh where that is 0. */
+/* Returns the mean deflection of the end of a bar of 4 m that sags under its weight: welded in the middle with this
+ * factor on the default stiffness, or one mesh if the factor is 0. */
 static bent sag(int order, const int left[3], const int right[3], double factor)
 {
   test_body b;

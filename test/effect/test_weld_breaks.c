@@ -1,5 +1,6 @@
 // TEST full memory seconds=60
-/* test_weld_breaks.c: welds that break: where, when, what is released and kept; refused steps, states, compression. */
+/* test_weld_breaks.c: breaking welds: where and when they break, what is released and conserved; refused steps, states,
+ * compression. */
 #include "temporary.h" /* first */
 #include "effect/effect.h"
 
@@ -28,7 +29,7 @@ static void hold_corner(test_body *b, double x, double z, unsigned axes, const f
   }
 }
 
-/* Internal variables for the state. */
+/* Makes internal variables for the state. */
 static void give_internal(test_body *b)
 {
   b->state.internal_count = flesh_system_internal_count(b->system);
@@ -41,7 +42,7 @@ static void end(test_body *b)
   test_body_destroy(b);
 }
 
-/* Pulls the top up by `most` m in a second; the bars narrow freely. */
+/* Pulls the top up by `most` m in a second; the bars can contract laterally. */
 static void begin_pull(int order, const int lower[3], const int upper[3], double most, double breaks_at, test_body *b)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0, 0, most}}};
@@ -59,7 +60,7 @@ static void begin_pull(int order, const int lower[3], const int upper[3], double
   give_internal(b);
 }
 
-/* The force that pulls at the top, N. */
+/* Returns the force that pulls at the top, N. */
 static double pull_of(const test_body *b)
 {
   double *r = calloc(2 * (size_t)b->n, sizeof *r), *zeros = r + b->n, force = 0;
@@ -90,7 +91,7 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_method method, 
   return integrator;
 }
 
-/* A weld that breaks far beyond its limit, as the step is long, says so. */
+/* A weld that breaks far beyond its limit, because the step is long, reports that. */
 static void long_steps_tell_what_they_release_in_excess(void)
 {
   for (int steps = 1; steps <= 20; steps += 19) {
@@ -109,8 +110,9 @@ static void long_steps_tell_what_they_release_in_excess(void)
   }
 }
 
-/* A twin that holds has the force at which the weld must break: in the first increment that ends beyond breaks_at times
- * the area it breaks all at once, and not before, however the meshes meet. */
+/* The force at which the weld must break is known from an identical body with an unbreakable weld: in the first
+ * increment that ends beyond breaks_at times the area, and not before, it breaks all at once, however the meshes
+ * meet. */
 static void two_bars_break_at_the_force(void)
 {
   enum { STEPS = 20 };
@@ -131,7 +133,7 @@ static void two_bars_break_at_the_force(void)
       CHECK_OK(flesh_integrator_step(holds, &twin.state, 1. / STEPS, NULL));
       const double force = pull_of(&b), wanted = pull_of(&twin);
       beyond += wanted > breaks_at;
-      if (beyond == 1) /* what such a traction stores in springs of stiffness k, m^2 by m^2 */
+      if (beyond == 1) /* energy of this traction stored in springs of stiffness k, per area */
         CHECK_NEAR(flesh_integrator_energy_balance(breaks)->released, wanted * wanted / (2 * k), 1e-6 * breaks_at * breaks_at / k);
       CHECK_NEAR(force, beyond ? 0 : wanted, 1e-6 * breaks_at);
       CHECK(broken_of(&b) == (beyond ? 1 : 0));
@@ -155,7 +157,7 @@ static void turn(const double axis[3], double angle, const double *p, double *q)
     q[k] = c * p[k] + (1 - c) * along * axis[k] + s * (axis[(k + 1) % 3] * p[(k + 2) % 3] - axis[(k + 2) % 3] * p[(k + 1) % 3]);
 }
 
-/* [nodes] 1 for those of the upper cube. */
+/* [nodes] Marks the nodes of the upper cube with 1. */
 static char *nodes_of_upper(const test_body *b)
 {
   char *upper = calloc((size_t)b->n / 3, 1);
@@ -165,7 +167,7 @@ static char *nodes_of_upper(const test_body *b)
   return upper;
 }
 
-/* The upper cube is shifted as a whole, which is the same traction all over; then everything is turned. The root of
+/* The upper cube is shifted as a whole, which gives a uniform traction; then everything is rotated. The root of
  * tension^2 + shear^2 decides, to rounding, for tension, compression and all ratios of shear to them. */
 static void tension_and_shear_count_together(void)
 {
@@ -202,7 +204,7 @@ static void tension_and_shear_count_together(void)
   }
 }
 
-/* The energy of all effects, J, above the rest shape at rest; *rounding: of the sum of its terms. */
+/* Returns the energy of all effects, J, above that of the rest shape at rest; *rounding: from the sum of its terms. */
 static double energy_of(const test_body *b, double *rounding)
 {
   double energies[3], rest[3], sum = 0, phi, *zeros = calloc((size_t)b->n, sizeof *zeros);
@@ -218,8 +220,8 @@ static double energy_of(const test_body *b, double *rounding)
   return sum;
 }
 
-/* Two cubes that fly apart, turning: the peel begins at an edge. They are free, or held at the other edge; `further` (may
- * be NULL) is taken. */
+/* Runs two cubes that move apart, turning: the peel begins at an edge. They are free, or held at the other edge;
+ * `further` (may be NULL) modifies the system. */
 static void begin_peel(double breaks_at, int held, const flesh_effect_operations *further, test_body *b)
 {
   two_cubes(1, (int[]){2, 2, 1}, (int[]){3, 3, 1}, 1, b);
@@ -238,9 +240,9 @@ static void begin_peel(double breaks_at, int held, const flesh_effect_operations
   }
 }
 
-/* In every method of fixed steps: part of the weld breaks first, momenta are kept, and energy with what was released is
- * that of the start where the method keeps it (strains are small, so that the midpoint rule and Newmark's do to 1e-5).
- * What the integrator has counted is the sum over the weld's parts. */
+/* With every method of fixed steps part of the weld breaks first, momenta are conserved, and the energy plus the
+ * released energy is that of the start if the method conserves it (strains are small, so that the midpoint rule and
+ * Newmark's do to 1e-5). The integrator's count is the sum over the weld's parts. */
 static void broken_welds_keep_momenta_and_books(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -277,7 +279,8 @@ static void broken_welds_keep_momenta_and_books(void)
   }
 }
 
-/* Steps that errors choose keep momenta and books, too, and the first part breaks where and when short steps say. */
+/* Adaptive steps also conserve momenta and balance energies, and the first part breaks where and when it does with
+ * short steps. */
 static void errors_choose_steps_of_a_weld_that_breaks(void)
 {
   double first[2][5];
@@ -291,7 +294,7 @@ static void errors_choose_steps_of_a_weld_that_breaks(void)
     flesh_adaptive_options options;
     flesh_adaptive_options_default(&options);
     options.control = controlled;
-    options.tolerance = 1e-8; /* of the length, as welds break at small openings */
+    options.tolerance = 1e-8; /* fraction of the length, because welds break at small openings */
     CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
     flesh_solve_stats stats = {0};
     for (int s = 0; s < (controlled ? 60 : 300); s++)
@@ -315,7 +318,7 @@ static void errors_choose_steps_of_a_weld_that_breaks(void)
   CHECK_NEAR(first[1][0], first[0][0], 0.1 * first[0][0]);
 }
 
-/* Steps on by h with steps that errors choose; new positions [n]. */
+/* Takes adaptive steps to h; returns new positions [n]. */
 static double *run_by_error(test_body *b, flesh_method method, double tolerance, double h)
 {
   flesh_integrator *integrator = integrator_of(b, method, 1e-4);
@@ -335,7 +338,7 @@ static double *run_by_error(test_body *b, flesh_method method, double tolerance,
   return x;
 }
 
-/* The positions 0.2 s after two cubes began to fly apart, [n]. */
+/* Computes the positions 0.2 s after two cubes began to move apart, [n]. */
 static double *positions_of_peel(int held, double tolerance, int *n)
 {
   test_body b;
@@ -346,7 +349,7 @@ static double *positions_of_peel(int held, double tolerance, int *n)
   return x;
 }
 
-/* The error follows the tolerance, although a step finds out at its end alone what has broken. */
+/* The error follows the tolerance, although a step finds out only at its end what has broken. */
 static void see_when_a_weld_breaks(int held, double finest)
 {
   int n;
@@ -364,10 +367,11 @@ static void see_when_a_weld_breaks(int held, double finest)
 static void errors_see_when_a_weld_breaks(void)
 {
   see_when_a_weld_breaks(0, 1e-6);
-  see_when_a_weld_breaks(1, 1e-4); /* no step resolves the forces that what breaks leaves at dofs that are held */
+  see_when_a_weld_breaks(1, 1e-4); /* no step resolves the forces that breaking leaves at constrained dofs */
 }
 
-/* The positions 0.1 s after a bar of two incompressible pieces, whose weld breaks, began to be pulled by its end, [n]. */
+/* Computes the positions 0.1 s after a bar of two incompressible pieces, whose weld breaks, began to be pulled at its
+ * end, [n]. */
 static double *positions_of_bar(const int cells[3], flesh_method method, double tolerance, int *n)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.2, .translation = {0.02, 0, 0.08}}};
@@ -389,8 +393,8 @@ static double *positions_of_bar(const int cells[3], flesh_method method, double 
   return x;
 }
 
-/* A step closes the gaps of incompressible tets that the one before has left, however short it is: short ones leave less, and
- * errors have nothing of them. */
+/* A step closes the gaps of incompressible tets that the previous one has left, however short it is: short ones leave
+ * less, and errors do not contain them. */
 static void gaps_do_not_shorten_steps_where_a_weld_breaks(void)
 {
   int n;
@@ -407,7 +411,7 @@ static void gaps_do_not_shorten_steps_where_a_weld_breaks(void)
   }
 }
 
-/* An effect that has no value at the stage of a whole step, so that each step is halved. Where a stage is the end of its
+/* An effect that is undefined at the stage of a whole step, so that each step is halved. If a stage is the end of its
  * step, the second half ends there too, and comes less than a step after the lagged state. */
 static double whole_stage, farthest;
 
@@ -419,8 +423,8 @@ static int refuse_long(const flesh_effect *effect, const flesh_point *point, dou
 
 static const flesh_effect_operations refusing = {.name = "refusing", .traits = FLESH_IS_PASSIVE, .residual = refuse_long};
 
-/* Steps that are refused and halved break the same parts at the same time as steps of half the length; a step that fails
- * leaves what is broken as it was. */
+/* Steps that are refused and halved break the same parts at the same time as steps of half the length; a failed step
+ * leaves the weld unchanged. */
 static void compare_halved_steps(flesh_method method)
 {
   test_body b[2];
@@ -430,7 +434,7 @@ static void compare_halved_steps(flesh_method method)
                        : method == FLESH_METHOD_HHT               ? 0.9
                        : method == FLESH_METHOD_GENERALIZED_ALPHA ? 1 / 1.8
                                                                   : 1; /* of a step */
-  /* The last stage of Runge-Kutta lags behind the stage before it, by .4 of the step. */
+  /* The last stage of Runge-Kutta lags behind the previous stage, by .4 of the step. */
   farthest = method == FLESH_METHOD_RUNGE_KUTTA ? 0.001 : stage < 0.7 ? 0.0015 : 0.003;
   for (int k = 0; k < 2; k++) {
     begin_peel(600, 0, k ? NULL : &refusing, &b[k]);
@@ -448,7 +452,7 @@ static void compare_halved_steps(flesh_method method)
     worst = fmax(worst, test_distance(b[0].n, b[0].state.x, b[1].state.x));
   }
   printf("# %s: %.3g broken, places are within %.2g m\n", flesh_method_name(method), broken_of(&b[0]), worst);
-  /* After a step that has failed runge-kutta goes by another table: they agree within its error. */
+  /* After a failed step runge-kutta uses another table: the results agree within its error. */
   CHECK_BELOW(worst, method == FLESH_METHOD_RUNGE_KUTTA ? 1e-6 : 1e-9);
   CHECK(broken_of(&b[0]) > 0 && broken_of(&b[0]) < 1);
   flesh_solver_options options = test_options(1e-11);
@@ -471,7 +475,7 @@ static void compare_halved_steps(flesh_method method)
 static void halved_steps_break_the_same(void)
 {
   for_every_method(method, TEST_FIXED_STEPS)
-    if (method != FLESH_METHOD_BDF2) compare_halved_steps(method); /* its steps without a past are midpoint's */
+    if (method != FLESH_METHOD_BDF2) compare_halved_steps(method); /* its steps without a history are midpoint's */
 }
 
 static void check_same(const test_body *a, const test_body *b)
@@ -482,7 +486,8 @@ static void check_same(const test_body *a, const test_body *b)
     CHECK(!memcmp(a->state.internal, b->state.internal, (size_t)a->state.internal_count * sizeof(double)));
 }
 
-/* Broken welds are in the state and its file, and go on with the same bits; also where the integrator keeps them. */
+/* Broken welds are part of the state and its file, and resumed runs have the same bits; also with the integrator's
+ * saved data. */
 static void a_broken_weld_goes_on_with_the_same_bits(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -533,7 +538,8 @@ static void a_broken_weld_goes_on_with_the_same_bits(void)
   }
 }
 
-/* Pressed to less than three quarters of the height, with over a hundred times the traction that breaks it in tension. */
+/* Compressed to less than three quarters of the height, with over a hundred times the traction that breaks it in
+ * tension. */
 static void compression_breaks_nothing(void)
 {
   test_body b;
@@ -545,7 +551,7 @@ static void compression_breaks_nothing(void)
   end(&b);
 }
 
-/* A cube that falls off in statics has no equilibrium, which is said; nothing is broken then. */
+/* A cube that falls off in statics has no equilibrium, which is reported; nothing is broken then. */
 static void what_falls_off_has_no_equilibrium(void)
 {
   test_body b;
@@ -566,7 +572,7 @@ static void what_falls_off_has_no_equilibrium(void)
   end(&b);
 }
 
-/* Methods that go on from a history of smooth steps say why they do not have it. */
+/* Methods that continue from a history of smooth steps report why they lack it. */
 static void adaptive_methods_refuse_it(void)
 {
   test_body b;

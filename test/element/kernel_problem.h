@@ -1,5 +1,5 @@
-/* kernel_problem.h: a body whose energy, residual and matrix by the batched kernels are compared with those of one tet at
- * a time, for every kind of effect. */
+/* kernel_problem.h: a body whose energy, residual and matrix from the batched kernels are compared with those computed
+ * one tet at a time, for every kind of effect. */
 #ifndef FLESH_TEST_KERNEL_PROBLEM_H
 #define FLESH_TEST_KERNEL_PROBLEM_H
 
@@ -12,7 +12,8 @@
 #include "test_matrix.h"
 #include "viscous_reference.h"
 
-/* Kinds of effects: of x, of v (the mass of a, which is the same here) with the shape as at x_lag, or of both. */
+/* Kinds of effects: depending on x, on v (including the mass times a, which is the same here) with the shape at x_lag,
+ * or on both. */
 typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, FROZEN, CONSISTENT, LUMPED, KINDS } kind;
 static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
                                          "viscosity, frozen", "consistent mass", "lumped mass"};
@@ -30,7 +31,7 @@ typedef struct problem {
   int n; /* unknowns */
 } problem;
 
-/* Makes the arrays of a problem that has its mesh, but for K. */
+/* Makes the arrays, except K, of a problem that has its mesh. */
 static void problem_make(problem *p)
 {
   int tets = flesh_mesh_tet_count(p->mesh);
@@ -59,7 +60,7 @@ static void problem_close(problem *p)
   free(p->K);
 }
 
-/* Energy and stress of damping by the projected Hessian H, which becomes their derivative. */
+/* Computes energy and stress of damping by the projected Hessian H, which becomes their derivative. */
 static void law_of_rates(const double rate[9], double *value, double P[9], double H[81])
 {
   *value = 0;
@@ -71,7 +72,7 @@ static void law_of_rates(const double rate[9], double *value, double P[9], doubl
   }
 }
 
-/* A system of what acts on this body, alone. */
+/* Makes a system of only this effect. */
 static int make_system(problem *p, kind kind, flesh_instructions instructions, flesh_system **system)
 {
   flesh_body body = {.mesh = p->mesh,
@@ -97,7 +98,7 @@ static int make_system(problem *p, kind kind, flesh_instructions instructions, f
   return FLESH_OK;
 }
 
-/* Returns the part of lambda that damping leaves out: all beyond nine times mu. */
+/* Returns the part of lambda that damping leaves out: the excess over nine times mu. */
 static double excess_of(const flesh_material *m)
 {
   double mu, lambda;
@@ -105,7 +106,7 @@ static double excess_of(const flesh_material *m)
   return fmax(0, lambda - 9 * mu);
 }
 
-/* Makes a point; the vectors that a kind must not read are others. */
+/* Makes a point; vectors that the kind must not read have other values. */
 static flesh_point point_of(const problem *p, kind kind)
 {
   const int viscous = kind == VISCOUS || kind == FROZEN;
@@ -132,10 +133,10 @@ static double largest_of(const double *a, size_t n)
   return largest;
 }
 
-/* The larger one, and what is no number once it is there. */
+/* Returns the larger one, and NaN once there is one. */
 static double worse(double a, double b) { return a <= b || isnan(b) ? b : a; }
 
-/* The largest difference from the reference, over the largest entry. */
+/* Returns the largest difference from the reference, over the largest entry. */
 static double residual_error(const problem *p, const double *r)
 {
   double worst = 0;
@@ -154,11 +155,11 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
         worst = worse(worst, fabs(A->values[9 * (size_t)k + c] - p->K[row * n + column]));
       }
   for (size_t q = 0; q < n * n; q++) expected += q / n / 3 <= q % n / 3 && p->K[q] != 0;
-  CHECK(expected <= found); /* nothing of the reference lies outside the pattern */
+  CHECK(expected <= found); /* no entry of the reference lies outside the pattern */
   return worst / largest_of(p->K, n * n);
 }
 
-/* Residual and potential have the same bits by one pass. */
+/* Residual and potential have the same bits in one pass. */
 static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
                        double V)
 {
@@ -176,10 +177,10 @@ static int available(int instructions)
   return flesh_instructions_find((flesh_instructions)instructions, &usable) == FLESH_OK;
 }
 
-/* Energy, residual and dense matrix of a problem tet by tet, which the including test has. */
+/* Computes energy, residual and dense matrix of a problem tet by tet; defined by the including test. */
 static void reference(problem *p, kind kind, flesh_eigenvalue_filter project);
 
-/* The largest differences of entries, over the largest entry; the energy over the reference's. */
+/* Returns the largest differences of entries over the largest entry, and of the energy over the reference's. */
 typedef struct comparison {
   double matrix, residual, energy;
 } comparison;
@@ -211,8 +212,7 @@ static comparison measure(problem *p, kind kind, flesh_instructions instructions
   return found;
 }
 
-/* Tets that share nothing but their first `shared` nodes: tiles run out of room for nodes where there are none, and for
- * pairs where there are two. */
+/* Makes tets that share only their first `shared` nodes: with 0, tiles run out of room for nodes, with 2 for pairs. */
 static inline flesh_mesh *tets_apart(int tets, int shared)
 {
   const int own = 4 - shared, nodes = shared + tets * own;

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_body.c: effects refuse bodies that they cannot be made of, and motions and amplitudes without their arrays. */
+/* test_body.c: effects refuse bodies that lack what they need, and motions and amplitudes without their arrays. */
 #include "body.h"
 #include "test.h"
 

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_elasticity.c: the batched kernels (elasticity's, damping's, viscosity's, mass's), with every set of
- * instructions that this machine has, against one tet at a time through flesh/material.h; tiles and threads. */
+/* test_elasticity.c: the batched kernels (elasticity, damping, viscosity, mass), with every instruction set of this
+ * machine, against one tet at a time through flesh/material.h; tiles and threads. */
 #include <stdlib.h>
 
 #include "effect/effect.h"
@@ -8,7 +8,7 @@
 #include "test_matrix.h"
 #include "material/form.h"
 
-/* A user's own psi. */
+/* A user-defined psi. */
 static int own_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   const double *constants = m->user;
@@ -47,10 +47,11 @@ static void problem_open(int energy, const int cells[3], problem *p)
   problem_of(energy, mesh, p);
 }
 
-/* Whether the form has a derivative for every F: co-rotational ones have none where the polar rotation is not unique. */
+/* Whether the form has a derivative for every F: co-rotational forms have none if the polar rotation is not unique. */
 static int is_smooth(int energy) { return energy != FLESH_ENERGY_CR && energy != FLESH_ENERGY_FCR; }
 
-/* Mild enough for J > 0, or with tets inverted, flat, and where the form is smooth drawn to a line and to a point. */
+/* Deformations mild enough for J > 0, or with inverted and flat tets and, for smooth forms, tets shrunk to a line and
+ * to a point. */
 static void deform(problem *p, int wild)
 {
   const int smooth = is_smooth(p->materials[0].energy);
@@ -76,7 +77,7 @@ static void deform(problem *p, int wild)
   }
 }
 
-/* d2 psi / dF2 [9][9], its negative eigenvalues treated as `project` says. */
+/* Computes d2 psi / dF2 [9][9], with its negative eigenvalues treated according to `project`. */
 static void projected_hessian(const flesh_material *m, const double F[9], flesh_eigenvalue_filter project, double H[81])
 {
   double values[9], vectors[81];
@@ -90,7 +91,7 @@ static void projected_hessian(const flesh_material *m, const double F[9], flesh_
               vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
 }
 
-/* psi with the second derivative by J that damping takes. */
+/* psi with the second derivative by J that damping uses. */
 static int damped_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   const flesh_material *whole = m->user;
@@ -99,7 +100,7 @@ static int damped_psi(double I_C, double J, const flesh_material *m, flesh_psi *
   return status;
 }
 
-/* Energy, stress and its derivative at a point of a tet, at F, for the rate F', and the same frozen. */
+/* Computes energy, stress and its derivative at a point of a tet, for F, the rate F', and the frozen F and F'. */
 static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], const double frozen[9],
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {
@@ -120,7 +121,7 @@ static void law(kind kind, const flesh_material *m, const double F[9], const dou
   law_of_rates(rate, value, P, H);
 }
 
-/* Adds (M v) and M of a tet's rho V/20 (1 + [a = b]), or its quarters of rho V. */
+/* Adds (M v) and M of a tet: rho V/20 (1 + [a = b]), or lumped, rho V/4. */
 static void reference_mass(problem *p, int lumped, const int *node, double mass)
 {
   for (int a = 0; a < 4; a++)
@@ -133,7 +134,7 @@ static void reference_mass(problem *p, int lumped, const int *node, double mass)
       }
 }
 
-/* The gradient of the vectors y in a tet. */
+/* Computes the gradient of the vectors y in a tet. */
 static void gradient_of(const double *y, const int *node, const double inverse[9], double G[9])
 {
   double d[9];
@@ -142,7 +143,7 @@ static void gradient_of(const double *y, const int *node, const double inverse[9
   flesh_mat3_multiply(d, inverse, G);
 }
 
-/* Energy, residual and dense matrix tet by tet from the material's functions. */
+/* Computes energy, residual and dense matrix tet by tet from the material's functions. */
 static void reference(problem *p, kind kind, flesh_eigenvalue_filter project)
 {
   const double *X = flesh_mesh_positions(p->mesh);
@@ -221,7 +222,7 @@ static void tiles_run_out_of_room(void)
   }
 }
 
-/* Tets flattened until their gradients are all but parallel: a matrix is as exact as those, not as their
+/* Tets flattened until their gradients are nearly parallel: a matrix is as accurate as the gradients, not as their
  * determinant. */
 static void slivers(void)
 {
@@ -255,7 +256,8 @@ static void slivers(void)
   problem_close(&p);
 }
 
-/* Sizes that the batched logarithm and decomposition leave to the single ones, and large ones for an exponential. */
+/* Values that the batched logarithm and decomposition leave to the scalar functions, and large ones for an
+ * exponential. */
 static void extreme_sizes(void)
 {
   static const struct {
@@ -311,7 +313,7 @@ static void bad_states_are_told_apart(void)
       }
 }
 
-/* A body of many pieces, and of many parts of nodes. */
+/* A body of many pieces, and of many blocks of nodes. */
 static void open_large(problem *p)
 {
   const int cells[3] = {13, 12, 11};
@@ -342,7 +344,7 @@ static void threads_give_the_same_bits(void)
 static const flesh_cells *all_pairs(const flesh_effect *effect) { return effect->data; }
 static size_t no_memory(const flesh_effect *effect) { return (void)effect, 0; }
 
-/* Effects of one body have the same cells, whose places in the matrix the system keeps once. */
+/* Effects of one body have the same cells; the system stores their positions in the matrix once. */
 static void places_are_kept_once(void)
 {
   static const flesh_effect_figures empty = {.memory = no_memory};

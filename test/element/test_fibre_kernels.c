@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_fibre_kernels.c: the batched kernels of fibres, with every set of instructions that this machine has, against one
- * tet at a time: energies, derivatives, filtered Hessians, parts of a mesh, meshes with both kinds of tets, threads. */
+/* test_fibre_kernels.c: the batched kernels of fibres, with every instruction set of this machine, against one tet at a
+ * time: energies, derivatives, filtered Hessians, parts of a mesh, meshes with both kinds of tets, threads. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
@@ -10,7 +10,7 @@
 #include "quadratic.h"
 #include "test.h"
 
-/* The last two with a tension that depends on the speed. */
+/* The last two have a tension that depends on the speed. */
 static const flesh_fibre fibres_of[4] = {
     {.curve = FLESH_FIBRE_BLEMKER, .peak_stress = 3e5, .optimal_stretch = 1.1, .passive_stress = 2e4,
      .passive_exponent = 6.6, .passive_limit = 0.4},
@@ -33,7 +33,7 @@ static flesh_mesh *mixed_mesh(void)
   int *edges = malloc(6 * (size_t)(tens + fours) * sizeof *edges);
   memcpy(X, flesh_mesh_positions(ten), 3 * (size_t)n * sizeof *X);
   for (int d = 0; d < 3 * m; d++) X[3 * n + d] = flesh_mesh_positions(four)[d] + 5 * (d % 3 == 0);
-  /* The two kinds alternate, so that their order in the mesh is not that of the groups. */
+  /* The two kinds alternate, so that their order in the mesh differs from that of the groups. */
   int at = 0;
   for (int e = 0; e < tens || e < fours; e++) {
     for (int k = 0; k < 4 && e < fours; k++) tets[4 * at + k] = flesh_mesh_tets(four)[4 * e + k] + n;
@@ -98,7 +98,7 @@ static void clear(problem *p)
   free(p->x);
 }
 
-/* Gradients of the shape functions by the barycentric coordinates of corners 1 to 3 at a point. */
+/* Computes the gradients of the shape functions by the barycentric coordinates of corners 1 to 3 at a point. */
 static void gradients(int nodes, const double L[4], double dN[10][3])
 {
   static const double dL[4][3] = {{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -115,7 +115,7 @@ static double det3(double A[3][3])
          A[0][2] * (A[1][0] * A[2][1] - A[1][1] * A[2][0]);
 }
 
-/* The energy of tet e. F a = (dx/dxi) (dX/dxi)^-1 a, by Cramer's rule. */
+/* Returns the energy of tet e. F a = (dx/dxi) (dX/dxi)^-1 a, by Cramer's rule. */
 static double energy_of_tet(const problem *p, const flesh_fibre *fibre, double activation, int e)
 {
   const double *a = p->fibres + 3 * e, length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
@@ -150,7 +150,7 @@ static double energy_of_tet(const problem *p, const flesh_fibre *fibre, double a
   return sum;
 }
 
-/* Every other run of five tets; or all. */
+/* Chooses every other run of five tets; or all. */
 static int choose(const problem *p, int part, int *tets, double *fibres)
 {
   int count = 0;
@@ -186,7 +186,7 @@ static double energy_at(const problem *p, const flesh_effect *effect, double t)
   return energy;
 }
 
-/* Energies of all and of two parts; derivatives; indefinite Hessians without negative eigenvalues. */
+/* Checks energies of all tets and of two parts; derivatives; filtered Hessians without negative eigenvalues. */
 static void check(kind kind, flesh_instructions instructions, double jitter, const flesh_fibre *fibre)
 {
   problem p;
@@ -220,7 +220,7 @@ static void check(kind kind, flesh_instructions instructions, double jitter, con
   clear(&p);
 }
 
-/* Up to inverted tets. */
+/* Including inverted tets. */
 static void kernels_are_tets_one_by_one(void)
 {
   const double jitters[] = {0.05, 0.8};
@@ -250,8 +250,7 @@ static void dense_of(const problem *p, const flesh_effect *effect, flesh_eigenva
   flesh_system_destroy(&system);
 }
 
-/* The Hessian of one tet of four nodes is one of fibres at one point: eigenvalues are kept, set to 0, or made
- * positive. */
+/* The Hessian of one four-node tet is that of fibres at one point: eigenvalues are kept, set to 0, or made positive. */
 static void one_tet_is_filtered_as_by_an_eigensolver(void)
 {
   const double X[12] = {0, 0, 0, 1, 0, 0.2, 0.1, 1, 0, 0.3, 0.2, 1.1}, a[3] = {1, 0.5, -0.3};
@@ -328,7 +327,7 @@ static void nothing_is_lost_where_fibres_have_no_length(void)
     }
 }
 
-/* A box with many pieces, its tets with fibres in any direction. */
+/* A box of many pieces whose tets have fibres in any direction. */
 static void make_large(int order, problem *p)
 {
   unsigned long long seed = 1;

@@ -1,7 +1,7 @@
 // TEST full memory seconds=120
-/* test_tet10.c: the batched kernels of ten-node tets (elasticity's, damping's, viscosity's, mass's), with every set of
- * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in
- * any order; tiles and threads; what is refused. */
+/* test_tet10.c: the batched kernels of ten-node tets (elasticity, damping, viscosity, mass), with every instruction set
+ * of this machine, against one tet at a time (tet10_reference.h); straight and curved, numbered in any order; tiles and
+ * threads; refusals. */
 #include "tet10_reference.h"
 
 static void compare(problem *p, kind kind, flesh_instructions instructions, const char *what)
@@ -29,15 +29,15 @@ static void check_form(int energy, flesh_element element, double bend, int how)
   static const char *const names[] = {"", " wild", " inverted", " reflected", " flat"};
   problem p;
   char what[64];
-  matrix_seed = 20240607; /* whatever forms come before */
+  matrix_seed = 20240607; /* whatever forms come before it */
   problem_open(energy, element, (int[]){2, 1, 1}, bend, &p);
   deform(&p, how);
   snprintf(what, sizeof what, "%s%s", flesh_energy_name((flesh_energy)energy), names[how]);
-  compare_all(&p, energy == FLESH_ENERGY_S ? KINDS : VISCOUS, what); /* the others do not know the form */
+  compare_all(&p, energy == FLESH_ENERGY_S ? KINDS : VISCOUS, what); /* the other cases do not use the form */
   problem_close(&p);
 }
 
-/* Forms of the singular values have no second derivative where tets are drawn to a point. */
+/* Forms of the singular values have no second derivative for tets shrunk to a point. */
 static void check_forms(double bend)
 {
   for (int energy = 0; energy <= FLESH_ENERGY_USER; energy++) {
@@ -55,7 +55,7 @@ static void straight_batches_agree_with_single_tets(void) { check_forms(0); }
 
 static void curved_batches_agree_with_single_tets(void) { check_forms(0.02); }
 
-/* Tets that share nothing but their first `shared` corners: tiles run out of room for nodes or pairs. */
+/* Makes tets that share only their first `shared` corners: tiles run out of room for nodes or pairs. */
 static void tiles_run_out_of_room(void)
 {
   for (int shared = 0; shared < 4; shared += 2) {
@@ -115,7 +115,7 @@ static void bad_states_are_told_apart(void)
       }
 }
 
-/* Elements that do not fit the mesh, and a user's psi that does not tell its volume term. */
+/* Elements that do not suit the mesh, and a user-defined psi without its volume term. */
 static void misfits_are_refused(void)
 {
   problem p;

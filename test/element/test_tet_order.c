@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a colour. */
+/* test_tet_order.c: the order in which tets are processed: each once, without conflicts within a colour. */
 #include <stdlib.h>
 
 #include "element/tet_order.h"

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_user_volume.c: the volume part U(J) of a user's own psi: of which tet10-mean takes a mean as of the built-in
- * terms; and what is refused. */
+/* test_user_volume.c: the volume part U(J) of a user-defined psi: tet10-mean averages it as the built-in terms;
+ * refusals. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -29,7 +29,7 @@ static int log_volume(double J, const flesh_material *m, flesh_volume_part *U)
   return FLESH_OK;
 }
 
-/* mu/2 (J^(-2/3) I_C - 3) + lambda/4 (J^2 - 1 - 2 log J): Simo & Miehe 1992, as deal.II's step-44 has it. */
+/* mu/2 (J^(-2/3) I_C - 3) + lambda/4 (J^2 - 1 - 2 log J): Simo & Miehe 1992, as in deal.II's step-44. */
 static int simo_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   (void)m;
@@ -51,7 +51,7 @@ static int simo_volume(double J, const flesh_material *m, flesh_volume_part *U)
   return FLESH_OK;
 }
 
-/* A volume part of modulus 2, with a slope at J = 1. */
+/* A volume part of modulus 2 with a slope at J = 1. */
 static int scaled_volume(double J, const flesh_material *m, flesh_volume_part *U)
 {
   (void)m;
@@ -81,7 +81,7 @@ static flesh_material users(flesh_psi_function psi, flesh_volume_function volume
   return m;
 }
 
-/* A block of ten-node tets with the elasticity of the material alone. */
+/* Makes a block of ten-node tets with only the material's elasticity. */
 static int block(flesh_material material, test_body *b)
 {
   flesh_mesh *linear = test_box(3, 2, 2, 1.5, 1, 1), *mesh = NULL;
@@ -101,7 +101,7 @@ static int block(flesh_material material, test_body *b)
   return FLESH_OK;
 }
 
-/* Potential, forces and a Hessian of the block at x. */
+/* Computes potential, forces and a Hessian of the block at x. */
 static double evaluate(const test_body *b, const double *x, double *r, double *values, int project)
 {
   double V = 0, size;
@@ -118,7 +118,7 @@ static double evaluate(const test_body *b, const double *x, double *r, double *v
   return V;
 }
 
-/* Neo is what it is, whoever writes it. */
+/* Neo is the same, whether built in or user-defined. */
 static void a_users_part_is_taken_as_a_built_in_one(void)
 {
   flesh_material neo;
@@ -139,7 +139,7 @@ static void a_users_part_is_taken_as_a_built_in_one(void)
   test_body_destroy(&built_in);
 }
 
-/* Forces and Hessian are derivatives of the potential, by differences. */
+/* Checks that forces and Hessian are derivatives of the potential, by differences. */
 static void forces_and_hessian_are_derivatives(void)
 {
   const flesh_psi_function psi[2] = {simo_psi, neo_psi};
@@ -165,7 +165,7 @@ static void refused(flesh_material material, const char *words)
   test_body_destroy(&b);
 }
 
-/* A psi that does not contain what tets would take a mean of, and functions that are no U. */
+/* A psi that does not contain the volume part that tets would average, and functions that are no U. */
 static void other_volume_parts_are_refused(void)
 {
   refused(users(simo_psi, NULL), "does not contain lambda (J-1)^2/2; set material.volume");

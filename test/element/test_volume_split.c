@@ -1,6 +1,6 @@
 // TEST full memory seconds=60
-/* test_volume_split.c: how the volume term is split between the mean of J and the points: forces of tet10-mean are smooth
- * in Poisson's ratio, and the points keep a positive part that grows with it. */
+/* test_volume_split.c: how the volume term is divided between the mean of J and the points: forces of tet10-mean are
+ * smooth in Poisson's ratio, and the points keep a positive part that grows with it. */
 #include <math.h>
 
 #include "body.h"
@@ -11,7 +11,7 @@
 
 enum { NODES = 175 };
 
-/* Forces r [3*NODES] of the mesh, bent by a quadratic map. */
+/* Computes the forces r [3*NODES] of the mesh, bent by a quadratic map. */
 static void forces(flesh_energy energy, double poisson, double *r)
 {
   test_body b;
@@ -31,7 +31,7 @@ static void forces(flesh_energy energy, double poisson, double *r)
   test_body_destroy(&b);
 }
 
-/* The relative jump of the forces' slope over the ratio, from differences of steps h to either side. */
+/* Returns the relative jump of the forces' slope by the ratio, from differences with steps h to either side. */
 static double jump_of_slope(flesh_energy energy, double poisson)
 {
   const double h = 1e-5;
@@ -44,7 +44,7 @@ static double jump_of_slope(flesh_energy energy, double poisson)
   return jump / largest;
 }
 
-/* Over all ratios, among them those where lambda of one form or another is once, twice and three times mu. */
+/* All ratios, including those at which lambda of a form is one, two and three times mu. */
 static void forces_are_smooth_in_poissons_ratio(void)
 {
   for (int e = 0; e < FLESH_ENERGY_USER; e++) {
@@ -63,7 +63,7 @@ static void forces_are_smooth_in_poissons_ratio(void)
   }
 }
 
-/* lambda is split without rest; from 3 mu on the points have 2 mu, up to mu they have all. */
+/* The parts of lambda add up; from 3 mu on the points have 2 mu, up to mu they have all. */
 static void both_parts_are_positive(void)
 {
   double before = 0;

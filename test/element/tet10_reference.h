@@ -1,4 +1,4 @@
-/* tet10_reference.h: energy, residual and matrix of ten-node tets one tet at a time through flesh/material.h and the
+/* tet10_reference.h: energy, residual and matrix of ten-node tets, one tet at a time through flesh/material.h and the
  * gradients of ten shape functions, for tests of kernels. */
 #ifndef FLESH_TEST_TET10_REFERENCE_H
 #define FLESH_TEST_TET10_REFERENCE_H
@@ -10,7 +10,7 @@
 #include "test_matrix.h"
 #include "material/form.h"
 
-/* A user's own psi with the volume term 3/2 (J-1)^2. */
+/* A user-defined psi with the volume term 3/2 (J-1)^2. */
 static int own_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   (void)m;
@@ -34,7 +34,7 @@ static flesh_material material_number(int n, double young)
   return m;
 }
 
-/* The mesh with its nodes numbered anew at random, and moved by up to `bend`; takes it. */
+/* Returns the mesh with randomly renumbered nodes, moved by up to `bend`; takes it. */
 static flesh_mesh *shuffled(flesh_mesh *mesh, double bend)
 {
   const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
@@ -62,7 +62,7 @@ static flesh_mesh *shuffled(flesh_mesh *mesh, double bend)
   return made;
 }
 
-/* Takes the mesh, of order 1. */
+/* Makes a problem; takes the mesh, of order 1. */
 static void problem_of(int energy, flesh_element element, flesh_mesh *linear, double bend, problem *p)
 {
   flesh_mesh *mesh = NULL;
@@ -82,7 +82,8 @@ static void problem_open(int energy, flesh_element element, const int cells[3], 
   p->K = malloc((size_t)p->n * (size_t)p->n * sizeof *p->K);
 }
 
-/* Mild enough for J > 0; with tets inverted and drawn to a point; inverted alone; all reflected; all flat. */
+/* Deformations: mild enough for J > 0; with tets inverted and shrunk to a point; only inverted; all reflected; all
+ * flat. */
 enum { MILD, WILD, INVERTED, REFLECTED, FLAT, DEFORMATIONS };
 static void deform(problem *p, int how)
 {
@@ -108,11 +109,11 @@ static void deform(problem *p, int how)
   }
 }
 
-/* psi less the share of its volume term that the mean of J bears, and with the pressure of that: `share` U less `local`
- * x^4/(2 (x^2 + d^2)), x = J - 1, d = 0.3. */
+/* psi minus the share of its volume term that the mean of J bears, and with the pressure of the mean: `share` U minus
+ * `local` x^4/(2 (x^2 + d^2)), x = J - 1, d = 0.3. */
 typedef struct split {
   const flesh_material *whole;
-  double share, local, mean, excess; /* of J; excess: of its second derivative, which damping leaves out */
+  double share, local, mean, excess; /* of J; excess: the part of its second derivative that damping leaves out */
   int logarithmic;
 } split;
 
@@ -144,7 +145,7 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
   return FLESH_OK;
 }
 
-/* d2 psi / dF2 [9][9] of a material of split_psi; a form of the singular values has the split beside it. */
+/* Computes d2 psi / dF2 [9][9] of a material of split_psi; a form of the singular values has the split beside it. */
 static void hessian_of(const flesh_material *m, const double F[9], double H[81])
 {
   const flesh_material *whole = ((const split *)m->user)->whole;
@@ -155,7 +156,7 @@ static void hessian_of(const flesh_material *m, const double F[9], double H[81])
   for (int k = 0; k < 81; k++) H[k] += own[k];
 }
 
-/* The Hessian with its negative eigenvalues treated as `project` says, by a general solver. */
+/* Filters the Hessian's negative eigenvalues according to `project`, with a general eigensolver. */
 static void projected_hessian(const flesh_material *m, const double F[9], flesh_eigenvalue_filter project, double H[81])
 {
   double values[9], vectors[81], copy[81];
@@ -187,7 +188,7 @@ static void energy_and_stress(const flesh_material *m, const double F[9], double
   for (int c = 0; c < 9; c++) P[c] += own_stress[c];
 }
 
-/* The shear modulus at small strain, 2 psi_I at rest. */
+/* Returns the shear modulus at small strain, 2 psi_I at rest. */
 static double shear_modulus(const flesh_material *m)
 {
   const double n = 1 / m->links;
@@ -198,9 +199,9 @@ static double shear_modulus(const flesh_material *m)
                   2 * 210195 * n * n * n * n / 673750);
 }
 
-/* lambda less twice the shear modulus, of less than three of these integrated from its second derivative
- * 3 (1 - x^2)/4, and at most four fifths of it or five shear moduli that points take back; none for C, M, CR and StVK
- * without a term of J. */
+/* Splits the volume term. From lambda = three shear moduli on, the mean of J bears lambda less twice the shear modulus;
+ * below, a share whose second derivative by x = lambda/mu - 2 is 3 (1 - x^2)/4. The points take back less than four
+ * fifths of it and less than five shear moduli. Nothing is split for C, M, CR and StVK, which have no term of J. */
 static split split_of(const problem *p, const flesh_material *m)
 {
   const double mu = shear_modulus(m);
@@ -214,12 +215,12 @@ static split split_of(const problem *p, const flesh_material *m)
                  .logarithmic = m->energy == FLESH_ENERGY_NEO};
 }
 
-/* A tet at a point of quadrature, in VTK's order of nodes. */
+/* A tet at a quadrature point, in VTK's order of nodes. */
 typedef struct place {
   double gradient[10][3], volume;
 } place;
 
-/* Gradients of N_i = L_i (2 L_i - 1) and N_ik = 4 L_i L_k by the positions that they give. */
+/* Computes the gradients of N_i = L_i (2 L_i - 1) and N_ik = 4 L_i L_k by the positions that they define. */
 static void find_place(const double *X, const int node[10], int q, place *at)
 {
   static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
@@ -246,7 +247,7 @@ static void gradient_of(const double *y, const int node[10], const place *at, do
     for (int c = 0; c < 9; c++) G[c] += y[3 * node[a] + c / 3] * at->gradient[a][c % 3];
 }
 
-/* Energy, stress and its derivative at a point, at F, for the rate F', and the same frozen. */
+/* Computes energy, stress and its derivative at a point, for F, the rate F', and the frozen F and F'. */
 static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], const double frozen[9],
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {
@@ -283,7 +284,7 @@ static void add_point(problem *p, const int node[10], const place *at, const dou
     }
 }
 
-/* The part of the mean of J: V S(J'), of which the forces are with the points already but for damping's. */
+/* Adds the part of the mean of J: V S(J'). Its forces are already included at the points, except for damping's. */
 static void add_mean(problem *p, kind kind, const int node[10], const place at[4], const double *x, double volume,
                      const split *s, int project)
 {
@@ -343,7 +344,7 @@ static void add_tet(problem *p, kind kind, const int node[10], const flesh_mater
   if (kind < VISCOUS && s.share > 0) add_mean(p, kind, node, at, x, volume, &s, project);
 }
 
-/* Energy, residual and dense matrix tet by tet from the material's functions. */
+/* Computes energy, residual and dense matrix tet by tet from the material's functions. */
 static void reference(problem *p, kind kind, flesh_eigenvalue_filter project)
 {
   const size_t n = (size_t)p->n;
@@ -359,7 +360,7 @@ static void reference(problem *p, kind kind, flesh_eigenvalue_filter project)
   if (kind < CONSISTENT) return;
   double *e = calloc(n, sizeof *e), *column = malloc(n * sizeof *column), *lumped = malloc(n * sizeof *lumped);
   flesh_mesh_lumped_mass(p->mesh, p->density, lumped);
-  for (size_t d = 0; d < n; d++) { /* the mass that the mesh tells */
+  for (size_t d = 0; d < n; d++) { /* the mass reported by the mesh */
     e[d] = 1;
     flesh_mesh_consistent_mass_times(p->mesh, p->density, e, column);
     e[d] = 0;

@@ -1,10 +1,10 @@
-/* barrier_gap.h: how far apart flat faces rest that are pressed together. */
+/* barrier_gap.h: the gap that remains between flat faces pressed together. */
 #ifndef FLESH_TEST_BARRIER_GAP_H
 #define FLESH_TEST_BARRIER_GAP_H
 
 #include "geometry/barrier.h"
 
-/* m: where the stiffness times |B'(gap/thickness)| is the pressure, by bisection. */
+/* Returns the gap, m, at which the stiffness times |B'(gap/thickness)| equals the pressure, by bisection. */
 static inline double barrier_gap(double pressure, double stiffness, double thickness)
 {
   double low = 0, high = 1;

@@ -19,7 +19,7 @@ typedef struct test_body {
   flesh_state state;
 } test_body;
 
-/* The defaults, but for the tolerance of Newton's iteration. */
+/* Returns the default options, except for the tolerance of Newton's iteration. */
 static inline flesh_solver_options test_options(double tolerance)
 {
   flesh_solver_options options;
@@ -28,7 +28,7 @@ static inline flesh_solver_options test_options(double tolerance)
   return options;
 }
 
-/* Young's modulus 1e5 Pa; D with E's constants. Stops the program when it cannot be made. */
+/* Returns a material with Young's modulus 1e5 Pa; D has E's constants. Stops the program if it cannot be made. */
 static inline flesh_material test_material(flesh_energy energy, double poisson)
 {
   flesh_material material;
@@ -37,7 +37,7 @@ static inline flesh_material test_material(flesh_energy energy, double poisson)
   return material;
 }
 
-/* Residual and potential by one pass. */
+/* Computes residual and potential in one pass. */
 static inline int test_evaluate(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, double *r,
                                 double *phi, double *magnitude)
 {
@@ -45,7 +45,8 @@ static inline int test_evaluate(const flesh_system *system, const flesh_point *p
   return flesh_system_evaluate_by_position(system, point, shift, &by_position, r, phi, magnitude);
 }
 
-/* Takes the mesh; the material by value. Inertia and elasticity only; add the rest and finish. */
+/* Makes a body with inertia and elasticity; takes the mesh, copies the material. The caller adds the rest and finishes
+ * it. */
 static inline int test_body_create(flesh_mesh *mesh, flesh_material material, double density,
                                    flesh_mass mass, int inertia, test_body *b)
 {
@@ -89,7 +90,7 @@ static inline int test_body_clamp(test_body *b, double x)
   return status;
 }
 
-/* A grid of boxes from the origin; stops the program when it cannot be made. */
+/* Makes a grid of boxes from the origin; stops the program if that fails. */
 static inline flesh_mesh *test_box(int nx, int ny, int nz, double lx, double ly, double lz)
 {
   flesh_mesh *mesh = NULL;
@@ -106,7 +107,7 @@ static inline void test_jitter(int n, double amplitude, unsigned long long seed,
   }
 }
 
-/* Holds `axes` of the nodes whose rest coordinate `c` is at `at`: pinned, or following the motion. */
+/* Constrains `axes` of the nodes whose rest coordinate `c` is `at`: pins them, or makes them follow the motion. */
 static inline int test_body_hold(test_body *b, int c, double at, unsigned axes, const flesh_motion *motion,
                                  double from, double until)
 {
@@ -119,7 +120,7 @@ static inline int test_body_hold(test_body *b, int c, double at, unsigned axes, 
   return status;
 }
 
-/* y = M x with the body's mass. */
+/* Computes y = M x with the body's mass. */
 static inline void test_body_mass_times(const test_body *b, const double *x, double *y)
 {
   if (b->body.mass == FLESH_MASS_CONSISTENT) {
@@ -148,7 +149,7 @@ static inline double test_sums(const test_body *b, const double *force, double s
   return size;
 }
 
-/* Momentum, and angular momentum about the origin; returns the sum of all nodes' absolute momenta. */
+/* Computes momentum, and angular momentum about the origin. Returns the sum of all nodes' absolute momenta. */
 static inline double test_momenta(const test_body *b, double sums[6])
 {
   double *p = malloc((size_t)b->n * sizeof *p);
@@ -158,7 +159,7 @@ static inline double test_momenta(const test_body *b, double sums[6])
   return size;
 }
 
-/* The block matrix as a full one, H[row*n+column]. Returns new, freed by the caller. */
+/* Returns the block matrix as a full one, H[row*n+column], to be freed by the caller. */
 static inline double *test_dense(const flesh_block_matrix *K)
 {
   int n = 3 * K->rows;

@@ -5,8 +5,8 @@
 #include "body.h"
 #include "test.h"
 
-/* A prescribed motion that turns and changes its velocity abruptly, a roller that lets go, a spring that comes and goes:
- * all at times that no step ends at. */
+/* Adds a prescribed motion that turns and changes its velocity abruptly, a roller that is released, and a spring that
+ * is switched on and off, all at times at which no step ends. */
 static inline void make_busy_bar(flesh_mass mass, test_body *b)
 {
   const flesh_keyframe turn[] = {

@@ -1,9 +1,9 @@
-/* cavity.h: a pressure on whole faces of three or six nodes, exact for the shape they have: an effect of the tests.
+/* cavity.h: an effect for tests: a pressure on whole faces of three or six nodes, exact for their present shape.
  *
  * W = integral of x . n/3 over the faces is the volume of the cone from the origin to them, and the potential is p W.
- * Where the rim's edges stay in planes through the origin (of symmetry), its gradient is the pressure. With the shape
- * functions N, W = sum over a, b, c of s_abc x_a . (x_b x x_c), s the antisymmetric part of the integral of
- * N_a dN_b/dxi dN_c/deta/3; dW/dx_a = 3 sum s_abc x_b x x_c, and d2W/dx_a dx_b y = 6 sum_c s_abc y x x_c. */
+ * If the rim's edges stay in planes (of symmetry) through the origin, its gradient is the pressure. With the shape
+ * functions N, W = sum over a, b, c of s_abc x_a . (x_b x x_c), s the antisymmetric part of the integral of N_a
+ * dN_b/dxi dN_c/deta/3; dW/dx_a = 3 sum s_abc x_b x x_c, and d2W/dx_a dx_b y = 6 sum_c s_abc y x x_c. */
 #ifndef FLESH_TEST_CAVITY_H
 #define FLESH_TEST_CAVITY_H
 
@@ -15,8 +15,8 @@
 
 typedef struct cavity {
   int faces, m; /* of m nodes */
-  int *nodes;   /* [m*faces] ascending in a face, as cells are */
-  int *place;   /* [m*faces] which of the face's nodes each is */
+  int *nodes;   /* [m*faces] nodes, ascending in each face as cells require */
+  int *place;   /* [m*faces] index of each of these nodes within its face */
   flesh_cells cells;
   double pressure, s[6][6][6];
 } cavity;
@@ -32,10 +32,10 @@ static inline void cavity_weights(cavity *self)
   for (int q = 0; q < TEST_FACE_POINTS; q++) {
     double L[4], N[10], up[10], down[10], by[2][6];
     const double w = test_face_point(q, 3, L) / 6, h = 0.25;
-    const int order[6] = {0, 1, 2, 4, 5, 6}; /* edges 01, 12, 02 of the tet's ten */
+    const int order[6] = {0, 1, 2, 4, 5, 6}; /* edges 01, 12, 02 of a ten-node tet */
     const int count = self->m == 6 ? 10 : 4;
     test_shape(count, L, N);
-    for (int c = 0; c < 2; c++) { /* differences of quadratic functions are exact */
+    for (int c = 0; c < 2; c++) { /* central differences of quadratic functions are exact */
       double M[4] = {L[0] - h, L[1] + (c == 0) * h, L[2] + (c == 1) * h, 0};
       test_shape(count, M, up);
       for (int k = 0; k < 3; k++) M[k] = 2 * L[k] - M[k];
@@ -52,7 +52,7 @@ static inline void cavity_weights(cavity *self)
         self->s[a][b][c] = (t[a][b][c] + t[b][c][a] + t[c][a][b] - t[b][a][c] - t[a][c][b] - t[c][b][a]) / 6;
 }
 
-/* The nodes of face k by their places in it, at x: y [m][3]. */
+/* Copies the positions at x of the nodes of face k, in the face's order: y [m][3]. */
 static inline void cavity_gather(const cavity *self, int k, const double *x, double y[6][3])
 {
   for (int a = 0; a < self->m; a++)
@@ -99,7 +99,7 @@ static inline const flesh_cells *cavity_cells(const flesh_effect *effect)
   return &((const cavity *)effect->data)->cells;
 }
 
-/* Nothing where negative eigenvalues are to be left out: half of it is negative. */
+/* Does nothing if negative eigenvalues are to be left out: half of the matrix is negative. */
 static inline int cavity_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                   flesh_block_matrix *K, const int *slots)
 {
@@ -117,7 +117,7 @@ static inline int cavity_jacobian(const flesh_effect *effect, const flesh_point 
           for (int i = 0; i < 3; i++)
             v[i] += 6 * shift->x * point->load * self->pressure *
                     self->s[self->place[m * k + a]][self->place[m * k + b]][c] * y[c][i];
-        for (int i = 0; i < 3; i++) { /* w -> w x v */
+        for (int i = 0; i < 3; i++) { /* adds the matrix of w -> w x v */
           block[3 * i + (i + 1) % 3] += v[(i + 2) % 3];
           block[3 * i + (i + 2) % 3] -= v[(i + 1) % 3];
         }
@@ -141,8 +141,8 @@ static const flesh_effect_operations cavity_operations = {.name = "cavity",
                                                           .potential = cavity_potential,
                                                           .destroy = cavity_destroy};
 
-/* Makes the effect on whole faces: `triangles` [3*count] in flesh_mesh_surface's order, four a face at order 2. Returns
- * new. */
+/* Creates the effect on whole faces: `triangles` [3*count] in the order of flesh_mesh_surface, four per face at order
+ * 2. */
 static inline int cavity_create(const flesh_mesh *mesh, int count, const int *triangles, double pressure,
                                 flesh_effect **effect)
 {

@@ -1,8 +1,8 @@
-/* collision_reference.h: what test_continuous_collision.c and test_collision_cases.c compare with.
+/* collision_reference.h: the reference of test_continuous_collision.c and test_collision_cases.c.
  *
- * Distances in 80 bits by enumerating features; bounds over whole intervals of time, proved by halving them until the
- * speed of the corners settles each; times of contact as roots of the cubic that vanishes when four corners lie in a
- * plane. */
+ * Distances are computed in 80 bits by enumerating features. Bounds over intervals of time are proved by bisecting them
+ * until the speed of the corners settles each part. Times of contact are roots of the cubic that vanishes when four
+ * corners lie in a plane. */
 #ifndef FLESH_TEST_COLLISION_REFERENCE_H
 #define FLESH_TEST_COLLISION_REFERENCE_H
 
@@ -51,7 +51,7 @@ static real to_segment(const real p[3], const real a[3], const real b[3])
   return sqrtl(dot(d, d));
 }
 
-/* Distance of the planes through p and q with the normal e x f, where the feet are inside; else -1. */
+/* Returns the distance of the planes through p and q with the normal e x f if the feet are inside; else -1. */
 static real between_planes(const real e[3], const real f[3], const real d[3], int triangle)
 {
   real n[3], u[3], v[3];
@@ -60,7 +60,7 @@ static real between_planes(const real e[3], const real f[3], const real d[3], in
   if (!(square > 1e-30L * dot(e, e) * dot(f, f))) return -1;
   cross(d, f, u);
   cross(e, d, v);
-  const real s = dot(u, n) / square, t = dot(v, n) / square; /* d = s e + t f + along n */
+  const real s = dot(u, n) / square, t = dot(v, n) / square; /* solves d = s e + t f + along n */
   const int inside = triangle ? s >= 0 && t >= 0 && s + t <= 1 : -s >= 0 && -s <= 1 && t >= 0 && t <= 1;
   return inside ? fabsl(dot(d, n)) / sqrtl(square) : -1;
 }
@@ -93,7 +93,7 @@ static real distance_at(const trial *p, real t)
   return plane >= 0 && plane < least ? plane : least;
 }
 
-/* No point of one hull moves faster against one of the other. */
+/* Returns a bound of the relative speed of points of different hulls. */
 static real speed_of(const trial *p)
 {
   real y0[4][3], y1[4][3], most = 0;
@@ -108,7 +108,8 @@ static real speed_of(const trial *p)
   return most;
 }
 
-/* Whether the distance is at least `bound` from t = a to b; `pieces` counts down, to 0 where that is not settled. */
+/* Whether the distance is at least `bound` from t = a to b; `pieces` counts down, and reaches 0 if that is not
+ * settled. */
 static int stays_apart(const trial *p, real speed, real a, real b, real bound, int *pieces)
 {
   const real middle = (a + b) / 2, distance = distance_at(p, middle);
@@ -117,7 +118,7 @@ static int stays_apart(const trial *p, real speed, real a, real b, real bound, i
   return stays_apart(p, speed, a, middle, bound, pieces) && stays_apart(p, speed, middle, b, bound, pieces);
 }
 
-/* The coefficients of (e x f) . d, whose roots are the times at which four corners lie in a plane. */
+/* Computes the coefficients of (e x f) . d, whose roots are the times at which the four corners lie in a plane. */
 static void plane_cubic(const trial *p, real a[4])
 {
   real y0[4][3], y1[4][3], x[3][3], v[3][3], n[3][3], u[3];
@@ -146,7 +147,7 @@ static real value_of(int degree, const real *a, real t)
   return value;
 }
 
-/* Its roots from 0 to 1, between those of its derivative. */
+/* Finds its roots from 0 to 1, between those of its derivative. */
 static int roots_of(int degree, const real *a, real roots[3])
 {
   real derivative[3], ends[5] = {0};
@@ -168,7 +169,7 @@ static int roots_of(int degree, const real *a, real roots[3])
   return count;
 }
 
-/* Whether the corners touch at a time up to t at which they lie in a plane. */
+/* Whether the hulls touch at a time up to t at which the corners lie in a plane. */
 static int touches_by(const trial *p, real t, real distance)
 {
   real a[4], roots[3];
@@ -185,7 +186,7 @@ typedef struct tally {
   double largest_part;
 } tally;
 
-/* Checks that the advance is not late and, in the tally, whether it is early. */
+/* Checks that the advance is not too long and, in the tally, whether it is too short. */
 static inline void check_trial(const trial *p, tally *count, const char *what)
 {
   const double t = advance(p);

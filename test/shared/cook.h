@@ -1,5 +1,5 @@
-/* cook.h: Cook's membrane as a slab in three dimensions: 48 mm long, 44 mm high where it is held and 16 mm where a dead
- * traction lifts it, 10 mm thick, free on all other faces. */
+/* cook.h: Cook's membrane as a slab: 48 mm long, 44 mm high at its clamped end and 16 mm at the end that a dead
+ * traction lifts, 10 mm thick, free on all other faces. */
 #ifndef FLESH_TEST_COOK_H
 #define FLESH_TEST_COOK_H
 
@@ -8,7 +8,7 @@
 #include "body.h"
 #include "test.h"
 
-/* A grid of cells of six tets each, along, across, through. */
+/* Makes a grid of cells of six tets each: along, across, through. */
 static inline flesh_mesh *cook_mesh(const int cells[3], flesh_element element)
 {
   flesh_mesh *box = test_box(cells[0], cells[1], cells[2], 1, 1, 1), *mesh = NULL, *raised = NULL;
@@ -29,7 +29,7 @@ static inline flesh_mesh *cook_mesh(const int cells[3], flesh_element element)
   return raised;
 }
 
-/* The slab held at X = 0 under `traction` [Pa] upwards at X = 48 mm; elasticity of the element. */
+/* Makes the slab with elasticity of the element, held at X = 0 under `traction` [Pa] upwards at X = 48 mm. */
 static inline void cook_make(const int cells[3], flesh_element element, flesh_material material, double traction,
                              test_body *b)
 {
@@ -56,7 +56,7 @@ static inline void cook_make(const int cells[3], flesh_element element, flesh_ma
   free(end);
 }
 
-/* The node whose rest position is (x, y, z); -1 without one. */
+/* Returns the node with the rest position (x, y, z); -1 if there is none. */
 static inline int test_node_at(const flesh_mesh *mesh, double x, double y, double z)
 {
   const double *X = flesh_mesh_positions(mesh);

@@ -1,5 +1,5 @@
-/* count_threads.c: counts the threads that a test program makes; linked in place of pthread_create (--wrap), wherever the
- * program or the static library calls it. */
+/* count_threads.c: counts the threads that a test program creates; linked in place of pthread_create (--wrap) in the
+ * program and the static library. */
 #include <pthread.h>
 
 _Atomic int test_threads;

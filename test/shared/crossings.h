@@ -1,5 +1,5 @@
-/* crossings.h: places where surfaces go through each other, counted without rounding and without what contact uses to
- * find pairs: all edges against all faces whose boxes overlap, found by a sweep along x, by exact predicates. */
+/* crossings.h: counts intersections of surfaces without rounding errors and independently of contact's search for
+ * pairs: exact predicates for all edges and faces whose boxes overlap, found by a sweep along x. */
 #ifndef FLESH_TEST_CROSSINGS_H
 #define FLESH_TEST_CROSSINGS_H
 
@@ -11,7 +11,7 @@
 
 typedef struct crossings_box {
   double low[3], high[3];
-  int item; /* a face, or edges from -1 downwards */
+  int item; /* face number; edges are numbered from -1 downwards */
 } crossings_box;
 
 static inline int crossings_order(const void *a, const void *b)
@@ -42,7 +42,7 @@ static inline int crossings_meet(const flesh_contact_surface *surface, const dou
   return flesh_segment_meets_triangle(x + 3 * e[0], x + 3 * e[1], x + 3 * f[0], x + 3 * f[1], x + 3 * f[2]);
 }
 
-/* Pairs of an edge and a face at x [3*nodes], of all bodies of the surface. */
+/* Counts the intersecting pairs of an edge and a face at x [3*nodes], of all bodies of the surface. */
 static inline int crossings_count(const flesh_contact_surface *surface, const double *x)
 {
   const int faces = surface->face_count, count = faces + surface->edge_count;

@@ -1,4 +1,4 @@
-/* effect_sample.h: the effects that a scene can name, each with its sample of parameters. */
+/* effect_sample.h: the effects that scenes can name, each with sample parameters. */
 #ifndef FLESH_TEST_EFFECT_SAMPLE_H
 #define FLESH_TEST_EFFECT_SAMPLE_H
 
@@ -7,7 +7,7 @@
 #include "scene/keys.h"
 #include "test.h"
 
-/* Reads a row's sample as a scene would, on a body, for a system that is to take it; the status of that. */
+/* Reads a row's sample as a scene would, on a body, for a system that will take it. Returns its status. */
 static inline int test_try_sample(const flesh_effect_row *row, const flesh_body *body, flesh_system *system)
 {
   flesh_arena arena = {0};

@@ -1,4 +1,4 @@
-/* facing.h: surfaces that face each other, and everything on them that may meet, for tests of contact. */
+/* facing.h: surfaces that face each other, with all candidate pairs, for tests of contact. */
 #ifndef FLESH_TEST_FACING_H
 #define FLESH_TEST_FACING_H
 
@@ -11,14 +11,14 @@ enum { FACING_NODES = 1100, FACING_FACES = 2000 };
 
 typedef struct facing {
   int nodes, faces, body[FACING_NODES], triangles[3 * FACING_FACES];
-  double X[3 * FACING_NODES], x[3 * FACING_NODES]; /* at rest, and now */
+  double X[3 * FACING_NODES], x[3 * FACING_NODES]; /* positions at rest, and now */
   flesh_contact_surface surface;
   flesh_contact_candidates candidates;
   int *lists[2];
 } facing;
 
-/* Adds a square of n*n cells from (x, y) to (x + side, y + side) at height z, looking up or down, with diagonals at
- * random and inner nodes moved by up to `jitter` cells within the plane. */
+/* Adds a square of n*n cells from (x, y) to (x + side, y + side) at height z, facing up or down, with random diagonals
+ * and inner nodes moved by up to `jitter` cells within the plane. */
 static inline void facing_add_sheet(facing *f, int n, double x, double y, double side, double z, int up, double jitter)
 {
   const int first = f->nodes, body = f->nodes ? f->body[first - 1] + 1 : 0;
@@ -40,7 +40,7 @@ static inline void facing_add_sheet(facing *f, int n, double x, double y, double
     }
 }
 
-/* Adds a body of one triangle whose corner is at p and whose others are a height above, out of reach. */
+/* Adds a body of one triangle with one corner at p and the others a height above it, out of reach. */
 static inline int facing_add_needle(facing *f, const double p[3], double height)
 {
   const int tip = f->nodes, body = f->nodes ? f->body[tip - 1] + 1 : 0;
@@ -56,7 +56,7 @@ static inline int facing_add_needle(facing *f, const double p[3], double height)
 }
 
 
-/* Makes the surface, and the candidates: all pairs of different bodies. */
+/* Makes the surface, and all pairs of different bodies as candidates. */
 static inline void facing_finish(facing *f)
 {
   CHECK_OK(flesh_contact_surface_of_triangles(f->nodes, f->X, f->faces, f->triangles, f->body, &f->surface));
@@ -86,7 +86,7 @@ static inline void facing_clear(facing *f)
   *f = (facing){0};
 }
 
-/* The energy at x [3*nodes], and the residual unless NULL; NaN where it is undefined. */
+/* Returns the energy at x [3*nodes] and computes the residual unless NULL; NaN if it is undefined. */
 static inline double facing_energy(facing *f, flesh_contact_set *set, const double *x, double *r)
 {
   double energy = 0;

@@ -1,5 +1,5 @@
-/* gradients.h: derivatives of results of scenes by keys of theirs, for tests of sensitivities: by whole solves of scenes in
- * which a key differs, and the parameters that are such scenes. */
+/* gradients.h: derivatives of results of scenes by their keys, for tests of sensitivities: by complete solves of scenes
+ * with varied keys, and by parameters made of such scenes. */
 #ifndef FLESH_TEST_GRADIENTS_H
 #define FLESH_TEST_GRADIENTS_H
 
@@ -11,13 +11,13 @@
 #include "flesh/flesh.h"
 #include "test.h"
 
-/* A key of a scene, its value, and how far differences of whole solves and those of residuals vary it. */
+/* A key of a scene, its value, and the variations for differences of complete solves and of residuals. */
 typedef struct gradient_key {
   const char *key;
   double value, step, difference;
 } gradient_key;
 
-/* The scene with `key` at another value; its paths are relative to data/scenes. NULL: as it is. */
+/* Reads the scene with `key` at another value; its paths are relative to data/scenes. NULL: unchanged. */
 static inline flesh_scene *gradient_scene(const char *text, const char *key, double value)
 {
   char set[256];
@@ -29,7 +29,7 @@ static inline flesh_scene *gradient_scene(const char *text, const char *key, dou
   return scene;
 }
 
-/* The scenes of a parameter at its four values. */
+/* Makes the scenes of a parameter at its four values. */
 typedef struct gradient_parameter {
   flesh_scene *scenes[4];
   flesh_parameter parameter;
@@ -52,7 +52,7 @@ static inline void gradient_parameter_clear(gradient_parameter *p)
   for (int k = 0; k < 4; k++) flesh_scene_destroy(&p->scenes[k]);
 }
 
-/* The first node of the mesh within 1e-6 of a place at rest. */
+/* Returns the first node of the mesh within 1e-6 of a rest position. */
 static inline int gradient_node(const flesh_mesh *mesh, double x, double y, double z)
 {
   const double *X = flesh_mesh_positions(mesh);

@@ -1,11 +1,11 @@
-/* grids.h: bodies that are grids of boxes put somewhere, several in one mesh, for tests of contact between them. */
+/* grids.h: bodies that are displaced grids of boxes, several in one mesh, for tests of contact between them. */
 #ifndef FLESH_TEST_GRIDS_H
 #define FLESH_TEST_GRIDS_H
 
 #include "body.h"
 #include "test.h"
 
-/* A box from 0 to 1 of so many cells, of which `place` moves every node (right-handed). */
+/* Makes a box from 0 to 1 of this many cells, each node of which `place` moves (preserving orientation). */
 static inline flesh_mesh *grid_of(int nx, int ny, int nz, void (*place)(const void *data, double x[3]), const void *data)
 {
   flesh_mesh *box = test_box(nx, ny, nz, 1, 1, 1), *mesh = NULL;
@@ -19,7 +19,7 @@ static inline flesh_mesh *grid_of(int nx, int ny, int nz, void (*place)(const vo
   return mesh;
 }
 
-/* One mesh of two, which it destroys: nodes and tets of the first one come first. Fills their parts. */
+/* Makes one mesh of two, which it destroys; nodes and tets of the first come first. Fills in their parts. */
 static inline flesh_mesh *grids_join(flesh_mesh *first, flesh_mesh *second, flesh_body_part parts[2])
 {
   flesh_mesh *both = NULL, *of[2] = {first, second};

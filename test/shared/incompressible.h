@@ -6,7 +6,8 @@
 #include "system/system.h"
 #include "test.h"
 
-/* Elasticity, and inertia where asked for, on a mesh that is taken: of order 1 it gets nodes on its edges. */
+/* Makes a body with elasticity, and with inertia if asked for. Takes the mesh; one of order 1 gets nodes on its
+ * edges. */
 static inline void make(flesh_mesh *mesh, flesh_material material, int inertia, test_body *b)
 {
   flesh_mesh *raised = NULL;
@@ -35,7 +36,7 @@ static inline flesh_integrator *integrator_of(const test_body *b, flesh_method m
   return integrator;
 }
 
-/* The largest |mean of J - 1| over the tets. */
+/* Returns the largest |mean of J - 1| of any tet. */
 static inline double largest_gap(const test_body *b)
 {
   const int count = flesh_system_multiplier_count(b->system);
@@ -48,8 +49,8 @@ static inline double largest_gap(const test_body *b)
   return largest;
 }
 
-/* A free block that is thrown, spins and is sheared: v = v0 + A (X - centre), tr A = 0, so that it begins without a
- * change of volume. */
+/* Makes a free block that is thrown, spins and is sheared: v = v0 + A (X - centre) with tr A = 0, so that its volume
+ * does not change initially. */
 static inline void throw_block(test_body *b)
 {
   static const double A[9] = {0.6, -3, 0.5, 3, -0.4, 1, -0.5, 0.7, -0.2};

@@ -1,5 +1,5 @@
-/* jet.h: functions of the three rest coordinates with their first and second derivatives, which sums, products and
- * sines carry along, exact to rounding. */
+/* jet.h: functions of the three rest coordinates with their exact first and second derivatives (up to rounding) under
+ * sums, products and sines. */
 #ifndef FLESH_TEST_JET_H
 #define FLESH_TEST_JET_H
 
@@ -9,7 +9,7 @@ typedef struct jet {
   double value, first[3], second[3][3];
 } jet;
 
-/* The coordinate X[c] itself. */
+/* Returns the coordinate X[c]. */
 static inline jet jet_coordinate(const double X[3], int c)
 {
   jet r = {.value = X[c]};
@@ -17,7 +17,7 @@ static inline jet jet_coordinate(const double X[3], int c)
   return r;
 }
 
-/* a x + b y. */
+/* Returns a x + b y. */
 static inline jet jet_sum(double a, jet x, double b, jet y)
 {
   jet r = {.value = a * x.value + b * y.value};
@@ -40,7 +40,7 @@ static inline jet jet_product(jet x, jet y)
   return r;
 }
 
-/* sin(k x + phase). */
+/* Returns sin(k x + phase). */
 static inline jet jet_sine(double k, jet x, double phase)
 {
   const double s = sin(k * x.value + phase), c = k * cos(k * x.value + phase);

@@ -1,8 +1,9 @@
 /* manufactured.h: a large smooth motion of the unit cube, and the body force and tractions under which a body of form S
- * is at rest in it, from derivatives that are exact to rounding (jet.h).
+ * is in equilibrium in it, from exact derivatives (jet.h).
  *
- * First X + swell w(X), then three shears, each along one axis by a function of the other two coordinates, which keep
- * every volume. So J is 1 where swell is 0, and lambda (J-1) stays as large as mu where swell is about mu/lambda. */
+ * The motion is X + swell w(X) followed by three shears, each along one axis by a function of the other two
+ * coordinates, which preserve every volume. So J is 1 if swell is 0, and lambda (J-1) is of the order of mu if swell is
+ * about mu/lambda. */
 #ifndef FLESH_TEST_MANUFACTURED_H
 #define FLESH_TEST_MANUFACTURED_H
 
@@ -17,14 +18,14 @@ typedef struct manufactured {
   double shear, swell;
 } manufactured;
 
-/* Along axis c by shear sin(k y_i + ..) sin(.. y_j + ..). */
+/* Shears along axis c by shear sin(k y_i + ..) sin(.. y_j + ..). */
 static inline void manufactured_shear(double shear, int c, double k, double phase, jet y[3])
 {
   const jet wave = jet_product(jet_sine(k, y[(c + 1) % 3], phase), jet_sine(k - 0.4, y[(c + 2) % 3], 0.7 - phase));
   y[c] = jet_sum(1, y[c], shear, wave);
 }
 
-/* The position of X, with derivatives. */
+/* Computes the position of X with its derivatives. */
 static inline void manufactured_place(const manufactured *m, const double X[3], jet y[3])
 {
   jet Z[3];
@@ -36,8 +37,8 @@ static inline void manufactured_place(const manufactured *m, const double X[3], 
   manufactured_shear(m->shear, 2, 2.9, -0.1, y);
 }
 
-/* Stress P and body force -div P of form S. With C = cof F, whose divergence is 0 (Piola), and I = F:F,
- * div P = mu (1 - 1/(I+1)) lap x + mu/(I+1)^2 F grad I + lambda C grad J; grad J = C:dF. Returns J. */
+/* Computes the stress P and the body force -div P of form S. With C = cof F, whose divergence is 0 (Piola), and I =
+ * F:F, div P = mu (1 - 1/(I+1)) lap x + mu/(I+1)^2 F grad I + lambda C grad J; grad J = C:dF. Returns J. */
 static inline double manufactured_stress(const flesh_material *material, const jet y[3], double P[3][3],
                                          double force[3])
 {
@@ -67,7 +68,7 @@ static inline double manufactured_stress(const flesh_material *material, const j
   return J;
 }
 
-/* Adds to the nodal forces `load` what `force` does at L with weight w. */
+/* Adds to the nodal forces `load` those of `force` at L with weight w. */
 static inline void manufactured_add(const flesh_mesh *mesh, int t, const double L[4], double w, const double force[3],
                                     double *load)
 {
@@ -79,7 +80,7 @@ static inline void manufactured_add(const flesh_mesh *mesh, int t, const double 
     for (int i = 0; i < 3; i++) load[3 * node[a] + i] += w * N[a] * force[i];
 }
 
-/* The tractions P (1,0,0) on a face of tet t that lies in X = 1. */
+/* Adds the tractions P (1,0,0) on a face of tet t that lies in X = 1. */
 static inline void manufactured_tractions(const manufactured *m, const flesh_material *material, const flesh_mesh *mesh,
                                           int t, double *load)
 {
@@ -102,7 +103,7 @@ static inline void manufactured_tractions(const manufactured *m, const flesh_mat
   }
 }
 
-/* Nodal forces [3*nodes] that do the work of the body force, and of the tractions on X = 1. */
+/* Computes the nodal forces [3*nodes] that do the work of the body force, and of the tractions on X = 1. */
 static inline void manufactured_load(const manufactured *m, const flesh_material *material, const flesh_mesh *mesh,
                                      double *load)
 {
@@ -121,7 +122,7 @@ static inline void manufactured_load(const manufactured *m, const flesh_material
   }
 }
 
-/* Root mean square of the distance from the motion, over the cube, m. */
+/* Returns the root mean square distance from the motion, over the cube, m. */
 static inline double manufactured_distance(const manufactured *m, const flesh_mesh *mesh, const double *x)
 {
   double sum = 0;

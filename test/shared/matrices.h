@@ -16,7 +16,7 @@ static inline void randomise(int n, double *x)
   for (int d = 0; d < n; d++) x[d] = 2 * test_uniform(&seed) - 1;
 }
 
-/* A matrix of a mesh's pattern with random entries, its diagonal raised by `dominance` times the row's sum. */
+/* Makes a matrix of a mesh's pattern with random entries, its diagonal raised by `dominance` times the row's sum. */
 static inline flesh_block_matrix *random_matrix(const test_body *b, double dominance)
 {
   flesh_block_matrix *A = NULL;
@@ -47,7 +47,7 @@ static inline void make(flesh_mesh *mesh, flesh_energy energy, double poisson, t
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The backward-Euler matrix of a bar that is bent out of shape, clamped at one end. */
+/* Makes the backward-Euler matrix of a bent bar that is clamped at one end. */
 static inline flesh_block_matrix *bar_matrix(const test_body *b, double jitter, double inertia, int project)
 {
   flesh_block_matrix *A = NULL;
@@ -65,7 +65,7 @@ static inline flesh_block_matrix *bar_matrix(const test_body *b, double jitter, 
   return A;
 }
 
-/* x of A x = b by GSL's LU. */
+/* Solves A x = b by GSL's LU. */
 static inline double *solve_by_gsl(int unknowns, const double *A, const double *b)
 {
   size_t n = (size_t)unknowns;

@@ -17,7 +17,7 @@ static char work_folder[512];
 
 static void remove_work_folder(void) { test_folder_remove(work_folder); }
 
-/* A fresh folder, removed at the end. */
+/* Makes a fresh folder, which is removed at the end. */
 static int make_work_folder(void)
 {
   return !test_folder_make(work_folder, sizeof work_folder) && !atexit(remove_work_folder);
@@ -35,7 +35,7 @@ static const char *in_work_folder(const char *name)
 static inline const char *write_bytes(const char *name, const void *bytes, size_t size)
 {
   const char *path = in_work_folder(name);
-  unlink(path); /* much faster than to cut the old file to nothing */
+  unlink(path); /* much faster than truncating the old file */
   FILE *file = fopen(path, "wb");
   CHECK(file && fwrite(bytes, 1, size, file) == size);
   if (file) fclose(file);
@@ -57,7 +57,7 @@ static inline char *read_bytes(const char *path, size_t *size)
   return bytes;
 }
 
-/* Binary Gmsh files of the two tets of `two_tets`, in this machine's byte order or the other. */
+/* Writes binary Gmsh files of the two tets of `two_tets`, in this machine's byte order or the other. */
 typedef struct byte_writer {
   char bytes[4096];
   size_t size;
@@ -107,7 +107,7 @@ static inline void make_gmsh22(byte_writer *w, int swap)
   put_text(w, "\n$EndNodes\n$Elements\n4\n");
   put_ints(w, INTS(2, 1, 2, 1, 9, 9, 11, 5, 1000000)); /* a triangle */
   put_ints(w, INTS(4, 2, 2, 2, 3, 40, 11, 5, 1000000, 7, 3, 0, 40, 11, 1000000, 5, 8));
-  put_ints(w, INTS(15, 1, 0, 4, 8)); /* a point without tags */
+  put_ints(w, INTS(15, 1, 0, 4, 8)); /* a point element without tags */
   put_text(w, "\n$EndElements\n");
 }
 
@@ -132,7 +132,7 @@ static inline void make_gmsh41(byte_writer *w, int swap)
   }
   put_text(w, "\n$EndEntities\n$Nodes\n");
   put_sizes(w, SIZES(2, 5, 5, 1000000));
-  put_ints(w, INTS(1, 1, 1)); /* with a parameter each */
+  put_ints(w, INTS(1, 1, 1)); /* with one parameter each */
   put_sizes(w, SIZES(2, 11, 5));
   for (int n = 0; n < 2; n++) {
     for (int d = 0; d < 3; d++) put_bytes(w, &two_positions[3 * n + d], sizeof(double));
@@ -152,7 +152,7 @@ static inline void make_gmsh41(byte_writer *w, int swap)
   put_text(w, "\n$EndElements\n");
 }
 
-/* Texts of the same two tets (regions 3 and `second`). */
+/* Writes text files of the same two tets (regions 3 and `second`). */
 static const char plain_text[] = "# two tets\nnodes 5\n0 0 0\n1 0 0\n0 1.5 0\n0 0 1\n0 0 -0.1\n"
                                  "tets 2\n0 1 2 3\n0 2 1 4\nfixed 1\n0\n";
 static const char node_text[] = "# two tets\n5 3 1 1\n1 0 0 0 0.5 1\n2 1 0 0 0.5 0\n"

@@ -1,13 +1,13 @@
-/* methods.h: the methods of the registry, for tests of what holds under all of them. */
+/* methods.h: the methods of the registry, for tests that apply to all of them. */
 #ifndef FLESH_TEST_METHODS_H
 #define FLESH_TEST_METHODS_H
 
 #include "flesh/integrator.h"
 
-/* Kinds of methods; or'ed. */
+/* Kinds of methods, combined with |. */
 typedef enum test_methods {
-  TEST_FIXED_STEPS = 1, /* runge-kutta, too, whose error is often that of its solves, too small to show an order */
-  TEST_ADAPTIVE = 2, /* IDA, which chooses its order */
+  TEST_FIXED_STEPS = 1, /* also runge-kutta, whose error is often dominated by its solves and too small to show an order */
+  TEST_ADAPTIVE = 2, /* IDA, which varies its order */
   TEST_STATIC = 4,
   TEST_MOVING = TEST_FIXED_STEPS | TEST_ADAPTIVE
 } test_methods;
@@ -17,14 +17,14 @@ static inline test_methods test_kind_of(flesh_method method)
   return method == FLESH_METHOD_STATIC ? TEST_STATIC : flesh_method_order(method) > 0 ? TEST_FIXED_STEPS : TEST_ADAPTIVE;
 }
 
-/* The first from `method` on that is of these kinds; one without a name behind the last. */
+/* Returns the first method from `method` on that is of these kinds; after the last, one without a name. */
 static inline flesh_method test_method_from(int method, unsigned kinds)
 {
   while (flesh_method_name((flesh_method)method) && !(test_kind_of((flesh_method)method) & kinds)) method++;
   return (flesh_method)method;
 }
 
-/* for_every_method(method, TEST_MOVING) {...}: the body of a loop over them. */
+/* Loops over the methods of these kinds: for_every_method(method, TEST_MOVING) {...}. */
 #define for_every_method(method, kinds)                                                        \
   for (flesh_method method = test_method_from(0, kinds); flesh_method_name(method);            \
        method = test_method_from((int)method + 1, kinds))

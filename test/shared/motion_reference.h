@@ -1,4 +1,4 @@
-/* motion_reference.h: motions of a test body integrated by GSL to near rounding, and runs of flesh's methods. */
+/* motion_reference.h: motions of a test body integrated by GSL almost to rounding, and runs of flesh's methods. */
 #ifndef FLESH_TEST_MOTION_REFERENCE_H
 #define FLESH_TEST_MOTION_REFERENCE_H
 
@@ -13,12 +13,13 @@
 
 typedef struct motion_reference {
   const test_body *body;
-  double until; /* what holds just before this time holds */
+  double until; /* the state just before this time counts */
   uint8_t *fixed;
   double *mass, *x, *zeros, *r;
 } motion_reference;
 
-/* y = (x, v): x' = v, v' = -M^-1 r(t, x, v, 0) by the lumped mass; constrained dofs follow their motion. */
+/* Computes y' for y = (x, v): x' = v, v' = -M^-1 r(t, x, v, 0) with the lumped mass; constrained dofs follow their
+ * motion. */
 static int motion_derivative(double t, const double y[], double dydt[], void *data)
 {
   motion_reference *self = data;
@@ -35,8 +36,8 @@ static int motion_derivative(double t, const double y[], double dydt[], void *da
   return GSL_SUCCESS;
 }
 
-/* Takes the state to `end` by Runge-Kutta-Prince-Dormand 8(9), anew at every event. Lumped masses only. The velocities
- * of constrained dofs are not changed. */
+/* Integrates the state to `end` by Runge-Kutta-Prince-Dormand 8(9), restarted at every event. Lumped masses only. The
+ * velocities of constrained dofs are not changed. */
 static inline void motion_reference_run(const test_body *body, double end, double tolerance, flesh_state *state)
 {
   int n = body->n;
@@ -72,7 +73,7 @@ static inline void motion_reference_run(const test_body *body, double end, doubl
   free(self.r);
 }
 
-/* A state of n unknowns equal to another; freed with state_free. */
+/* Copies a state of n unknowns; free the copy with state_free. */
 static inline flesh_state state_copy(int n, const flesh_state *other)
 {
   flesh_state state = {.t = other->t, .x = malloc((size_t)n * sizeof(double)), .v = malloc((size_t)n * sizeof(double))};
@@ -87,7 +88,7 @@ static inline void state_free(flesh_state *state)
   free(state->v);
 }
 
-/* Root of the mean square distance of nodes. */
+/* Returns the root mean square distance of the nodes. */
 static inline double motion_distance(int n, const double *x, const double *y)
 {
   double sum = 0;
@@ -95,7 +96,7 @@ static inline double motion_distance(int n, const double *x, const double *y)
   return sqrt(3 * sum / n);
 }
 
-/* `steps` equal steps to `end`; the residual's tolerance is `tolerance`. */
+/* Takes `steps` equal steps to `end`; the residual's tolerance is `tolerance`. */
 static inline flesh_integrator *motion_integrator(const test_body *body, flesh_method method, double tolerance)
 {
   flesh_solver_options options;
@@ -103,7 +104,7 @@ static inline flesh_integrator *motion_integrator(const test_body *body, flesh_m
   flesh_solver_options_default(&options);
   options.newton_tolerance = tolerance;
   CHECK_OK(flesh_integrator_create(body->system, method, &options, &integrator));
-  /* Methods are measured as they are: HHT's first steps of a stiff oscillation overshoot. */
+  /* Methods are measured without safeguards: HHT's first steps of a stiff oscillation overshoot. */
   CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY));
   return integrator;
 }
@@ -120,7 +121,7 @@ static inline void motion_run(const test_body *body, flesh_method method, double
   flesh_integrator_destroy(&integrator);
 }
 
-/* Slope of log(error) over log(h) by least squares. */
+/* Returns the slope of log(error) over log(h) by least squares. */
 static inline double fitted_order(int count, const double *h, const double *error)
 {
   double lh[16], le[16], c0, c1, cov00, cov01, cov11, sum;
@@ -129,8 +130,8 @@ static inline double fitted_order(int count, const double *h, const double *erro
   return c1;
 }
 
-/* The body's motion up to `end`, in a state of its own: by GSL, whose equations are those of the lumped mass; with the
- * consistent one by a fine run of the midpoint rule. */
+/* Computes the body's motion up to `end`, in a new state: by GSL, whose equations use the lumped mass; with the
+ * consistent mass by a fine run of the midpoint rule. */
 static inline flesh_state motion_exact(const test_body *b, flesh_mass mass, int steps, double end)
 {
   flesh_state exact = state_copy(b->n, &b->state);
@@ -156,7 +157,7 @@ static inline void motion_read_states(const char *name, double time, int nodes, 
   fclose(file);
 }
 
-/* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
+/* Makes a bar of 3 x 1 x 1 m, clamped at x = 0, that swings from its rest shape under gravity. */
 static inline void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
 {
   CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, mass, 1, b));

@@ -1,5 +1,5 @@
-/* oracle.h: what independent codes found (reference/oracle/README.md), of a body on one rank or on several: whoever
- * includes this defines before
+/* oracle.h: results of independent codes (reference/oracle/README.md) for a body on one rank or on several. Define
+ * before including it:
  *
  *   oracle_open(mesh, material, mass, inertia, b)   a body of 1000 kg/m^3 of the mesh, which it takes, to be finished
  *   oracle_finish(b), oracle_close(b)
@@ -31,7 +31,7 @@ static inline FILE *oracle_open_at(const char *name, const char *mark)
   return NULL;
 }
 
-/* Largest distance between x and the positions (first 3 of `columns`) listed after the mark. */
+/* Returns the largest distance between x and the positions (first 3 of `columns`) listed after the mark. */
 static inline double oracle_distance(const char *name, const char *mark, int columns, const double *x, int nodes)
 {
   FILE *file = oracle_open_at(name, mark);
@@ -136,7 +136,7 @@ static inline void oracle_backward_euler(void)
   oracle_swing("D_consistent", FLESH_ENERGY_D, FLESH_MASS_CONSISTENT);
 }
 
-/* Another code's trajectory with a stiffer material, every 0.1 s. */
+/* Compares with another code's trajectory with a stiffer material, every 0.1 s. */
 static inline void oracle_trajectory(const char *reference, flesh_mass mass, double h, flesh_linear_solver linear)
 {
   test_body b;
@@ -155,7 +155,7 @@ static inline void oracle_trajectory(const char *reference, flesh_mass mass, dou
   oracle_close(&b);
 }
 
-/* Energy, gradient and Hessian at given positions, relative to the largest entry. */
+/* Compares energy, gradient and Hessian at given positions, relative to the largest entry. */
 static inline void oracle_element_quantities(const char *mesh, const char *positions, const char *reference)
 {
   test_body b;
@@ -204,7 +204,7 @@ static inline void oracle_element_quantities(const char *mesh, const char *posit
     H[i * n + j] = 0;
   }
   CHECK(seen == entries);
-  for (int k = 0; k < n * n; k++) worst = fmax(worst, fabs(H[k])); /* what the other code does not have */
+  for (int k = 0; k < n * n; k++) worst = fmax(worst, fabs(H[k])); /* missing in the other code */
   printf("# %s: Hessian off by %.3g of the largest entry\n", reference, worst / largest);
   CHECK_BELOW(worst, 1e-12 * largest);
   fclose(file);
@@ -215,7 +215,7 @@ static inline void oracle_element_quantities(const char *mesh, const char *posit
   oracle_close(&b);
 }
 
-/* Scalars of a third code: Psi_E with matched constants, 20 lumped backward-Euler steps. */
+/* Compares scalars of a third code: Psi_E with matched constants, 20 lumped backward-Euler steps. */
 static inline void oracle_scalars(double poisson, double h, double lowest, double norm)
 {
   test_body b;

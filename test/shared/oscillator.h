@@ -4,7 +4,7 @@
 
 #include "body.h"
 
-/* A tet without elasticity on a spring at its centroid is a linear oscillator: x'' = -w^2 x. */
+/* Makes a linear oscillator, x'' = -w^2 x: a tet without elasticity on a spring at its centroid. */
 static inline void make_oscillator(double w, test_body *b)
 {
   const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -1,5 +1,5 @@
-/* owned_integrator.h: an IDA, ARKODE or CVODE that a test owns takes a state through all events to an end, with flesh's
- * Newton or with SUNDIALS'. */
+/* owned_integrator.h: runs an IDA, ARKODE or CVODE that the test owns through all events to an end, with flesh's Newton
+ * or with SUNDIALS'. */
 #ifndef FLESH_TEST_OWNED_INTEGRATOR_H
 #define FLESH_TEST_OWNED_INTEGRATOR_H
 
@@ -12,7 +12,7 @@
 #include "sundials/compatibility.h"
 #include "test.h"
 
-/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+/* Before SUNDIALS 7.1, the names of ARKODE's functions contain that of the stepper. */
 #if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
 #define OWNED_ARK(function) ARKStep##function
 #else
@@ -25,19 +25,19 @@ static const char *const owned_names[OWNED_KINDS] = {"IDA", "ARKODE", "CVODE"};
 typedef struct owned_integrator {
   owned_kind kind;
   int plain;   /* SUNDIALS' Newton with flesh's matrix and linear solver */
-  int positions; /* errors are judged by flesh_sunnonlinsol_position_norm; o->y is not read then */
+  int positions; /* errors are measured by flesh_sunnonlinsol_position_norm; o->y is not read then */
   int untold;  /* ARKODE does not call flesh_ode_accept */
-  double tolerance, first_step; /* of a step, relative; s, 0: the integrator's choice */
-  double coefficient; /* of the tolerance of solves, over that of steps; 0: the integrator's default */
+  double tolerance, first_step; /* relative length of the first step, s; 0: the integrator's choice */
+  double coefficient; /* tolerance of solves over that of steps; 0: the integrator's default */
   flesh_solver_options options;
   SUNContext context;
   N_Vector y; /* to be cloned */
-  /* Counts of all runs. */
+  /* Counts over all runs. */
   long steps, newton, failures, rejected;
-  /* Called after every accepted step unless NULL; in y are places and velocities. */
+  /* Called after every accepted step unless NULL; y has positions and velocities. */
   void (*look)(void *data, double t, N_Vector y);
   void *data;
-  /* The objects, while it runs. */
+  /* The objects, during a run. */
   flesh_ida_problem *ida;
   flesh_ode_problem *ode;
   void *memory;
@@ -46,7 +46,7 @@ typedef struct owned_integrator {
   SUNNonlinearSolver newton_solver;
 } owned_integrator;
 
-/* Failures come back as flags; nothing is printed. */
+/* Returns failures as flags; prints nothing. */
 static inline void owned_silence(owned_integrator *o)
 {
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -106,7 +106,7 @@ static inline void owned_set_arkode(owned_integrator *o, double t, N_Vector y)
   }
 }
 
-/* Makes the integrator at its first start, and starts it anew later. */
+/* Creates the integrator at the first start, and reinitialises it later. */
 static inline void owned_start(owned_integrator *o, double t, N_Vector y, N_Vector yp, N_Vector atol, double stop)
 {
   const int first = !o->memory;
@@ -143,7 +143,7 @@ static inline void owned_set_coefficient(owned_integrator *o)
                                    : OWNED_ARK(SetNonlinConvCoef)(o->memory, c)));
 }
 
-/* One step. Returns the integrator's flag. */
+/* Takes one step. Returns the integrator's flag. */
 static inline int owned_step(owned_integrator *o, double end, N_Vector y, N_Vector yp, double *t)
 {
   if (o->kind == OWNED_IDA) return IDASolve(o->memory, end, t, y, yp, IDA_ONE_STEP);
@@ -179,7 +179,7 @@ static inline void owned_close(owned_integrator *o)
   flesh_ode_problem_destroy(&o->ode);
 }
 
-/* Makes the problem and, but for a plain integrator, flesh's Newton. */
+/* Creates the problem and, except for a plain integrator, flesh's Newton. */
 static inline void owned_open(owned_integrator *o, const flesh_system *system)
 {
   if (o->kind == OWNED_IDA) CHECK_OK(flesh_ida_problem_create(system, &o->options, &o->ida));
@@ -193,7 +193,7 @@ static inline void owned_open(owned_integrator *o, const flesh_system *system)
     CHECK_OK(flesh_arkode_sunnonlinsol_create(o->ode, OWNED_ARK(GetNonlinearSystemData), o->context, &o->newton_solver));
 }
 
-/* The vector y, new. */
+/* Creates the vector y. */
 static inline N_Vector owned_vector(owned_integrator *o)
 {
   N_Vector y = NULL;
@@ -204,7 +204,7 @@ static inline N_Vector owned_vector(owned_integrator *o)
   return y;
 }
 
-/* The integrator's flag, below 0 where it gave up. The state is then the last one reached. */
+/* Runs to the end. Returns the integrator's flag, negative if it gave up; the state is then the last one reached. */
 static inline int owned_run(owned_integrator *o, const flesh_system *system, double end, flesh_state *state)
 {
   owned_open(o, system);

@@ -8,7 +8,7 @@
 #include "linear/linear.h"
 #include "test.h"
 
-/* P^-1 as a full matrix, column by column. */
+/* Returns P^-1 as a full matrix, computed column by column. */
 static inline double *applied(const flesh_linear *linear, flesh_preconditioner_data *preconditioner, int n)
 {
   double *P = malloc((size_t)n * n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
@@ -24,7 +24,7 @@ static inline double *applied(const flesh_linear *linear, flesh_preconditioner_d
   return P;
 }
 
-/* The matrix P [n][n] is symmetric, but for rounding, and positive definite, whatever the matrix is. */
+/* Checks that the matrix P [n][n] is symmetric, up to rounding, and positive definite, whatever the matrix is. */
 static inline void check_definite(int n, const double *P, double rounding)
 {
   double asymmetry = 0, size = 0;

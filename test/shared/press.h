@@ -1,11 +1,12 @@
-/* press.h: a ball pressed into a block, whose mesh is finer near the contact and irregular; solved for at rest. */
+/* press.h: a ball pressed into a block at rest; the block's mesh is irregular, and finer near the contact. */
 #ifndef FLESH_TEST_PRESS_H
 #define FLESH_TEST_PRESS_H
 
 #include "body.h"
 #include "test.h"
 
-/* A grid of boxes whose planes are moved by `place`, and whose inner nodes then by a tenth of the spacing at random. */
+/* Makes a grid of boxes: `place` moves its planes, then inner nodes are moved randomly by up to a tenth of the
+ * spacing. */
 static inline flesh_mesh *make_mesh(int nx, int ny, int nz, double (*place)(double s, int c))
 {
   const int cells[3] = {nx, ny, nz};
@@ -25,8 +26,8 @@ static inline flesh_mesh *make_mesh(int nx, int ny, int nz, double (*place)(doub
   return mesh;
 }
 
-/* Dimitriadis, Horkay, Maresca, Kachar & Chadwick 2002, "Determination of elastic moduli of thin layers of soft
- * material using the atomic force microscope", for a layer bonded to a rigid base. */
+/* Returns the factor of the force for a layer bonded to a rigid base: Dimitriadis, Horkay, Maresca, Kachar & Chadwick
+ * 2002, "Determination of elastic moduli of thin layers of soft material using the atomic force microscope". */
 static inline double force_on_layer(double young, double poisson, double radius, double depth, double height)
 {
   const double pi = 3.14159265358979, x = sqrt(radius * depth) / height;
@@ -39,7 +40,7 @@ static inline double force_on_layer(double young, double poisson, double radius,
   return 4. / 3 * young / (1 - poisson * poisson) * sqrt(radius) * pow(depth, 1.5) * (1 + more);
 }
 
-/* 0 to 1: six tenths of the cells are within a fifth, from where they grow smoothly. */
+/* Maps 0 to 1: six tenths of the cells are within a fifth, and grow smoothly beyond. */
 static inline double graded(double s)
 {
   const double near = 0.2, share = 0.6;
@@ -48,10 +49,10 @@ static inline double graded(double s)
   return near + slope * u + (1 - near - slope) * u * u;
 }
 
-/* [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
+/* Makes [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
 static inline double near_the_axis(double s, int c) { return c == 2 ? -graded(1 - s) : graded(s); }
 
-/* Takes the obstacle. Its barrier's thickness; its effect is the last. */
+/* Adds contact with the obstacle, which it takes, with this barrier thickness, as the last effect. */
 static inline void add_contact(test_body *b, flesh_obstacle *obstacle, double thickness)
 {
   flesh_contact_options options;
@@ -62,8 +63,8 @@ static inline void add_contact(test_body *b, flesh_obstacle *obstacle, double th
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
 }
 
-/* The largest norm of the forces of an effect at the state, whose accelerations are a (NULL: none); effects that couple
- * nodes count with their reactions. */
+/* Returns the largest norm of an effect's nodal forces at the state with the accelerations a (NULL: none); for effects
+ * that couple nodes, including their reactions. */
 static inline double largest_force(const test_body *b, const double *a)
 {
   double *r = malloc((size_t)b->n * sizeof *r), *zero = calloc((size_t)b->n, sizeof *zero), largest = 0;
@@ -85,7 +86,7 @@ static inline double largest_force(const test_body *b, const double *a)
   return largest;
 }
 
-/* Upward force of the last effect on the body. */
+/* Returns the upward force of the last effect on the body. */
 static inline double contact_force(const test_body *b)
 {
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
@@ -98,7 +99,7 @@ static inline double contact_force(const test_body *b)
   return sum;
 }
 
-/* Equilibria at the full seconds up to `end`. */
+/* Computes the equilibria at the full seconds up to `end`. */
 static inline void solve_statics(test_body *b, double tolerance, int end, flesh_solve_stats *stats)
 {
   const flesh_solver_options options = test_options(tolerance);
@@ -109,7 +110,7 @@ static inline void solve_statics(test_body *b, double tolerance, int end, flesh_
   flesh_integrator_destroy(&integrator);
 }
 
-/* [-1,1] x [-1,1] x [-1,0], finer towards the middle of its top. */
+/* Makes [-1,1] x [-1,1] x [-1,0], finer towards the middle of its top. */
 static inline double near_the_top(double s, int c)
 {
   if (c == 2) return -pow(1 - s, 2);
@@ -118,8 +119,8 @@ static inline double near_the_top(double s, int c)
 
 enum { DEPTHS = 2 };
 
-/* Forces of a ball of 1 m, on a block of so many cells along its sides, that stops `gap` above the block at 1 s and is
- * pressed into it by `depth` at 2 s. */
+/* Computes the forces of a ball of 1 m, on a block of this many cells along its sides: at 1 s it is `gap` above the
+ * block, at 2 s pressed into it by `depth`. */
 static inline void press(int cells, double tolerance, double gap, double depth, double force[DEPTHS])
 {
   test_body b;

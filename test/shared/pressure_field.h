@@ -1,4 +1,4 @@
-/* pressure_field.h: how much the pressures of neighbouring tets differ: a measure of checkerboards. */
+/* pressure_field.h: how much the pressures of neighbouring tets differ: a measure of checkerboard patterns. */
 #ifndef FLESH_TEST_PRESSURE_FIELD_H
 #define FLESH_TEST_PRESSURE_FIELD_H
 
@@ -7,8 +7,8 @@
 
 #include "tet_integrals.h"
 
-/* The mean over tet t of J = det(dx/dX), minus 1, by the element's own points, which are exact to degree 2: four, or
- * one. */
+/* Returns the mean over tet t of J = det(dx/dX), minus 1, at the element's own points, four or one, which are exact to
+ * degree 2. */
 static inline double mean_dilation(const flesh_mesh *mesh, const double *x, int t)
 {
   static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
@@ -45,10 +45,10 @@ static inline double mean_dilation(const flesh_mesh *mesh, const double *x, int 
   return volume[1] / volume[0] - 1;
 }
 
-/* How far the pressures of neighbouring tets differ from each other, in shear moduli: with p the means of lambda (J - 1)
- * over the tets, q their averages over the tets at a corner, by volume, and s the mean of q over a tet's corners, the
- * root mean square of p - s over the body, over mu. What is smooth has p - s of the order of the size of the tets; of a
- * checkerboard, whose s is near 0, p - s is all there is, and it does not fall under refinement. */
+/* Returns the difference of the pressures of neighbouring tets, in shear moduli. With p the means of lambda (J - 1)
+ * over the tets, q their averages over the tets at a corner, weighted by volume, and s the mean of q over a tet's
+ * corners, it is the root mean square of p - s over the body, over mu. For smooth pressures p - s is of the order of
+ * the size of the tets. For a checkerboard s is near 0, so p - s is nearly p and does not fall under refinement. */
 static inline double pressure_noise(const flesh_mesh *mesh, const double *x, double lambda, double mu)
 {
   const int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);

@@ -7,7 +7,8 @@
 #include "body.h"
 #include "test.h"
 
-/* The nominal stress of form S along x at this stretch, sides free; the stretch of the sides by bisection. */
+/* Returns the nominal stress of form S along x at this stretch, with free sides; the stretch of the sides is found by
+ * bisection. */
 static inline double uniaxial(const flesh_material *m, double stretch, double *side)
 {
   const double alpha = 1 + m->mu / m->lambda - m->mu / (4 * m->lambda);

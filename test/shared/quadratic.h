@@ -1,4 +1,4 @@
-/* quadratic.h: boxes of ten-node tets for the tests of meshes. */
+/* quadratic.h: boxes of ten-node tets for tests of meshes. */
 #ifndef FLESH_TEST_QUADRATIC_H
 #define FLESH_TEST_QUADRATIC_H
 
@@ -7,10 +7,10 @@
 #include "flesh/mesh.h"
 #include "test.h"
 
-/* VTK's order, written down here on its own. */
+/* VTK's order of nodes, written independently of the library. */
 static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
 
-/* A box grid whose corners are moved by a fixed random field, raised to order 2. */
+/* Makes a box grid with corners moved by a fixed random field, raised to order 2. */
 static inline flesh_mesh *raised_box(int n, double amount)
 {
   flesh_mesh *grid, *jittered, *mesh;
@@ -28,7 +28,7 @@ static inline flesh_mesh *raised_box(int n, double amount)
   return mesh;
 }
 
-/* The ten nodes of tet t. */
+/* Copies the ten nodes of tet t. */
 static inline void ten_nodes(const flesh_mesh *mesh, int t, int n[10])
 {
   memcpy(n, flesh_mesh_tets(mesh) + 4 * (size_t)t, 4 * sizeof *n);

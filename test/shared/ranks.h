@@ -1,5 +1,5 @@
-/* ranks.h: tests on several ranks of MPI. A test runs on all of them, and fails where a check fails on any; the first
- * rank prints the TAP lines.
+/* ranks.h: tests on several MPI ranks. A test runs on all of them, and fails if a check fails on any; the first rank
+ * prints the TAP lines.
  *
  *   int main(int argc, char **argv) { return RUN_TESTS_ON_RANKS(argc, argv, TEST(sums_are_exact)); } */
 #ifndef FLESH_TEST_RANKS_H
@@ -40,7 +40,7 @@ static inline int ranks_run_all(int argc, char **argv, const test_case *cases, i
   ranks_run_all(argc, argv, (const test_case[]){__VA_ARGS__},  \
                 (int)(sizeof((const test_case[]){__VA_ARGS__}) / sizeof(test_case)))
 
-/* The part of this rank; new. */
+/* Creates the part of this rank. */
 static inline flesh_rank_part *ranks_cut(const flesh_mesh *whole)
 {
   flesh_rank_part *part = NULL;

@@ -1,4 +1,4 @@
-/* results.h: what a study's SQL makes of tables that a test has made up. */
+/* results.h: runs a study's SQL on tables that a test makes up. */
 #ifndef FLESH_TEST_RESULTS_H
 #define FLESH_TEST_RESULTS_H
 
@@ -19,7 +19,7 @@ static inline sqlite3 *results_open(const char *tables)
   return database;
 }
 
-/* The text of the file in the folder, new. */
+/* Returns the text of the file in the folder, allocated. */
 static inline char *results_take(const char *folder, const char *name)
 {
   char path[200], *text = calloc(1, 200000);
@@ -31,13 +31,13 @@ static inline char *results_take(const char *folder, const char *name)
   return text;
 }
 
-/* Closes the database after the SQL has made the text and the table, whose texts are new. */
+/* Runs the SQL, returns its text and table (allocated), and closes the database. */
 static inline char *results_make_of(sqlite3 *database, const char *const *sql, const char *table, char **csv, const char *name)
 {
   char folder[] = "results_XXXXXX";
   CHECK(mkdtemp(folder) != NULL);
   fflush(stdout);
-  const int out = dup(1); /* the words go there too, where they would be no TAP */
+  const int out = dup(1); /* discard words on stdout, which would be no TAP */
   CHECK(freopen("/dev/null", "w", stdout) != NULL);
   const int status = flesh_results_make(database, "made up", sql, &(flesh_results){.out = folder, .words = 1});
   fflush(stdout);
@@ -45,13 +45,13 @@ static inline char *results_make_of(sqlite3 *database, const char *const *sql, c
   CHECK_OK(status);
   sqlite3_close(database);
   char *rows = table ? results_take(folder, table) : NULL, *text = results_take(folder, name);
-  test_folder_remove(folder); /* with tables that nobody asked for */
+  test_folder_remove(folder); /* remove tables that were not asked for */
   if (csv) *csv = rows;
   else free(rows);
   return text;
 }
 
-/* So for the SQL of that name in data/studies, or `sql` itself, and verdict.txt. */
+/* The same for the SQL of that name in data/studies, or for `sql` itself, and verdict.txt. */
 static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
 {
   const char *const all[] = {name ? flesh_own_text(name) : sql, NULL};

@@ -1,5 +1,4 @@
-/* scene_files.h: the small files that the tests of scenes read. Include it before any system
- * header. */
+/* scene_files.h: the small files that tests of scenes read. Include it before any system header. */
 #ifndef FLESH_TEST_SCENE_FILES_H
 #define FLESH_TEST_SCENE_FILES_H
 
@@ -11,7 +10,7 @@
 
 static char folder[256];
 
-/* The path of `name` in the tests' folder; eight at a time. */
+/* Returns the path of `name` in the tests' folder; up to eight are valid at a time. */
 static inline const char *file_path(const char *name)
 {
   static char paths[8][512];
@@ -37,7 +36,7 @@ static inline const char *write_text(const char *name, const char *text)
   return write_bytes(name, text, strlen(text));
 }
 
-/* The whole file as new text. */
+/* Returns the whole file as an allocated text. */
 static inline char *read_text(const char *path)
 {
   FILE *file = fopen(path, "rb");
@@ -72,21 +71,21 @@ static inline void write_bar(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Reads a scene of that text, written as `name`. */
+/* Writes the text as `name` and reads it as a scene. */
 static inline int read_scene(const char *name, const char *text, int count,
                              const char *const *overrides, flesh_scene **scene)
 {
   return flesh_scene_read(write_text(name, text), count, overrides, scene);
 }
 
-/* The resolved scene as new text. */
+/* Returns the resolved scene as an allocated text. */
 static inline char *resolved(const flesh_scene *scene)
 {
   if (flesh_scene_write(scene, file_path("resolved.yaml"))) return strdup(flesh_error_text());
   return read_text(file_path("resolved.yaml"));
 }
 
-/* The scene that the documentation shows. */
+/* The scene shown in the documentation. */
 static const char example[] =
     "body:\n"
     "  mesh: bar.node\n"

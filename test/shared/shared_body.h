@@ -1,18 +1,18 @@
-/* shared_body.h: a body as a whole and in parts, one of each rank. */
+/* shared_body.h: a body as a whole, and in parts for the ranks. */
 #ifndef FLESH_TEST_SHARED_BODY_H
 #define FLESH_TEST_SHARED_BODY_H
 
 #include "body.h"
 #include "ranks.h"
 
-/* The body as a whole, which every rank has, and this rank's part of it. */
+/* The whole body, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
   flesh_rank_part *part;
   test_body whole, own;
 } bodies;
 
-/* Takes the mesh. Gravity is along -z; where it holds, x = 0 is clamped. */
+/* Makes the body; takes the mesh. Gravity is along -z; if it is held, x = 0 is clamped. */
 static inline void open_body(bodies *b, flesh_mesh *mesh, flesh_material material, flesh_mass mass, double gravity, int holds)
 {
   *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh)};

@@ -1,4 +1,4 @@
-/* soups.h: surfaces to search in: sheets that can be folded, and triangles at random. */
+/* soups.h: surfaces to search in: sheets that can be folded, and random triangles. */
 #ifndef FLESH_TEST_SOUPS_H
 #define FLESH_TEST_SOUPS_H
 
@@ -32,7 +32,7 @@ static inline void soup_clear(soup *s)
   flesh_contact_surface_clear(&s->surface);
 }
 
-/* `bodies` square sheets of side 1 of n x n cells of two triangles each, a distance `gap` above each other. */
+/* Makes `bodies` square sheets of side 1 with n x n cells of two triangles each, a distance `gap` above each other. */
 static inline soup soup_of_sheets(int bodies, int n, double gap)
 {
   const int row = n + 1, each = row * row;
@@ -54,8 +54,8 @@ static inline soup soup_of_sheets(int bodies, int n, double gap)
   return s;
 }
 
-/* Triangles of about the given size anywhere in the unit cube; every fourth node belongs to several. Nodes of one body
- * lie in one half of the cube. */
+/* Makes random triangles of about the given size in the unit cube; every fourth node belongs to several. The nodes of
+ * each body lie in one half of the cube. */
 static inline soup soup_at_random(int triangles, double size, unsigned long long *state)
 {
   soup s = soup_create(3 * triangles, triangles);

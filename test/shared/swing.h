@@ -1,7 +1,7 @@
-/* swing.h: a bar swings from a clamped end, and its most expensive step beside the median one, by counters: of Newton
- * iterations, and of work, in which an assembly with all that goes with it (preconditioner, residual) counts as
- * much as sixteen linear iterations, and an iteration in a patch as 45 of the whole's times its share of the
- * elements. So they do, about, on the benchmark bar. */
+/* swing.h: a bar swings from a clamped end; compares its most expensive step with the median one by counters: of Newton
+ * iterations, and of work. Work counts an assembly with its preconditioner and residual as sixteen linear iterations,
+ * and an iteration of nonlinear elimination as 45 linear iterations times its fraction of the elements; these are about
+ * the costs on the benchmark bar. */
 #ifndef FLESH_TEST_SWING_H
 #define FLESH_TEST_SWING_H
 
@@ -10,13 +10,13 @@
 
 typedef struct swing {
   int cells[3], steps;
-  double size[3], poisson, gravity; /* the latter in units of 9.81 m/s^2 */
-  int follow, eliminate;            /* techniques of the solver */
-  int enough;                       /* Newton iterations after which a step counts as it is; 0: no such */
+  double size[3], poisson, gravity; /* acceleration in units of 9.81 m/s^2 */
+  int follow, eliminate;            /* techniques of the solver that are switched on */
+  int enough;                       /* Newton iterations from which a step counts as hard; 0: none */
 } swing;
 
 typedef struct swing_cost {
-  double newton, work; /* of the most expensive step over the median one */
+  double newton, work; /* ratios of the most expensive step to the median one */
   int total_newton, total_linear, total_patches;
 } swing_cost;
 
@@ -44,7 +44,7 @@ static inline swing_cost swing_run(const swing *s)
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
-  options.newton_tolerance = 1e-6; /* whose costs the limits are of */
+  options.newton_tolerance = 1e-6; /* whose costs the limits assume */
   if (!s->follow)
     options.techniques &= ~(unsigned)(FLESH_TECHNIQUE_NEGATIVE_CURVATURE | FLESH_TECHNIQUE_LONGER_STEPS);
   if (!s->eliminate) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-/* Makes a folder under $TMPDIR or the system's place; 0 when done. */
+/* Makes a folder under $TMPDIR or the system's temporary folder. Returns 0 on success. */
 static inline int test_folder_make(char *path, size_t size)
 {
   const char *parent = getenv("TMPDIR");

@@ -3,12 +3,12 @@
  *   static void sums_are_exact(void) { CHECK(1 + 1 == 2); CHECK_NEAR(0.1 + 0.2, 0.3, 1e-15); }
  *   int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(sums_are_exact)); }
  *
- * Arguments select tests by name. A failed check prints where and what, and fails its test only. Tests that make threads
- * are TEST_OF_THREADS: with thread sanitizer these alone are run, as where there is one thread there is no race. Which do
- * is counted (count_threads.c).
+ * Arguments select tests by name. A failed check prints where and what, and fails its test only. Tests that create
+ * threads are marked TEST_OF_THREADS: under the thread sanitizer only these run, because one thread cannot race. The
+ * marks are checked by counting threads (count_threads.c).
  *
- * A sanitizer sees an error at the first time that its line runs, and takes ten times as long: with one, a TEST_LONG, which
- * runs in many steps the lines that others run in few, is left out, and loops over TEST_FEWER(all, few) end sooner. */
+ * A sanitizer sees an error the first time its line runs, and takes ten times as long. So under sanitizers TEST_LONG
+ * tests, which only repeat lines that other tests run, are skipped, and loops over TEST_FEWER(all, few) end sooner. */
 #ifndef FLESH_TEST_H
 #define FLESH_TEST_H
 
@@ -22,10 +22,10 @@
 typedef struct test_case {
   const char *name;
   void (*run)(void);
-  int threads, is_long; /* it makes some; sanitizers leave it out */
+  int threads, is_long; /* creates threads; skipped under sanitizers */
 } test_case;
 
-static int test_failures; /* of the running test */
+static int test_failures; /* state of the running test */
 
 #define TEST(function)            {#function, function, 0, 0}
 #define TEST_OF_THREADS(function) {#function, function, 1, 0}
@@ -37,7 +37,7 @@ static int test_failures; /* of the running test */
 #endif
 
 #ifdef TEST_COUNTS_THREADS
-extern _Atomic int test_threads; /* that were made so far */
+extern _Atomic int test_threads; /* number of threads created so far */
 #endif
 
 #define CHECK(condition)                                                                  \
@@ -48,7 +48,7 @@ extern _Atomic int test_threads; /* that were made so far */
     }                                                                                     \
   } while (0)
 
-/* For calls that must succeed; prints the library's own words when they do not. */
+/* Checks that a call succeeds; prints the library's message if it does not. */
 #define CHECK_OK(call)                                                                    \
   do {                                                                                    \
     int check_status = (call);                                                            \
@@ -90,7 +90,7 @@ extern _Atomic int test_threads; /* that were made so far */
     }                                                                                     \
   } while (0)
 
-/* Whether the test program is made of instructions that this machine lacks. */
+/* Whether the test program uses instructions that this machine lacks. */
 static int test_lacks_set(void)
 {
 #ifdef FLESH_ISA
@@ -154,7 +154,7 @@ static inline int test_run_all(int argc, char **argv, const test_case *cases, in
   test_run_all(argc, argv, (const test_case[]){__VA_ARGS__},                              \
                (int)(sizeof((const test_case[]){__VA_ARGS__}) / sizeof(test_case)))
 
-/* A deterministic generator for random trials: uniform in [0, 1). */
+/* Returns the next of a deterministic sequence of random numbers, uniform in [0, 1). */
 static inline double test_uniform(unsigned long long *state)
 {
   unsigned long long z = (*state += 0x9e3779b97f4a7c15ULL);

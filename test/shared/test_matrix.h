@@ -16,7 +16,7 @@ static inline void random_matrix(double A[9])
   for (int k = 0; k < 9; k++) A[k] = uniform();
 }
 
-/* A rotation from a random unit quaternion. */
+/* Makes a rotation from a random unit quaternion. */
 static inline void random_rotation(double R[9])
 {
   double q[4], n = 0;
@@ -29,7 +29,7 @@ static inline void random_rotation(double R[9])
   memcpy(R, rows, sizeof rows);
 }
 
-/* F = R1 diag(s) R2^T. */
+/* Computes F = R1 diag(s) R2^T. */
 static inline void compose(const double s[3], double F[9])
 {
   double R1[9], R2[9];

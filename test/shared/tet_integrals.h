@@ -1,5 +1,5 @@
-/* tet_integrals.h: integrals over straight tets and flat faces, exact for polynomials of degree 7, and the shape
- * functions of four and ten nodes: written down here on their own, apart from the library's. */
+/* tet_integrals.h: integrals over straight tets and flat faces, exact for polynomials of degree 7, and shape functions
+ * of four and ten nodes, written independently of the library. */
 #ifndef FLESH_TEST_TET_INTEGRALS_H
 #define FLESH_TEST_TET_INTEGRALS_H
 
@@ -8,14 +8,14 @@
 enum { TEST_GAUSS = 5, TEST_TET_POINTS = TEST_GAUSS * TEST_GAUSS * TEST_GAUSS,
        TEST_FACE_POINTS = TEST_GAUSS * TEST_GAUSS };
 
-/* Gauss & Legendre on [0,1]. */
+/* Gauss-Legendre points on [0,1]. */
 static const double test_gauss_at[TEST_GAUSS] = {0.046910077030668004, 0.23076534494715845, 0.5, 0.76923465505284155,
                                                  0.95308992296933200};
 static const double test_gauss_weight[TEST_GAUSS] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
                                                      0.23931433524968324, 0.11846344252809454};
 
-/* Point q of the tet: barycentric coordinates L [4]; returns its share of the volume. A cube that is drawn together
- * towards a corner and an edge. */
+/* Computes point q of the rule for a tet: its barycentric coordinates L [4]. Returns its weight in the volume. The rule
+ * is that of a cube collapsed to a corner and an edge. */
 static inline double test_tet_point(int q, double L[4])
 {
   const int i = q % TEST_GAUSS, j = q / TEST_GAUSS % TEST_GAUSS, k = q / TEST_GAUSS / TEST_GAUSS;
@@ -27,7 +27,7 @@ static inline double test_tet_point(int q, double L[4])
   return 6 * test_gauss_weight[i] * test_gauss_weight[j] * test_gauss_weight[k] * (1 - a) * (1 - a) * (1 - b);
 }
 
-/* Point q of the face across corner `across`; returns its share of the area. */
+/* Computes point q of the rule for the face opposite corner `across`. Returns its weight in the area. */
 static inline double test_face_point(int q, int across, double L[4])
 {
   const int i = q % TEST_GAUSS, j = q / TEST_GAUSS;
@@ -39,7 +39,7 @@ static inline double test_face_point(int q, int across, double L[4])
   return 2 * test_gauss_weight[i] * test_gauss_weight[j] * (1 - a);
 }
 
-/* The nodes [4 or 10] of tet t; returns how many. */
+/* Copies the nodes [4 or 10] of tet t. Returns their number. */
 static inline int test_tet_nodes(const flesh_mesh *mesh, int t, int node[10])
 {
   for (int a = 0; a < 4; a++) node[a] = flesh_mesh_tets(mesh)[4 * t + a];
@@ -48,7 +48,7 @@ static inline int test_tet_nodes(const flesh_mesh *mesh, int t, int node[10])
   return 10;
 }
 
-/* Shape functions at L of `count` nodes, edges 01, 12, 02, 03, 13, 23. */
+/* Computes the shape functions of `count` nodes at L, with edges 01, 12, 02, 03, 13, 23. */
 static inline void test_shape(int count, const double L[4], double N[10])
 {
   static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
@@ -56,7 +56,7 @@ static inline void test_shape(int count, const double L[4], double N[10])
   for (int a = 4; a < count; a++) N[a] = 4 * L[ends[a - 4][0]] * L[ends[a - 4][1]];
 }
 
-/* The place at L of a straight tet with its corners at `positions`. */
+/* Computes the position at L in a straight tet with its corners at `positions`. */
 static inline void test_tet_place(const double *positions, const int node[4], const double L[4], double X[3])
 {
   for (int c = 0; c < 3; c++) {

@@ -1,5 +1,5 @@
-/* touching.h: what the tests of bodies that touch each other share: scenes in motion, their momenta and energies, and
- * places where surfaces go through each other, looked for after every step. */
+/* touching.h: shared by the tests of bodies that touch each other: scenes in motion, their momenta and energies, and a
+ * search for intersections of surfaces after every step. */
 #ifndef FLESH_TEST_TOUCHING_H
 #define FLESH_TEST_TOUCHING_H
 
@@ -20,7 +20,7 @@ typedef struct touching {
   int n, effects;
   double h, *mass; /* [n/3] kg, lumped */
   int steps, crossings, solves, newton, impact_steps;
-  double slack; /* N s: what the solves have left of momentum so far, at most */
+  double slack; /* N s, bound of the momentum error that the solves have left so far */
   flesh_solve_stats last;
 } touching;
 
@@ -32,7 +32,7 @@ static inline int touching_integrator(touching *m)
   return status ? status : flesh_integrator_set_adaptive(m->integrator, &time->adaptive);
 }
 
-/* Fills in the rest from m->scene. One density for all bodies, whatever the scene says. */
+/* Sets up the rest from m->scene, with one density for all bodies, whatever the scene says. */
 static inline int touching_start(double density, touching *m)
 {
   const flesh_system *system = flesh_scene_system(m->scene);
@@ -52,7 +52,8 @@ static inline int touching_start(double density, touching *m)
   return status ? status : touching_integrator(m);
 }
 
-/* The scene of that text, with further values up to NULL; paths are relative to data/scenes. All of one density. */
+/* Reads a scene from text, with further values up to NULL; paths are relative to data/scenes. All bodies have one
+ * density. */
 static inline int touching_begin(const char *text, const char *const *set, double density, touching *m)
 {
   int count = 0;
@@ -72,7 +73,7 @@ static inline void touching_end(touching *m)
   flesh_scene_destroy(&m->scene);
 }
 
-/* A step, after which nothing goes through anything. */
+/* Takes a step and checks that nothing intersects afterwards. */
 static inline int touching_step(touching *m)
 {
   flesh_solve_stats stats = {0};
@@ -87,7 +88,7 @@ static inline int touching_step(touching *m)
   return status;
 }
 
-/* Sum of m v and of m x cross v, about the origin. */
+/* Computes the sums of m v and of m x cross v, about the origin. */
 static inline void touching_momenta(const touching *m, double p[3], double L[3])
 {
   memset(p, 0, 3 * sizeof *p);
@@ -102,8 +103,8 @@ static inline void touching_momenta(const touching *m, double p[3], double L[3])
   }
 }
 
-/* Kinetic and potential energy of all effects, J; of contact alone into *contact (may be NULL), 0 where nothing
- * touches. */
+/* Returns kinetic plus potential energy of all effects, J; stores that of contact in *contact (may be NULL), 0 if
+ * nothing touches. */
 static inline double touching_energy(const touching *m, double *contact)
 {
   const flesh_system *system = flesh_scene_system(m->scene);
@@ -120,7 +121,8 @@ static inline double touching_energy(const touching *m, double *contact)
   return sum;
 }
 
-/* Two balls of 0.1 m, of which the right one comes at 2 m/s along x, `aside` by so much; method and step to be set. */
+/* Makes two balls of 0.1 m, the right one moving at 2 m/s along x, offset by `aside`; the caller sets method and
+ * step. */
 #define TOUCHING_MATERIAL "material: {energy: S, constants: matched, young: 1e5, poisson: 0.4}"
 #define TOUCHING_BALLS(aside)                                                                                           \
   "body: {name: left, mesh: ../meshes/ball.msh, density: 1000, " TOUCHING_MATERIAL "}\n"                                 \

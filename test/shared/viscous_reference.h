@@ -11,7 +11,7 @@
 static const double shear = 3, bulk = 5;
 static const flesh_shift viscous_shift = {.x = 1.5, .v = 4};
 
-/* S = 2 shear dev E' + bulk tr(E') I for E' = sym(A). */
+/* Computes S = 2 shear dev E' + bulk tr(E') I for E' = sym(A). */
 static inline void viscous_stress(const double A[9], double S[9])
 {
   const double trace = flesh_mat3_trace(A);
@@ -20,8 +20,8 @@ static inline void viscous_stress(const double A[9], double S[9])
       S[3 * i + j] = 2 * shear * ((A[3 * i + j] + A[3 * j + i]) / 2 - (i == j) * trace / 3) + bulk * trace * (i == j);
 }
 
-/* E' = sym(F_0^T F_0') + sv/sx (E(F) - E(F_0)), P = F S, the value S : E'/2, and the derivative of P by u, column by
- * column: sv F S(sym F^T W) + sx W S, the S of the last filtered as `project` says. */
+/* Computes E' = sym(F_0^T F_0') + sv/sx (E(F) - E(F_0)), P = F S, the value S : E'/2, and the derivative of P by u,
+ * column by column: sv F S(sym F^T W) + sx W S, with the last S filtered according to `project`. */
 static inline void viscous_law(const double F[9], const double frozen[9], const double frozen_rate[9],
                         flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {

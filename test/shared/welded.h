@@ -1,4 +1,4 @@
-/* welded.h: bodies of two meshes that do not match, tied by a weld. Include after body.h and test.h. */
+/* welded.h: two bodies with non-matching meshes, tied by a weld. Include after body.h and test.h. */
 #ifndef FLESH_TEST_WELDED_H
 #define FLESH_TEST_WELDED_H
 
@@ -7,7 +7,7 @@
 #include "body.h"
 #include "test.h"
 
-/* Two meshes of four-node tets as one. */
+/* Joins two meshes of four-node tets. */
 static inline flesh_mesh *joined(flesh_mesh *first, flesh_mesh *second)
 {
   const int n = flesh_mesh_node_count(first), m = flesh_mesh_node_count(second);
@@ -36,7 +36,7 @@ static inline flesh_mesh *box(const int cells[3], const double size[3], const do
   return mesh;
 }
 
-/* A copy of the mesh with moved nodes. */
+/* Copies the mesh with moved nodes. */
 static inline flesh_mesh *moved(flesh_mesh *mesh, void (*move)(double *x))
 {
   const int n = flesh_mesh_node_count(mesh), e = flesh_mesh_tet_count(mesh);
@@ -59,7 +59,7 @@ static inline flesh_mesh *of_order(int order, flesh_mesh *mesh)
   return raised;
 }
 
-/* Surface triangles of the region whose nodes are all so, or all of the region's. */
+/* Lists surface triangles of the region: all, or those with all nodes chosen. */
 static inline int triangles_of(const flesh_mesh *mesh, int region, int (*so)(const double *X), int *triangles)
 {
   int all, count = 0;
@@ -74,7 +74,7 @@ static inline int triangles_of(const flesh_mesh *mesh, int region, int (*so)(con
   return count;
 }
 
-/* Ties all of region 0's surface to all of region 1's, where they lie on each other. */
+/* Ties all of region 0's surface to all of region 1's, wherever they lie on each other. */
 static inline flesh_effect *welded(const test_body *b, double distance, double stiffness, double breaks_at)
 {
   int all;
@@ -89,7 +89,7 @@ static inline flesh_effect *welded(const test_body *b, double distance, double s
   return effect;
 }
 
-/* The stiffness of a weld times the area that it ties, N/m: its force where region 1 is 1 m above its place at rest. */
+/* Returns the stiffness of a weld times the area that it ties, N/m: its force if region 1 is displaced by 1 m. */
 static inline double force_per_metre(const test_body *b, const flesh_effect *weld)
 {
   const double *X = flesh_mesh_positions(b->mesh);

@@ -1,4 +1,4 @@
-/* wide.h: whole numbers of 1536 bits, and geometry with them, as an independent and slow check of predicates.
+/* wide.h: integers of 1536 bits and geometry with them, as an independent, slow check of predicates.
  *
  * Coordinates are multiples of 2^-320 and less than 2^126, so that products of three differences fit. */
 #ifndef FLESH_TEST_WIDE_H
@@ -11,7 +11,7 @@
 enum { WIDE_LIMBS = 48, WIDE_POINT = 320 };
 
 typedef struct wide {
-  uint32_t limb[WIDE_LIMBS]; /* two's complement, the lowest first */
+  uint32_t limb[WIDE_LIMBS]; /* two's complement, the lowest word first */
 } wide;
 
 static inline wide wide_negative(wide a)
@@ -100,8 +100,8 @@ static inline int wide_orient3d(const double a[3], const double b[3], const doub
   return wide_sign(wide_determinant(&u, &v, &w));
 }
 
-/* Whether the shadows along an axis of the segment x[0] x[1] and the triangle x[2] x[3] x[4] are apart across a side
- * from i to j. */
+/* Whether the projections along an axis of the segment x[0] x[1] and the triangle x[2] x[3] x[4] are separated by the
+ * side from i to j. */
 static inline int wide_side_separates(int axis, const double *const x[5], int i, int j)
 {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -121,12 +121,12 @@ static inline int wide_side_separates(int axis, const double *const x[5], int i,
   return below || above;
 }
 
-/* Whether the closed segment pq meets the closed triangle abc, which has an area: by Cramer's rule for the point of pq
- * in the plane of abc, or within one plane by separating lines. */
+/* Whether the closed segment pq meets the closed triangle abc, which has an area: by Cramer's rule for the intersection
+ * of pq with the plane of abc, or by separating lines if they are coplanar. */
 static inline int wide_segment_meets_triangle(const double p[3], const double q[3], const double a[3], const double b[3],
                                               const double c[3])
 {
-  /* a + s (b-a) + t (c-a) = p + r (q-p) */
+  /* solve a + s (b-a) + t (c-a) = p + r (q-p) */
   const wide_vector e = wide_between(a, b), f = wide_between(a, c), g = wide_between(q, p), d = wide_between(a, p);
   const wide zero = {{0}};
   wide whole = wide_determinant(&e, &f, &g), s = wide_determinant(&d, &f, &g), t = wide_determinant(&e, &d, &g),

@@ -1,4 +1,4 @@
-/* fuzz.h: what the fuzzers share: small files in memory, and what every reader owes its callers. */
+/* fuzz.h: shared by the fuzzers: small files in memory, and the guarantees of every reader. */
 #ifndef FLESH_TEST_CAMPAIGN_FUZZ_H
 #define FLESH_TEST_CAMPAIGN_FUZZ_H
 
@@ -24,7 +24,7 @@ static inline void fuzz_expect(int condition, const char *what)
   if (!condition) fuzz_wrong(what);
 }
 
-/* Goes to the folder of this process, $FUZZ_FOLDER or a new one in memory. */
+/* Changes to the folder of this process, $FUZZ_FOLDER or a new one in memory. */
 static inline void fuzz_start(void)
 {
   static char made[] = "/dev/shm/flesh-fuzz-XXXXXX";
@@ -36,7 +36,7 @@ static inline void fuzz_start(void)
   }
 }
 
-/* Fills the file; its descriptor stays open from one execution to the next. */
+/* Writes the file; its descriptor stays open from one execution to the next. */
 static inline void fuzz_write(const char *name, const void *data, size_t size)
 {
   static struct {
@@ -54,7 +54,8 @@ static inline void fuzz_write(const char *name, const void *data, size_t size)
     fuzz_wrong("a file could not be written");
 }
 
-/* A status is fine, a bad argument, a bad file or want of memory; a refusal is one line of printable UTF-8. */
+/* Checks that a status is success, a bad argument, a bad file or lack of memory, and that a refusal is one line of
+ * printable UTF-8. */
 static inline void fuzz_status(int status)
 {
   if (!status) return;
@@ -69,7 +70,7 @@ static inline void fuzz_status(int status)
   }
 }
 
-/* Some inputs of many, always the same ones: for checks that take long. */
+/* Selects a fixed fraction of the inputs, for checks that take long. */
 static inline int fuzz_chosen(const uint8_t *data, size_t size, unsigned of)
 {
   uint32_t hash = 2166136261u;
@@ -77,7 +78,9 @@ static inline int fuzz_chosen(const uint8_t *data, size_t size, unsigned of)
   return (hash >> 8) % of == 0;
 }
 
-/* Inputs of several files: parts end at "\n%%\n". Returns the next part's size and moves on. */
+/* Splits an input of several files: parts end at "
+ * %%
+ * ". Returns the size of the next part and advances. */
 static inline size_t fuzz_part(const uint8_t **data, size_t *left)
 {
   static const char mark[] = "\n%%\n";

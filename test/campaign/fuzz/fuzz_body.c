@@ -1,5 +1,5 @@
-/* fuzz_body.c: what belongs to a mesh: the binding of a skin, a state, a frame and the index of frames. The first byte
- * says which. */
+/* fuzz_body.c: files that belong to a mesh: the binding of a skin, a state, a frame and the index of frames. The first
+ * byte selects one. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 

@@ -1,4 +1,4 @@
-/* fuzz_hardcases.c: files of hard cases. The effects of a good case are a list that a scene's reader takes. */
+/* fuzz_hardcases.c: files of hard cases. The effects of a valid case are a list that a scene's reader accepts. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 

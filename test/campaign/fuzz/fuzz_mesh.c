@@ -1,5 +1,6 @@
-/* fuzz_mesh.c: meshes of every format, those that go by their name if they begin as they should; an input with a "%%" line is TetGen's .node and .ele, or an index and a part of a
- * split mesh; one that begins with "%split" is the arrays of such a part. */
+/* fuzz_mesh.c: meshes in every format; those recognised by their file name are tried if the input begins as they do. An
+ * input with a "%%" line is TetGen's .node and .ele, or an index and a part of a split mesh; one that begins with
+ * "%split" has the arrays of such a part. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 
@@ -23,7 +24,7 @@ static void check_members(const flesh_members *members, int end)
   }
 }
 
-/* Checks the promises of flesh.h about a mesh. */
+/* Checks the guarantees of flesh.h about a mesh. */
 static void check(const flesh_mesh *mesh)
 {
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), triangles;
@@ -52,7 +53,7 @@ static int same(const int *values, int count, const int *others, int other_count
   return count == other_count && (!count || !memcmp(values, others, sizeof *values * (size_t)count));
 }
 
-/* A mesh that is written in a format is the same when it is read. A .msh refuses names with quotation marks. */
+/* Checks that a mesh written in a format is read back unchanged. A .msh refuses names with quotation marks. */
 static void check_again(const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh *again = NULL;
@@ -81,7 +82,7 @@ static void check_again(const flesh_mesh *mesh, const char *path)
   flesh_mesh_destroy(&again);
 }
 
-/* The input's next number, from 0 to before `end` or somewhat beyond. */
+/* Returns the input's next number, from 0 to before `end` or slightly outside. */
 static int next_number(const uint8_t **data, size_t *size, int end)
 {
   if (!*size) return 0;
@@ -90,8 +91,8 @@ static int next_number(const uint8_t **data, size_t *size, int end)
   return number < 250 ? number % end : number - 252;
 }
 
-/* A part of a split mesh of two whose arrays the input gives, with the right check sum: read alone, and as the first of
- * the whole, whose second part is as it should be. */
+/* Makes a part of a split mesh of two from the arrays in the input, with a correct checksum, and reads it alone, and as
+ * the first of the whole with a correct second part. */
 static void try_arrays(const uint8_t *data, size_t size)
 {
   flesh_split split = {0};
@@ -125,7 +126,7 @@ static void try_arrays(const uint8_t *data, size_t size)
   flesh_split_close(&split);
 }
 
-/* The name of the file with these bytes. */
+/* Returns the name of the file that begins with these bytes. */
 static const char *name_of(const uint8_t *data, size_t size)
 {
   if (!size || (*data != '<' && *data != '*')) return "m";

@@ -1,5 +1,5 @@
-/* fuzz_scene.c: scenes and overrides. Parts of an input end at lines "%%": the scene, then a text for --set each.
- * "mesh", "tri.obj" and "state" are files that are there. */
+/* fuzz_scene.c: scenes and overrides. Parts of an input end at lines "%%": the scene, then one text for each --set. The
+ * files "mesh", "tri.obj" and "state" exist. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 
@@ -19,7 +19,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return 0;
 }
 
-/* The resolved scene is one, and resolving it again changes nothing. */
+/* Checks that the resolved scene is a scene, and that resolving it again changes nothing. */
 static void check_resolved(const flesh_scene *scene)
 {
   char *text[2] = {NULL, NULL};

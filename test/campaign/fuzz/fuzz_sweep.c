@@ -1,4 +1,4 @@
-/* fuzz_sweep.c: specs of sweeps, and the cases that follow from them. */
+/* fuzz_sweep.c: specifications of sweeps, and the cases they generate. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 

@@ -1,4 +1,4 @@
-/* fuzz_table.c: tables as CSV: those that commands leave to a sweep, and those of a run that was killed. */
+/* fuzz_table.c: tables as CSV: those that commands leave for a sweep, and those of a killed run. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 
@@ -14,7 +14,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return 0;
 }
 
-/* A table that is written again is the same table. */
+/* Checks that a table written again is the same table. */
 static void write_again(const flesh_csv *csv)
 {
   flesh_csv again;
@@ -41,7 +41,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     flesh_csv csv;
     const int status = flesh_csv_read("table.csv", torn ? FLESH_CSV_TORN : FLESH_CSV_WHOLE, &csv);
     fuzz_status(status);
-    if (!status && csv.columns > 1) write_again(&csv); /* an empty cell by itself is an empty line */
+    if (!status && csv.columns > 1) write_again(&csv); /* a single empty cell is an empty line */
     flesh_csv_clear(&csv);
   }
   return 0;

@@ -1,6 +1,6 @@
-/* fuzz_words.c: values of the command line, of every command that takes more than names. The first byte says of which;
- * lists and numbers are read before anything else is done, and what is to be done then fails: there is no such scene,
- * or a file stands where the folder of results is to be. */
+/* fuzz_words.c: values on the command line of every command that takes more than names; the first byte selects the
+ * command. Lists and numbers are read before anything else is done, and what would follow fails: the scene does not
+ * exist, or a file is in the place of the results' folder. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 
@@ -20,7 +20,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
   return 0;
 }
 
-/* NULL stands for the value. */
+/* NULL is replaced by the value. */
 static const struct {
   int (*run)(int argc, char **argv);
   const char *words[12];
