@@ -93,7 +93,7 @@ static void a_bent_mesh_is_smooth(void)
           size = fmax(size, fabs(at.hessian[3 * c + e]));
         }
       }
-      /* Where the nearest point moves onto an edge, curvature begins and the Hessian jumps. */
+      /* Curvature begins, and the Hessian jumps, where the nearest point moves onto an edge. */
       points++;
       if (error > 0.01 * size) jumps++;
       else hessian_error = fmax(hessian_error, error / size);

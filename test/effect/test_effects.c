@@ -1,7 +1,6 @@
 // TEST quick seconds=60
-/* test_effects.c: every effect of the registry obeys the contract of effect.h: residual and Jacobian are derivatives of
- * potential and residual, Jacobians are symmetric and, projected, positive semi-definite, energies follow their
- * formulas. */
+/* test_effects.c: every effect of the registry obeys the contract of effect.h: r and K are derivatives of the potential
+ * and of r, Jacobians are symmetric and, projected, positive semi-definite, energies follow their formulas. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
@@ -127,8 +126,7 @@ static double largest_difference(int n, const double *x, const double *y)
 }
 
 /* Checks every entry of r against differences of the potential, and every entry of J against differences of r; the
- * projected J is positive semi-definite and not below J. For the whole system, so that the sum and the shared slots are
- * tested too. */
+ * projected J is positive semi-definite and not below J. Whole systems test the sum and shared slots, too. */
 static void check_every_entry(const test_body *b, const flesh_shift *shift, const char *name)
 {
   int n = b->n;

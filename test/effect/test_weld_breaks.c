@@ -1,5 +1,5 @@
 // TEST full memory seconds=60
-/* test_weld_breaks.c: breaking welds: where and when they break, what is released and conserved; refused steps, states,
+/* test_weld_breaks.c: breaking welds: where, when, what is released and conserved; refused steps, states,
  * compression. */
 #include "temporary.h" /* first */
 #include "effect/effect.h"
@@ -110,9 +110,8 @@ static void long_steps_tell_what_they_release_in_excess(void)
   }
 }
 
-/* The force at which the weld must break is known from an identical body with an unbreakable weld: in the first
- * increment that ends beyond breaks_at times the area, and not before, it breaks all at once, however the meshes
- * meet. */
+/* The force at which the weld must break is that of a body with an unbreakable weld: in the first increment that ends
+ * beyond breaks_at times the area, and not before, it breaks all at once, however the meshes meet. */
 static void two_bars_break_at_the_force(void)
 {
   enum { STEPS = 20 };
@@ -279,8 +278,7 @@ static void broken_welds_keep_momenta_and_books(void)
   }
 }
 
-/* Adaptive steps also conserve momenta and balance energies, and the first part breaks where and when it does with
- * short steps. */
+/* Adaptive steps also conserve momenta and balance energies; the first part breaks where and when short steps say. */
 static void errors_choose_steps_of_a_weld_that_breaks(void)
 {
   double first[2][5];
@@ -370,8 +368,7 @@ static void errors_see_when_a_weld_breaks(void)
   see_when_a_weld_breaks(1, 1e-4); /* no step resolves the forces that breaking leaves at constrained dofs */
 }
 
-/* Computes the positions 0.1 s after a bar of two incompressible pieces, whose weld breaks, began to be pulled at its
- * end, [n]. */
+/* Computes the positions [n] 0.1 s after a bar of two incompressible pieces, whose weld breaks, began to be pulled. */
 static double *positions_of_bar(const int cells[3], flesh_method method, double tolerance, int *n)
 {
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.2, .translation = {0.02, 0, 0.08}}};
@@ -486,8 +483,7 @@ static void check_same(const test_body *a, const test_body *b)
     CHECK(!memcmp(a->state.internal, b->state.internal, (size_t)a->state.internal_count * sizeof(double)));
 }
 
-/* Broken welds are part of the state and its file, and resumed runs have the same bits; also with the integrator's
- * saved data. */
+/* Broken welds are in the state and its file, and in what the integrator saves: runs go on with the same bits. */
 static void a_broken_weld_goes_on_with_the_same_bits(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -538,7 +534,7 @@ static void a_broken_weld_goes_on_with_the_same_bits(void)
   }
 }
 
-/* Compressed to less than three quarters of the height, with over a hundred times the traction that breaks it in
+/* Compressed to below three quarters of the height, with over a hundred times the traction that breaks it in
  * tension. */
 static void compression_breaks_nothing(void)
 {

@@ -13,7 +13,7 @@ static double between(double a, double b) { return a + (b - a) * test_uniform(&s
 static double x0[3 * NODES], x1[3 * NODES];
 static int nodes[3 * PRIMITIVES], tags[PRIMITIVES];
 
-/* Small primitives of nodes that lie together along a line of clusters. */
+/* Makes small primitives of nodes that lie in a line of clusters. */
 static void make_soup(int corners, double motion)
 {
   for (int i = 0; i < NODES; i++)
@@ -29,7 +29,7 @@ static void make_soup(int corners, double motion)
 
 static char seen[PRIMITIVES];
 
-/* Walks to the leaves whose boxes meet the given one, in the order of their places; returns how many they are. */
+/* Lists the primitives of the leaves whose boxes meet the given one, in the tree's order. Returns their number. */
 static int walk(const flesh_box_tree *tree, const double low[3], const double high[3])
 {
   int stack[FLESH_BOX_TREE_DEPTH] = {0}, leaves = 0, last = 0;
@@ -50,7 +50,7 @@ static int walk(const flesh_box_tree *tree, const double low[3], const double hi
   return leaves;
 }
 
-/* Whatever meets a box by brute force is seen, once; and the walk does not go everywhere. */
+/* Every primitive that meets a box by brute force is visited, once; and the walk does not visit everything. */
 static void check_tree(const flesh_box_tree *tree, const double *end, double inflation)
 {
   int leaves = 0;
@@ -85,7 +85,7 @@ static void finds_what_brute_force_finds(void)
     }
 }
 
-/* Every branch holds its children, and tags are those of all below. */
+/* Every branch contains its children, and has the tag that all below it share. */
 static void branches_hold_their_children(void)
 {
   flesh_box_tree *tree;
@@ -133,7 +133,7 @@ static void same_bits_for_any_number_of_threads(void)
   free(first);
 }
 
-/* Rows of a sheet, as points, edges along them, or triangles. */
+/* Makes rows of a sheet, as points, edges along them, or triangles. */
 static void make_sheet(int corners)
 {
   for (int i = 0; i < NODES; i++) {
@@ -147,7 +147,8 @@ static void make_sheet(int corners)
   }
 }
 
-/* Wear is a matter of what lies together, not of size: it is seen when neighbours part, and gone when grouped anew. */
+/* Wear depends on which primitives lie together, not on size: it is detected when neighbours separate, and gone after
+ * regrouping. */
 static void wear_is_measured(void)
 {
   flesh_box_tree *tree;

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_collision_cases.c: motions of points, edges and triangles whose ends are known. */
+/* test_collision_cases.c: motions of points, edges and triangles with known results. */
 #include "collision_reference.h"
 
 /* Moves the first hull of a pair by d. */
@@ -9,7 +9,7 @@ static void move_first(trial *p, double dx, double dy, double dz)
   for (int k = 0; k < p->first; k++) p->x1[k][0] += dx, p->x1[k][1] += dy, p->x1[k][2] += dz;
 }
 
-/* Hulls of each kind whose nearest points are inside, at the height `gap` of the first above the second. */
+/* Makes hulls of each kind whose nearest points are interior, the first at the height `gap` above the second. */
 static trial pair_above(int kind, double gap)
 {
   static const double flat[4][4][3] = {
@@ -38,7 +38,7 @@ static void head_on(void)
     }
 }
 
-/* Along each other, and apart, all the way, from next to touching. */
+/* Motions along each other, and apart, are feasible entirely, even from almost touching. */
 static void sliding_is_free(void)
 {
   for (int kind = 0; kind < 4; kind++)
@@ -65,7 +65,7 @@ static void touching_pairs_may_only_part(void)
   }
 }
 
-/* A translation of both changes nothing, however far it goes. */
+/* A translation of both changes nothing, however long. */
 static void common_motion_does_not_count(void)
 {
   for (int kind = 0; kind < 4; kind++) {
@@ -127,8 +127,8 @@ static int is_told(const trial *p)
   return flesh_hulls_move_little(p->first, p->second, from, to, keep, place);
 }
 
-/* The early exit gives the result of an advancement: the whole step. It catches at least half of the motions that are
- * small beside the gap. */
+/* The early exit gives the result of an advancement, the whole step. It detects at least half of the motions that are
+ * small compared with the gap. */
 static void little_motions_are_told_at_once(void)
 {
   int told = 0, little = 0, both = 0;
@@ -160,7 +160,7 @@ static void what_touches_or_is_not_finite_is_not_told(void)
     p = pair_above(kind, 1);
     move_first(&p, 0, 0, -1e-9);
     CHECK(is_told(&p));
-    move_first(&p, 0, 0, -0.95); /* what is left is less than a tenth */
+    move_first(&p, 0, 0, -0.95); /* less than a tenth is left */
     CHECK(!is_told(&p));
     move_first(&p, 2, 0, 0); /* a long way along the other */
     CHECK(kind > 1 || is_told(&p));

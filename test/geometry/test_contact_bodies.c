@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact_bodies.c: the barrier between whole bodies: cubes of four-node and ten-node tets one upon the other, and
- * between curved faces, whose energy is that of the surfaces as triangles become small. */
+/* test_contact_bodies.c: the barrier between whole bodies: cubes of four-node and ten-node tets on top of each other,
+ * and curved faces, whose energy converges to that of the surfaces as triangles become small. */
 #include "facing.h"
 #include "flesh/mesh.h"
 #include "geometry/barrier.h"
@@ -32,8 +32,8 @@ static void add_cube(int cells, int order, double z)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Cubes of different meshes face to face bear what obstacles bear: k |B'| on the area of the nodes that face the other
- * body, half of it from each; those of the rim have a share of the sides. */
+/* Cubes of different meshes face to face have the pressure of obstacles: k |B'| on the area of the nodes that face the
+ * other body, half of it from each; nodes of the rim have a share of the sides. */
 static void cubes_bear_as_obstacles_do(void)
 {
   static double r[3 * FACING_NODES];
@@ -52,7 +52,7 @@ static void cubes_bear_as_obstacles_do(void)
         area += f.surface.node_area[k] / 2;
     for (int i = 0; i < f.nodes; i++) force += f.body[i] ? r[3 * i + 2] : 0;
     flesh_barrier_law(d / w, &value, &first, &second);
-    /* Nodes of the rim have half of the cells beside them at the sides, too: 2/n of the face of n cells along an edge. */
+    /* Nodes of the rim also have half of the adjacent cells of the sides: 2/n of the face of n cells along an edge. */
     const double below = 3 * (1 + trial / 2 % 2), on_top = trial < 2 ? 4 : trial < 4 ? 2 : trial < 6 ? 4 : 6;
     CHECK_NEAR(area, 1 + 1 / below + 1 / on_top, 1e-12);
     if (w < 0.1) { /* the sides' nodes are out of reach */
@@ -60,7 +60,7 @@ static void cubes_bear_as_obstacles_do(void)
       CHECK_NEAR(force, law.stiffness * area * first, -1e-11 * force);
     }
     CHECK(area > 1 && area < 2.1 && energy > law.stiffness * area * w * value * (1 - 1e-11));
-    /* Convex bodies: one pair each, also where nodes are exactly above nodes and edges. */
+    /* Convex bodies: one pair for each point, also if nodes are exactly above nodes and edges. */
     for (int k = 0; k < set.count; k++) {
       CHECK(set.pairs[k].weight > 0 && (k == 0 || set.pairs[k].owner > set.pairs[k - 1].owner));
       const double *at = f.x + 3 * set.pairs[k].nodes[0];
@@ -72,7 +72,7 @@ static void cubes_bear_as_obstacles_do(void)
   }
 }
 
-/* A bowl and a dome that face each other, of radius 1 m and 2 m; more and more triangles within the same thickness. */
+/* A bowl and a dome of radius 1 m and 2 m that face each other, with more and more triangles at the same thickness. */
 static double energy_of_caps(int cells)
 {
   const flesh_contact_law law = {3e4, 0.3, FLESH_CONTACT_EDGE_THICKNESS * 0.3};
@@ -102,7 +102,7 @@ static void curved_faces_converge(void)
   double error[4];
   for (int k = 0; k < 4; k++) error[k] = fabs(energy[k] / limit - 1);
   printf("# errors %.2e %.2e %.2e of the limit %.6g J\n", error[0], error[1], error[2], limit);
-  CHECK_BELOW(error[1], 0.4 * error[0]); /* of second order it is 1/4; triangles are at random */
+  CHECK_BELOW(error[1], 0.4 * error[0]); /* 1/4 for second order; the triangles are random */
   CHECK_BELOW(error[2], 0.4 * error[1]);
   CHECK_BELOW(error[2], 1e-2);
 }

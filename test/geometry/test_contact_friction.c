@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact_friction.c: friction between surfaces: Coulomb's law whatever the triangles, a potential, forces without
- * moment, and none where everything turns together. */
+/* test_contact_friction.c: friction between surfaces: Coulomb's law for any triangles, a potential, forces without
+ * moment, and no friction if everything rotates together. */
 #include "facing.h"
 #include "geometry/contact_friction.h"
 
@@ -25,7 +25,7 @@ static void end(flesh_contact_set *set, flesh_contact_friction *friction)
   facing_clear(&f);
 }
 
-/* Crumpled sheets, near enough for edges, too. */
+/* Crumpled sheets, near enough for edges to be in contact, too. */
 static void crumple(int cells, flesh_contact_set *set, flesh_contact_friction *friction)
 {
   facing_add_sheet(&f, cells, 0, 0, 1, 0, 1, 0.3);
@@ -35,7 +35,7 @@ static void crumple(int cells, flesh_contact_set *set, flesh_contact_friction *f
   start(0.25, 0.15, set, friction);
 }
 
-/* A velocity field v = speed (w x x + t) + noise. */
+/* Makes a velocity field v = speed (w x x + t) + noise. */
 static void move(double rotation, double translation, double noise, double *v)
 {
   double w[3], t[3];
@@ -46,8 +46,8 @@ static void move(double rotation, double translation, double noise, double *v)
   }
 }
 
-/* Flat squares that slide on each other: mu times the whole normal force, against the velocity, whatever the triangles;
- * below the slip speed the part of it that f says. */
+/* Flat squares that slide on each other: mu times the whole normal force, against the velocity, for any triangles;
+ * below the slip speed the fraction f of it. */
 static void flat_faces_rub_by_coulombs_law(void)
 {
   static double v[3 * FACING_NODES], r[3 * FACING_NODES], pressed[3 * FACING_NODES];
@@ -77,7 +77,7 @@ static void flat_faces_rub_by_coulombs_law(void)
   }
 }
 
-/* In signed sums too the normal forces of friction are mu times the sum of what presses on each point. */
+/* In signed sums too, the normal forces of friction are mu times the sum of the normal forces on each point. */
 static void signed_sums_rub_by_their_sum(void)
 {
   flesh_contact_set set;
@@ -162,7 +162,7 @@ static int multiply(void *to, int row, int column, const double block[9])
   return FLESH_OK;
 }
 
-/* Places move what touches, the signed sums and how it slips, below the slip speed and above. */
+/* Positions change the contact, the signed sums and the slip, below the slip speed and above. */
 static void lagged_places_have_their_derivative(void)
 {
   static double v[3 * FACING_NODES], du[3 * FACING_NODES], places[3 * FACING_NODES], r[2][3 * FACING_NODES],
@@ -213,8 +213,8 @@ static void without_velocities_the_force_is_constant(void)
   end(&set, &friction);
 }
 
-/* The sums of forces and, of nearest points within faces or between edges, of moments are 0, and nothing slips where
- * everything turns together; about edges and nodes forces have the moment of their gap. */
+/* The forces sum to 0 and, if the nearest points are inside faces or between edges, so do their moments; nothing slips
+ * if everything rotates together. About edges and nodes, forces have the moment of their gap. */
 static void forces_balance(void)
 {
   static double v[3 * FACING_NODES], r[3 * FACING_NODES];
@@ -255,7 +255,7 @@ static void forces_balance(void)
   end(&set, &friction);
 }
 
-/* Tangents, and secants to rest, which are nowhere less stiff, and stiffer along a slip at full friction. */
+/* Tangents, and secants to rest, which are never less stiff, and stiffer along a slip at full friction. */
 static void hessians_are_positive(void)
 {
   static double v[3 * FACING_NODES];

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact_pair.c: the barrier between two features: derivatives against finite differences, forces and moments that
- * balance, filtered eigenvalues, and configurations of every kind that give no NaN. */
+/* test_contact_pair.c: the barrier between two features: derivatives against finite differences, forces and moments
+ * that balance, filtered eigenvalues, and configurations of every kind without NaN. */
 #include "geometry/barrier.h"
 #include "geometry/contact_pair.h"
 #include "math/eig_small.h"
@@ -8,7 +8,7 @@
 
 enum { KINDS = 4 };
 
-/* A pair of random features about `distance` apart, with feet somewhere about them. */
+/* Makes a pair of random features about `distance` apart, with feet in or near them. */
 static flesh_contact_pair random_pair(int kind, double distance, double x[12])
 {
   flesh_contact_pair pair = {{0, 1, 2, 3}, (flesh_contact_kind)kind, 0, 0, 1 + uniform() / 2, 0.2, 0, 0};
@@ -53,7 +53,7 @@ static int same_feature(const flesh_contact_pair *pair, const double *x, const d
   return !memcmp(a.corner, b.corner, sizeof a.corner);
 }
 
-/* Derivative of f by h at 0 from six values: error of order h^6. */
+/* Returns the derivative of f by h at 0 from six values, with an error of order h^6. */
 static double derivative(const double f[6], double h)
 {
   return (f[5] - f[0] + 9 * (f[1] - f[4]) + 45 * (f[3] - f[2])) / (60 * h);
@@ -61,7 +61,8 @@ static double derivative(const double f[6], double h)
 
 static const int stencil[6] = {-3, -2, -1, 1, 2, 3};
 
-/* Largest errors of gradient and Hessian over their sizes; -1: another feature is nearest within the stencil. */
+/* Returns the largest errors of gradient and Hessian over their magnitudes; -1: another feature is nearest within the
+ * stencil. */
 static int compare(const flesh_contact_pair *pair, const double *x, double step, double *of_gradient, double *of_hessian)
 {
   double value, g[12], H[144], gradients[6][12], values[6], y[12], size = 0, bend = 0;
@@ -161,7 +162,7 @@ static void forces_and_moments_balance(void)
   CHECK_BELOW(worst[1], 3e-14);
 }
 
-/* The Hessian with its eigenvalues filtered, all twelve of them. */
+/* Filters all twelve eigenvalues of the Hessian. */
 static void filter_by_twelve(double *H, flesh_eigenvalue_filter filter)
 {
   double w[12], Q[144], copy[144];
@@ -201,7 +202,8 @@ static void filters_are_those_of_the_whole(void)
   CHECK_BELOW(-least, 1e-14);
 }
 
-/* Distances from 1e-12 of the thickness, slivers, edges that are parallel, collinear or of no length, large places. */
+/* Distances from 1e-12 of the thickness, slivers, parallel and collinear edges, edges without length, large
+ * coordinates. */
 static void stress_one(int trial, int *felt, int *bad)
 {
   double x[12], value, g[12], H[144];
@@ -215,7 +217,7 @@ static void stress_one(int trial, int *felt, int *bad)
       x[9 + c] = x[6 + c] + thin * x[c] +
                  (way == 3 ? 0 : first == 2 ? x[3 + c] - x[c] : 0.3 * (x[6 + c] - x[3 + c]));
     if (way == 4) x[3 + c] = x[c];                                  /* points coincide, or an edge has no length */
-    if (way == 5) x[c] = 0.3 * x[3 + c] + 0.7 * x[6 + c];           /* on the edge, but for rounding */
+    if (way == 5) x[c] = 0.3 * x[3 + c] + 0.7 * x[6 + c];           /* on the edge, up to rounding */
     if (way == 6) for (int a = 0; a < 4; a++) x[3 * a + c] += 1e6;
     if (way == 7) for (int a = 0; a < 4; a++) x[3 * a + c] = x[c] + 1e-8 * x[3 * a + c];
   }
@@ -240,7 +242,7 @@ static void a_million_pairs_give_no_nan(void)
   CHECK(bad == 0);
 }
 
-/* The distance is that of dense sampling, and the force that of the law. */
+/* The distance agrees with dense sampling, and the force with the law. */
 static void distances_are_the_least(void)
 {
   enum { CUTS = 40 };
@@ -263,14 +265,15 @@ static void distances_are_the_least(void)
         best = fmin(best, sqrt(d));
       }
     CHECK(at.distance <= best * (1 + 1e-14) && at.distance > best - 0.1);
-    CHECK(at.distance > best - 0.004 / best); /* the grid is 0.025 fine on edges of at most 3 m */
+    CHECK(at.distance > best - 0.004 / best); /* the grid has a spacing of 0.025 on edges of at most 3 m */
     double law, first, second;
     flesh_barrier_law(at.distance / pair.thickness, &law, &first, &second);
     CHECK_NEAR(force, at.distance < pair.thickness ? -pair.weight * first : 0, 1e-14 * fabs(force));
   }
 }
 
-/* Largest jumps of value and forces of an edge that turns through parallel while it slides past the ends of another. */
+/* Returns the largest jumps of value and forces of an edge that turns through parallel while it slides past the ends of
+ * another. */
 static void jumps_of(int steps, double jump[2])
 {
   double x[12] = {-0.5, 0, 0, 0.5, 0, 0}, last[13] = {0};

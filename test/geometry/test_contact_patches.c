@@ -1,6 +1,6 @@
 // TEST quick
-/* test_contact_patches.c: patches of boxes that are in each other: how often surfaces go around a place, what is ignored
- * and what is not, and from when on it counts again. */
+/* test_contact_patches.c: patches of intersecting boxes: winding numbers, which pairs are ignored and which are not,
+ * and from when on they count again. */
 #include "geometry/contact_patches.h"
 #include "geometry/near_pairs.h"
 #include "geometry/surface_winding.h"
@@ -8,13 +8,13 @@
 
 static unsigned long long state = 11;
 
-/* An upright box of 12 cells^2 triangles, outward, or inward where `inward`: a hollow. */
+/* Adds an upright box of 12 cells^2 triangles, oriented outward, or inward if `inward`: a hollow. */
 typedef struct box {
   double low[3], size[3];
   int body, inward;
 } box;
 
-/* The place of node (i, j) of a side: `axis` is constant there. */
+/* Returns the position of node (i, j) of a side on which `axis` is constant. */
 static void place_on(const box *b, int axis, int top, int cells, int i, int j, double x[3])
 {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -23,7 +23,7 @@ static void place_on(const box *b, int axis, int top, int cells, int i, int j, d
   x[v] = b->low[v] + b->size[v] * j / cells;
 }
 
-/* The node of the box at the place, or a new one. */
+/* Returns the box's node at the position, or a new one. */
 static int node_at(soup *s, int first, const double x[3], int body)
 {
   for (int k = first; k < s->nodes; k++)
@@ -65,8 +65,8 @@ static int is_in(const box *b, const double p[3])
   return 1;
 }
 
-/* Boxes of two bodies anywhere, some of them hollows: around a place just outside a face a body goes as often as it has
- * boxes there, less its hollows; the face's own box does not count outside, nor its own hollow inside. */
+/* Random boxes of two bodies, some of them hollows: a body winds around a point just outside a face as often as it has
+ * boxes there, minus its hollows; outside, the face's own box does not count, nor inside, its own hollow. */
 static void windings_count_boxes(void)
 {
   int most = 0, least = 0;
@@ -132,7 +132,7 @@ static void end(trial *t)
   free(t->x);
 }
 
-/* Moves the nodes from `first` to before `until` along an axis; how many pairs are left then. */
+/* Moves the nodes from `first` to before `until` along an axis. Returns the number of remaining pairs of patches. */
 static int left_at(trial *t, int first, int until, int axis, double by)
 {
   for (int k = first; k < until; k++) t->x[3 * k + axis] = t->s.X[3 * k + axis] + by;
@@ -140,7 +140,7 @@ static int left_at(trial *t, int first, int until, int axis, double by)
   return t->patches.pair_count;
 }
 
-/* Pairs that count at the place, within the reach, between two bodies. */
+/* Counts the pairs in contact at the position, within the reach, between two bodies. */
 static int count_pairs(trial *t, int with_patches, int body, int other)
 {
   const flesh_contact_surface *s = &t->s.surface;
@@ -163,8 +163,9 @@ static int count_pairs(trial *t, int with_patches, int body, int other)
   return found;
 }
 
-/* A box's corner in another one, and a third beside the first: all that is in is of a patch, nothing far is; no pair of
- * the two counts, all of the third do. Pulled out they count again, not before they are a thickness apart. */
+/* A box's corner in another box, and a third box beside the first: everything inside belongs to a patch, nothing far
+ * does; no pair of the two counts, all pairs with the third do. When pulled out they count again, but not before they
+ * are a thickness apart. */
 static void what_crosses_is_ignored_until_apart(void)
 {
   const box boxes[3] = {{{0, 0, 0}, {1, 1, 1}, 0, 0}, {{0.71, 0.72, 0.73}, {1, 1, 1}, 1, 0},
@@ -212,7 +213,7 @@ static void what_crosses_is_ignored_until_apart(void)
   free(expected);
 }
 
-/* A box within a box, which meets nothing, gets out of it anywhere; one in a hollow is not inside. */
+/* A box inside another, intersecting nothing, can leave it anywhere; one in a hollow is not inside. */
 static void what_is_swallowed_gets_out(void)
 {
   const box full[2] = {{{0, 0, 0}, {1, 1, 1}, 0, 0}, {{0.3, 0.31, 0.32}, {0.4, 0.4, 0.4}, 1, 0}};
@@ -232,7 +233,7 @@ static void what_is_swallowed_gets_out(void)
   end(&t);
 }
 
-/* A body of two boxes that are in each other. */
+/* Makes a body of two boxes that intersect. */
 static void a_body_in_itself(void)
 {
   const box boxes[2] = {{{0, 0, 0}, {1, 1, 1}, 0, 0}, {{0.8, 0.33, 0.34}, {1, 0.3, 0.3}, 0, 0}};
@@ -244,7 +245,7 @@ static void a_body_in_itself(void)
   end(&t);
 }
 
-/* To bytes and back; what does not fit is told. */
+/* Patches are restored from bytes; those that do not fit are refused. */
 static void patches_are_saved(void)
 {
   const box boxes[2] = {{{0, 0, 0}, {1, 1, 1}, 0, 0}, {{0.71, 0.72, 0.73}, {1, 1, 1}, 1, 0}};

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_contact_seat.c: seats have the derivatives of their energy, push and never pull, and keep momentum and angular
- * momentum. */
+/* test_contact_seat.c: seats have the derivatives of their energy, push and never pull, and conserve momentum and
+ * angular momentum. */
 #include "geometry/contact_seat.h"
 
 #include <math.h>
@@ -11,7 +11,7 @@
 
 static const flesh_contact_seat seat = {{0, 1, 2, 3}, 0.15, 7};
 
-/* A node at height z above, or below, a face that is neither flat nor near, some way aside of its middle. */
+/* Makes a node at height z above, or below, a face in general position, some way off its middle. */
 static void place(double z, double x[12])
 {
   static const double at[12] = {0.5, 0.1, 0, 0.1, -0.2, 0.03, 1.2, 0.1, -0.05, 0.3, 0.9, 0.02};
@@ -19,7 +19,7 @@ static void place(double z, double x[12])
   x[2] = z;
 }
 
-/* Compares with central differences of the energy, and of the gradient. */
+/* Compares with central differences of the energy and of the gradient. */
 static void derivatives_are_those_of_the_energy(void)
 {
   const double s = 1e-5, heights[] = {-0.3, 0.05, 0.149};
@@ -57,7 +57,7 @@ static void it_only_pushes(void)
   for (int c = 0; c < 3; c++) CHECK(fabs(sum[c]) < 1e-14 && fabs(torque[c]) < 1e-14);
 }
 
-/* Filtered, no direction has a negative curvature, and the one across has all of it. */
+/* If filtered, no direction has a negative curvature, and the one across has all of it. */
 static void filtered_curvature_is_not_negative(void)
 {
   double x[12], H[144];

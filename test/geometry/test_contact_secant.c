@@ -1,6 +1,6 @@
 // TEST quick
-/* test_contact_secant.c: Hessians of contact lead to the gap at which the force is the expected one, and a sheet that is
- * pressed comes to rest in as few iterations however deep it starts. */
+/* test_contact_secant.c: Hessians of contact lead to the gap with the expected force, and a pressed sheet comes to rest
+ * in equally few iterations however deep it starts. */
 #include "geometry/contact_secant.h"
 
 #include "facing.h"
@@ -9,7 +9,7 @@
 static facing f; /* large */
 static const flesh_contact_law law = {3e4, 0.05, FLESH_CONTACT_EDGE_THICKNESS * 0.05};
 
-/* Two sheets of 1 m^2, the second one above the first. */
+/* Makes two sheets of 1 m^2, the second one above the first. */
 static void make_sheets(flesh_contact_set *set, flesh_contact_secant *secant)
 {
   facing_add_sheet(&f, 4, 0, 0, 1, 0, 1, 0.3);
@@ -26,7 +26,7 @@ static void clear_sheets(flesh_contact_set *set, flesh_contact_secant *secant)
   facing_clear(&f);
 }
 
-/* The upper one at so many thicknesses, each of its sides at a place of its own along the sheet. */
+/* Places the upper one at these gaps in thicknesses, one for each of its sides, and displaces it along the sheet. */
 static void place(double gap, double aside, double *x)
 {
   memcpy(x, f.X, 3 * (size_t)f.nodes * sizeof *x);
@@ -41,7 +41,7 @@ static double pressure_at(double gap)
   return -first;
 }
 
-/* How much more the upper sheet is pressed, over the law's stiffness, for a gap smaller by a thickness. */
+/* Returns how much more the upper sheet is pressed, over the law's stiffness, if the gap is smaller by a thickness. */
 static double slope_of(const flesh_contact_set *set, const double *x)
 {
   double sum = 0, H[144];
@@ -56,7 +56,7 @@ static double slope_of(const flesh_contact_set *set, const double *x)
   return sum * law.thickness / law.stiffness;
 }
 
-/* From x_lag on, by the force there; the same once more at the same place; the tangent where nothing moves. */
+/* Predicts from x_lag by the force there; once more at the same position; the tangent if nothing moves. */
 static void secants_lead_to_the_force_before(void)
 {
   static double x[3 * FACING_NODES], x_lag[3 * FACING_NODES];
@@ -83,8 +83,8 @@ static void secants_lead_to_the_force_before(void)
   clear_sheets(&set, &secant);
 }
 
-/* The change of the forces across the sheets as these tilt: the sum of the sizes of all that couples what is along them
- * with what is across. */
+/* Returns the change of the forces across the sheets when these tilt: the sum of the magnitudes of all entries that
+ * couple directions along and across them. */
 static double turning_of(const flesh_contact_set *set, const double *x, double expected)
 {
   double sum = 0, H[144];
@@ -98,7 +98,8 @@ static double turning_of(const flesh_contact_set *set, const double *x, double e
   return sum / law.stiffness;
 }
 
-/* The force that turns with the features is the expected one, as the secant leads there: from any gap as from there. */
+/* The force that turns with the features is the expected one, because the secant leads there: from any gap as from the
+ * expected one. */
 static void expected_forces_turn(void)
 {
   static double x[3 * FACING_NODES];
@@ -116,9 +117,9 @@ static void expected_forces_turn(void)
   clear_sheets(&set, &secant);
 }
 
-/* A weight on the upper sheet, and a spring beside it of so many times the weight over a thickness: iterations to 1e-9
- * of the weight, from half of the thickness. Tangents take one more for each quarter of the weight: 15 and more for the
- * lightest. */
+/* Puts a weight on the upper sheet, and a spring with a stiffness of several weights per thickness. Returns the
+ * iterations to 1e-9 of the weight, from half of the thickness. Tangents take one more for each factor of four in the
+ * weight: 15 and more for the lightest. */
 static int count_iterations(double weight, double spring, double lag)
 {
   static double x[3 * FACING_NODES], x_lag[3 * FACING_NODES];
@@ -145,7 +146,7 @@ static int count_iterations(double weight, double spring, double lag)
 static void iterations_do_not_grow_with_depth(void)
 {
   for (double weight = 1e-2; weight > 3e-9; weight /= 10) {
-    CHECK(count_iterations(weight, 0, 2) <= 4); /* the force is known after one */
+    CHECK(count_iterations(weight, 0, 2) <= 4); /* the force is known after one iteration */
     CHECK(count_iterations(weight, 0.5, 2) <= 6);
     CHECK(count_iterations(weight, 0.5, 0.999) <= 6);
   }

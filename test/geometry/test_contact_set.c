@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_contact_set.c: the barrier between surfaces: it does not depend on how faces are cut, has no kinks, is the
- * potential of its forces, which balance, and has the same bits for any number of threads. */
+/* test_contact_set.c: the barrier between surfaces: it does not depend on the triangulation of faces, has no kinks, is
+ * the potential of its forces, which balance, and has the same bits for any number of threads. */
 #include "facing.h"
 #include "geometry/barrier.h"
 
@@ -17,8 +17,8 @@ static flesh_contact_law law_with(double thickness)
   return (flesh_contact_law){3e4, thickness, FLESH_CONTACT_EDGE_THICKNESS * thickness};
 }
 
-/* Two squares of 1 m^2 with different triangles, pressed to distances down to 0.26 of a thickness that is a third of
- * an edge, and of one that is five edges. */
+/* Two squares of 1 m^2 with different triangles, pressed to gaps down to 0.26 of the thickness, which is a third of an
+ * edge, or five edges. */
 static void flat_faces_do_not_depend_on_triangles(void)
 {
   static double r[3 * FACING_NODES];
@@ -40,14 +40,14 @@ static void flat_faces_do_not_depend_on_triangles(void)
     CHECK_NEAR(up[2], law.stiffness * first, -1e-11 * law.stiffness * first); /* r is minus the force */
     CHECK_NEAR(hypot(up[0], up[1]), 0, -1e-11 * law.stiffness * first);
     for (int k = 0; k < set.count; k++) CHECK(set.pairs[k].weight > 0 && set.pairs[k].owner >= 0);
-    CHECK(set.count == f.surface.node_count); /* one each: all other terms cancel */
+    CHECK(set.count == f.surface.node_count); /* one pair each: all other terms cancel */
     flesh_contact_set_clear(&set);
     facing_clear(&f);
   }
 }
 
-/* Over a part of a flat face that ends in a line, candidates being its triangles only, there is the barrier of that
- * part: within it, over its rim, and beside it, also where the gap is as small as what is left to the rim. */
+/* Above a part of a flat face that ends at a line, with only its triangles as candidates, the barrier is that of this
+ * part: inside it, above its rim, and beside it, also if the gap is as small as the distance to the rim. */
 static void parts_of_faces_end_in_their_rims(void)
 {
   const double w = 0.4;
@@ -91,7 +91,7 @@ static void parts_of_faces_end_in_their_rims(void)
   facing_clear(&f);
 }
 
-/* Shapes z(x, y) of a sheet: ridge, valley, peak, pit, saddle, and a bent one that is none of them. */
+/* Shapes z(x, y) of a sheet: ridge, valley, peak, pit, saddle, and a smoothly bent one. */
 static double shape(int which, double x, double y)
 {
   const double a = fabs(x - 0.5), b = fabs(y - 0.5);
@@ -105,7 +105,7 @@ static double shape(int which, double x, double y)
   }
 }
 
-/* Largest jumps of energy and force of a point that crosses the sheet in so many steps. */
+/* Returns the largest jumps of energy and force of a point that crosses the sheet in this many steps. */
 static void jumps_of(flesh_contact_set *set, int tip, int which, int steps, double jump[2])
 {
   static double r[3 * FACING_NODES];
@@ -122,7 +122,7 @@ static void jumps_of(flesh_contact_set *set, int tip, int which, int steps, doub
   }
 }
 
-/* A point slides over creases of all kinds: what is continuous changes a quarter as much in a quarter of a step. */
+/* A point slides over creases of all kinds: continuous quantities change a quarter as much in a quarter of a step. */
 static void nothing_jumps_where_a_point_slides(void)
 {
   for (int which = 0; which < 6; which++) {
@@ -133,7 +133,7 @@ static void nothing_jumps_where_a_point_slides(void)
     for (int i = 0; i < f.nodes; i++) f.x[3 * i + 2] = f.X[3 * i + 2] = shape(which, f.X[3 * i], f.X[3 * i + 1]);
     const int tip = facing_add_needle(&f, (const double[]){0.5, 0.5, 0.1}, 5);
     facing_finish(&f);
-    f.candidates.edge_count = 0; /* those of the needle's sides are another matter */
+    f.candidates.edge_count = 0; /* those of the needle's sides behave differently */
     CHECK_OK(flesh_contact_set_create(&f.surface, f.X, &law, &set));
     jumps_of(&set, tip, which, 2000, coarse);
     jumps_of(&set, tip, which, 8000, fine);
@@ -146,7 +146,7 @@ static void nothing_jumps_where_a_point_slides(void)
   }
 }
 
-/* Two crumpled sheets near each other; thickness beyond their edges and creases. */
+/* Makes two crumpled sheets near each other, with a thickness larger than their edges and creases. */
 static void crumple(double gap)
 {
   facing_add_sheet(&f, 7, 0, 0, 1, 0, 1, 0.3);
@@ -170,7 +170,7 @@ static void forces_are_the_derivatives_of_the_energy(void)
   for (int trial = 0; trial < 6; trial++) {
     flesh_contact_law law = law_with(0.25);
     flesh_contact_set set;
-    if (trial % 2) law.edge_thickness = law.thickness; /* so that edges are many */
+    if (trial % 2) law.edge_thickness = law.thickness; /* so that many edges are in contact */
     crumple(0.1);
     CHECK_OK(flesh_contact_set_create(&f.surface, f.X, &law, &set));
     const double h = 1e-7, energy = facing_energy(&f, &set, f.x, r[0]);
@@ -264,7 +264,7 @@ static void threads_give_the_same_bits(void)
     hessians[way] = malloc(144 * sizeof(double) * (size_t)set.count);
     flesh_contact_set_hessians(&set, f.x, 1, FLESH_FILTER_CLAMP, threads, hessians[way]);
     count = set.count;
-    /* Once there, an update needs no memory. */
+    /* After the first updates, further ones allocate nothing. */
     const flesh_contact_pair *pairs = set.pairs;
     CHECK_OK(flesh_contact_set_update(&set, &f.candidates, f.x, threads));
     CHECK(set.pairs == pairs && set.count == count);
@@ -280,8 +280,8 @@ static void threads_give_the_same_bits(void)
   facing_clear(&f);
 }
 
-/* Two sharp edges that cross have nothing but each other: what parts them grows without bound, and none is felt where
- * they are parallel. */
+/* Two sharp edges that cross touch only each other: the repulsion grows without bound, and vanishes if they are
+ * parallel. */
 static void crossing_edges_part(void)
 {
   static double r[3 * FACING_NODES];

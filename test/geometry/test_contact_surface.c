@@ -1,6 +1,6 @@
 // TEST quick
-/* test_contact_surface.c: the triangulated surface of bodies: each edge once with its faces, areas that add up, and
- * which body a node is of. */
+/* test_contact_surface.c: the triangulated surface of bodies: each edge once with its faces, areas that add up, and the
+ * nodes' bodies. */
 #include <stdlib.h>
 
 #include "flesh/mesh.h"
@@ -18,7 +18,7 @@ static flesh_mesh *box(int cells, double size, int order)
   return raised;
 }
 
-/* Every list agrees with the others, and areas add up to `area`. */
+/* Checks that all lists agree with each other, and that areas add up to `area`. */
 static void check(const flesh_contact_surface *s, double area)
 {
   double nodes = 0, edges = 0;
@@ -66,7 +66,7 @@ static void boxes_are_closed_surfaces(void)
   }
 }
 
-/* Two tets apart, one that shares an edge with the second, and a node of none. */
+/* Two separate tets, a third one that shares an edge with the second, and an unused node. */
 static const double places[10][3] = {{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1},
                                      {3, 0, 0}, {4, 0, 0}, {3, 1, 0}, {3, 0, 1}, {4, -1, 0}};
 static const int tets[3][4] = {{5, 6, 7, 8}, {1, 2, 3, 4}, {6, 5, 9, 0}};

@@ -1,9 +1,9 @@
 // TEST full seconds=300
-/* test_continuous_collision.c: points, edges and triangles never pass through each other, and stop no earlier than said,
- * on trajectories at random and on hard ones. */
+/* test_continuous_collision.c: points, edges and triangles never pass through each other, and stop no earlier than
+ * guaranteed, on random and on hard trajectories. */
 #include "collision_reference.h"
 
-/* One in a thousand at most of those that stop may stop for the number of its steps. */
+/* At most one in a thousand of those that stop may stop because of the number of steps. */
 static void report(const char *what, const tally *count)
 {
   printf("# %-10s %d trials, %d touch in a plane, %d stopped, %d of these early, at up to %.3g of the distance; "
@@ -24,7 +24,8 @@ static void random_trajectories(void)
   CHECK(count.stopped > 1000 && count.stopped < 39000);
 }
 
-/* One hull just above the other, moved along it and by about its height up or down: near for long. */
+/* Puts one hull just above the other and moves it along it and by about its height up or down: they stay near for
+ * long. */
 static void grazing_trajectories(void)
 {
   tally count = {0};
@@ -82,7 +83,7 @@ static void slivers(void)
   report("slivers", &count);
 }
 
-/* Far from the origin, where places are known to 1e-10 only, and all moves far. */
+/* Far from the origin, where positions are known only to 1e-10, and everything moves far. */
 static void far_places(void)
 {
   tally count = {0};

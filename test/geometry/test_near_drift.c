@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_near_drift.c: bounds of how much what is near each other has moved relative to each other: never too small, and
- * small for whatever moves as a whole, turns or bends. */
+/* test_near_drift.c: bounds of the relative motion of near features: never too small, and small if they move as a
+ * whole, turn or bend. */
 #include "geometry/near_drift.h"
 
 #include "soups.h"
@@ -9,7 +9,7 @@
 
 static unsigned long long state = 20261123;
 
-/* A surface that was at X, and its positions now, for the bound. */
+/* A surface with its former positions X and its present ones, for the bound. */
 typedef struct drifting {
   soup s;
   flesh_near_finder *finder;
@@ -42,7 +42,7 @@ static double bound(drifting *d, double within)
 
 static double length(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/* A corner of a face, or any point of it; where it is and how it has moved. */
+/* A corner of a face, or any point of it: its position and displacement. */
 static void point_of(const drifting *d, int face, int any, double x[3], double u[3])
 {
   double weights[3] = {1, 0, 0};
@@ -60,7 +60,7 @@ static void point_of(const drifting *d, int face, int any, double x[3], double u
     }
 }
 
-/* The largest relative motion among points of faces that are so near each other. */
+/* Returns the largest relative motion of points of faces that are this near each other. */
 static double largest_found(const drifting *d, double within, int *near)
 {
   double largest = 0, x[2][3], u[2][3];
@@ -79,7 +79,7 @@ static double largest_found(const drifting *d, double within, int *near)
   return largest;
 }
 
-/* Each node by an affine motion, by bending and by chance, more or less of each. */
+/* Moves each node by a mixture of an affine motion, bending and noise. */
 static void bounds_are_bounds(void)
 {
   for (int round = 0; round < 12; round++) {
@@ -105,8 +105,8 @@ static void bounds_are_bounds(void)
   }
 }
 
-/* Sheets that turn together, far, as a whole: |A| within and no more, where |A|^2 = 8 sin(angle/2)^2. A tenth of a
- * percent for what the fit leaves over, being a little short of the motion. */
+/* Sheets that turn together by a large angle: the bound is |A| within, where |A|^2 = 8 sin(angle/2)^2, plus a tenth of
+ * a percent for the remainder of the fit, which is slightly regularised. */
 static void what_turns_together_drifts_little(void)
 {
   const double angle = 0.5, within = 0.01;
@@ -123,7 +123,7 @@ static void what_turns_together_drifts_little(void)
   close_drifting(&d);
 }
 
-/* One sheet slides on the other: all of it is relative, where they are as near each other as is asked for. */
+/* One sheet slides on the other: all of the motion is relative if they are within the distance asked for. */
 static void what_slides_drifts(void)
 {
   static const struct {

@@ -1,11 +1,12 @@
 // TEST quick seconds=60
-/* test_near_pairs.c: searches for near pairs find what brute force finds, and little else; the steps they allow. */
+/* test_near_pairs.c: searches for near pairs find what brute force finds, and little else; the steps that pairs
+ * allow. */
 #include "collision_reference.h"
 #include "geometry/near_finder.h"
 #include "geometry/near_pairs.h"
 #include "soups.h"
 
-/* A pair as the reference has it, at two places. */
+/* A pair of the reference, at two positions. */
 static trial pair_of(const soup *s, int is_point, int first, int second, const double *x0, const double *x1)
 {
   const flesh_contact_surface *f = &s->surface;
@@ -37,7 +38,7 @@ static int body_of(const flesh_contact_surface *f, int count, const int *nodes)
   return body;
 }
 
-/* The least of the distances at some times of the way. */
+/* Returns the least of the distances at several times along the path. */
 static double least_distance(const trial *p, int samples)
 {
   double least = INFINITY;
@@ -45,7 +46,7 @@ static double least_distance(const trial *p, int samples)
   return least;
 }
 
-/* Whether boxes around the ways of the two hulls are further apart than the distance. */
+/* Whether the boxes around the paths of the two hulls are further apart than the distance. */
 static int boxes_are_apart(const trial *p, double distance)
 {
   for (int c = 0; c < 3; c++) {
@@ -64,7 +65,7 @@ typedef struct expectation {
   const soup *s;
   const unsigned char *may_meet;
   double rest, distance;
-  const double *x0, *x1; /* x1 NULL: at rest */
+  const double *x0, *x1; /* x1 NULL: at one position */
   int near, listed, left_out;
 } expectation;
 
@@ -74,7 +75,7 @@ static void check_kind(expectation *e, int is_point, int firsts, int seconds, in
   int k = 0;
   for (int i = 0; i < firsts; i++)
     for (int j = is_point ? 0 : i + 1; j < seconds; j++) {
-      const int listed = k < count && pairs[2 * k] == i && pairs[2 * k + 1] == j; /* in order, each once */
+      const int listed = k < count && pairs[2 * k] == i && pairs[2 * k + 1] == j; /* in order, without duplicates */
       k += listed;
       const int a = body_of(f, is_point ? 1 : 2, is_point ? f->nodes + i : f->edges + 2 * i);
       const int b = body_of(f, is_point ? 3 : 2, is_point ? f->faces + 3 * j : f->edges + 2 * j);
@@ -100,7 +101,7 @@ static void check_kind(expectation *e, int is_point, int firsts, int seconds, in
       e->near += least <= e->distance;
       e->listed += listed;
     }
-  CHECK(k == count); /* no others, none twice */
+  CHECK(k == count); /* no others, no duplicates */
 }
 
 static void check_pairs(expectation *e, const flesh_near_pairs *pairs)
@@ -138,7 +139,7 @@ static void finds_what_brute_force_finds(void)
   }
 }
 
-/* A sheet's own pairs are left out by their distance at rest, which is three cells here, and found when it folds. */
+/* A sheet's own pairs are excluded by their distance at rest, three cells here, and found when it folds. */
 static void neighbours_at_rest_are_left_out(void)
 {
   soup s = soup_of_sheets(1, 16, 0);
@@ -163,7 +164,7 @@ static void neighbours_at_rest_are_left_out(void)
   free(x);
 }
 
-/* Lists of no pairs may be NULL. */
+/* Empty lists of pairs may be NULL. */
 static int same_list(int count, const int *a, const int *b)
 {
   return !count || !memcmp(a, b, 2 * (size_t)count * sizeof *a);
@@ -176,7 +177,7 @@ static int same_pairs(const flesh_near_pairs *a, const flesh_near_pairs *b)
          same_list(a->edge_count, a->edge_pairs, b->edge_pairs);
 }
 
-/* Threads, an earlier search's boxes and how its tree is grouped do not change a result. */
+/* Threads, the boxes of an earlier search and the tree's grouping do not change a result. */
 static void same_for_any_number_of_threads(void)
 {
   const int counts[] = {1, 2, 5};
@@ -209,7 +210,7 @@ static void same_for_any_number_of_threads(void)
   free(x1);
 }
 
-/* Within the reach of an old result nothing is missing from it. */
+/* Within the validity of an old result nothing is missing from it. */
 static void old_results_reach(void)
 {
   soup s = soup_at_random(160, 0.15, &state);
@@ -230,7 +231,7 @@ static void old_results_reach(void)
   const double reach = pairs.distance - 2 * sqrt(farthest);
   CHECK(pairs.distance == 0.08 && reach > 0.08 - 2 * 0.01 * 1.733 && reach < 0.06);
   expectation e = {&s, NULL, 0, reach, x, NULL, 0, 0, 0};
-  int k[2] = {0, 0}; /* every pair as near as that is in the list */
+  int k[2] = {0, 0}; /* every pair that near is in the list */
   for (int is_point = 0; is_point < 2; is_point++) {
     const int count = is_point ? pairs.point_count : pairs.edge_count;
     const int *list = is_point ? pairs.point_faces : pairs.edge_pairs;
@@ -257,7 +258,7 @@ static void old_results_reach(void)
   free(x);
 }
 
-/* Chosen are all that are so near at another place, in their order, and no others, for any number of threads. */
+/* Selection gives all pairs that near at another position, in their order, and no others, for any number of threads. */
 static void choices_miss_nothing(void)
 {
   const int counts[] = {1, 2, 5};
@@ -326,7 +327,7 @@ static void sheets_stop_before_they_touch(void)
   free(x);
 }
 
-/* Every second cluster of triangles goes far away: leaves with both are grouped anew, once, and nothing is missed. */
+/* Every second cluster of triangles moves far away: the tree is regrouped, once, and nothing is missed. */
 static void worn_trees_are_grouped_anew(void)
 {
   soup s = soup_at_random(600, 0.1, &state);
@@ -351,7 +352,7 @@ static void worn_trees_are_grouped_anew(void)
   free(x);
 }
 
-/* Counts what is asked of malloc; a sanitizer has its own, which is left alone. */
+/* Counts calls of malloc; a sanitizer's own malloc is left alone. */
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define SANITIZED 1
@@ -378,7 +379,7 @@ void *realloc(void *memory, size_t size)
 static long requests = 1;
 #endif
 
-/* Once there were as many pairs as there will be, no search asks for memory, nor where the tree is grouped anew. */
+/* Once the largest number of pairs has been found, no search allocates, even if the tree is regrouped. */
 static void searching_again_allocates_nothing(void)
 {
   soup s = soup_at_random(400, 0.1, &state);
@@ -402,7 +403,7 @@ static void searching_again_allocates_nothing(void)
   free(x);
 }
 
-/* Keeps the pairs of `all` [2*count] with a first node below `own`, in their order; returns how many. */
+/* Keeps the pairs of `all` [2*count] with a first node below `own`, in their order. Returns their number. */
 static int keep_own(const int *first_nodes, int stride, int own, int count, const int *all, int *kept)
 {
   int n = 0;
@@ -411,7 +412,7 @@ static int keep_own(const int *first_nodes, int stride, int own, int count, cons
   return n;
 }
 
-/* A search for the pairs of some nodes finds these and no others, also on ways, and after its tree is grouped anew. */
+/* A search for the pairs of some nodes finds these and no others, also along paths, and after its tree is regrouped. */
 static void ranks_share_a_search_out(void)
 {
   soup s = soup_of_sheets(3, 12, 0.02);

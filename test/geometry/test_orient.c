@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_orient.c: signs of determinants and intersections against whole numbers of 1536 bits. */
+/* test_orient.c: signs of determinants and intersections against integers of 1536 bits. */
 #include <float.h>
 
 #include "geometry/orient.h"
@@ -16,7 +16,8 @@ static void nudge(double *x, int ulps)
   for (; ulps < 0; ulps++) *x = nextafter(*x, -INFINITY);
 }
 
-/* Points near the plane of three, to the last bits; on a grid, where many lie in planes; or of very different sizes. */
+/* Makes points near the plane of three others, to the last bits; on a grid, where many are coplanar; or of very
+ * different magnitudes. */
 static void hard_points(int kind, double x[5][3])
 {
   const double offset = kind % 2 ? 1e6 : 0;
@@ -57,7 +58,7 @@ static void orient3d_is_exact(void)
   }
   printf("# %d of 20000 in a plane; the sign of the rounded determinant is wrong for %d\n", zeros, naive);
   CHECK(wrong == 0);
-  CHECK(zeros > 500 && naive > 400); /* the points are hard */
+  CHECK(zeros > 500 && naive > 400); /* the points are hard cases */
 }
 
 static void orient2d_is_exact(void)
@@ -96,7 +97,7 @@ static void intersections_are_exact(void)
   for (int k = 0; k < 20000; k++) {
     double x[5][3];
     hard_points(k % 10, x);
-    if (k % 3 == 0) /* all in one plane across an axis */
+    if (k % 3 == 0) /* all in one plane normal to an axis */
       for (int j = 0; j < 5; j++) x[j][k % 9 / 3] = 0.7;
     const double *p = x[3], *q = x[4];
     if (k % 7 == 0) memcpy(x[4], x[chance(3)], sizeof x[4]); /* an end at a corner */

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_surface_intersections.c: surfaces that go through each other are found, with the right faces and places, as brute
- * force in whole numbers finds them. */
+/* test_surface_intersections.c: intersecting surfaces are detected, with the right faces and positions, as by brute
+ * force in integers. */
 #include "geometry/near_finder.h"
 #include "geometry/surface_intersections.h"
 #include "soups.h"
@@ -15,7 +15,8 @@ static int share_a_node(const flesh_contact_surface *f, int edge, int face)
   return 0;
 }
 
-/* Whether contact leaves out the edge with a side of the face, or an end of it with the face, for their distance at rest. */
+/* Whether contact excludes the edge with a side of the face, or an end of it with the face, for their distance at
+ * rest. */
 static int is_left_out(const flesh_near_finder *finder, const flesh_surface_intersection *found)
 {
   const flesh_contact_surface *s = finder->surface;
@@ -29,7 +30,8 @@ static int is_left_out(const flesh_near_finder *finder, const flesh_surface_inte
   return left_out;
 }
 
-/* Compares with all edges and faces of bodies that may meet; returns how many meet. Wide numbers where boxes meet. */
+/* Compares with all edges and faces of bodies that may touch. Returns the number of intersections. Uses wide integers
+ * if boxes meet. */
 static int check_all(const soup *s, const double *x, const unsigned char *may_meet,
                      const flesh_surface_intersections *found)
 {
@@ -81,7 +83,7 @@ static void random_soups(void)
   }
 }
 
-/* The far part of a sheet is folded back through the near part along the line x = 0.3. */
+/* Folds the far part of a sheet back through the near part along the line x = 0.3. */
 static void a_sheet_folded_through_itself(void)
 {
   enum { N = 20 };
@@ -114,7 +116,7 @@ static void a_sheet_folded_through_itself(void)
   free(x);
 }
 
-/* One corner pulled through its neighbours: pairs that contact leaves out for their distance at rest. */
+/* One corner pulled through its neighbours: pairs that contact excludes for their distance at rest. */
 static void neighbours_at_rest_are_found_too(void)
 {
   soup s = soup_of_sheets(1, 8, 0);
@@ -135,7 +137,7 @@ static void neighbours_at_rest_are_found_too(void)
   soup_clear(&s);
 }
 
-/* A second sheet across the first: all of its edges' crossings, of these two bodies. */
+/* A second sheet across the first: all crossings of its edges, of these two bodies. */
 static void two_bodies_across(void)
 {
   soup s = soup_of_sheets(2, 10, 0.5);
@@ -159,8 +161,8 @@ static void two_bodies_across(void)
   soup_clear(&s);
 }
 
-/* Two sheets in one plane, the cells of the second three times as long: edges lie in the planes of the faces that they
- * meet, and each place is in the face. */
+/* Two sheets in one plane, the second with cells three times as long: edges lie in the planes of the faces that they
+ * meet, and each position is in the face. */
 static void places_in_a_plane_are_in_the_face(void)
 {
   soup s = soup_of_sheets(2, 6, 0);

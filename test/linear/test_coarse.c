@@ -1,6 +1,6 @@
 // TEST quick each_set
-/* test_coarse.c: the coarse level finds what lies in its space exactly, and keeps iterations from growing with the
- * mesh. */
+/* test_coarse.c: the coarse level solves exactly within its space, and keeps the number of iterations from growing with
+ * the mesh. */
 #include "linear/coarse.c"
 #include "linear/coarse_cholesky.c"
 #include "linear/coarse_team.c"
@@ -11,10 +11,11 @@
 #include "system/layout.h"
 #include "test.h"
 
-/* The linear solver of the instructions that this test is compiled for. */
+/* Creates the linear solver with the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
-/* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */
+/* Makes the stiffness plus `inertia` times the mass at a disturbed state, with the face x = 0 held if `fixed` is not
+ * NULL. */
 static flesh_block_matrix *matrix_of(test_body *b, double inertia, uint8_t *fixed)
 {
   flesh_block_matrix *A = NULL;
@@ -38,10 +39,10 @@ static void make(flesh_mesh *mesh, double poisson, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Any will do in the end. */
+/* Any aggregation is accepted in the end. */
 static const double MATRIX_SCALE = 0x1p-9, VECTOR_SCALE = 0x1p-4;
 
-/* z = P (P^T A P)^-1 P^T r. */
+/* Computes z = P (P^T A P)^-1 P^T r. */
 static void apply(flesh_coarse *coarse, const flesh_bisection *bisection, const double *r, double *z)
 {
   const int rows = bisection->begin[3];
@@ -64,7 +65,7 @@ static void apply(flesh_coarse *coarse, const flesh_bisection *bisection, const 
   free(lanes);
 }
 
-/* Whether the coarse solve finds u, zero at the `fixed` dofs (NULL: none), from r = A u with at most so many
+/* Whether the coarse solve finds u, zero at the `fixed` dofs (NULL: none), from r = A u with at most this many
  * vertices. */
 static void find(const test_body *b, const flesh_block_matrix *A, int vertices, const uint8_t *fixed, const double *u)
 {
@@ -84,7 +85,7 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
   free(z);
 }
 
-/* u = B X + t on the free dofs is in the space of any grid, and so is what is trilinear in that of a single cell. */
+/* u = B X + t on the free dofs is in the space of any grid, and a trilinear u is in that of a single cell. */
 static void affine_displacements_are_found(void)
 {
   static const int vertices[] = {1, 8, 12, 20, 60};
@@ -113,7 +114,7 @@ static void affine_displacements_are_found(void)
   test_body_destroy(&b);
 }
 
-/* A fork of two prongs, between x = 0 and 1 and between 2 and 3, from z = 1 to 4. */
+/* A fork with two prongs, between x = 0 and 1 and between 2 and 3, from z = 1 to 4. */
 static void make_fork(test_body *b)
 {
   flesh_mesh *block = test_box(6, 2, 8, 3, 1, 4), *fork = NULL;
@@ -146,7 +147,7 @@ static void make_fork(test_body *b)
   free(number);
 }
 
-/* The prongs of the fork move apart. */
+/* The prongs of the fork move apart, independently of each other. */
 static double *move_prongs(const test_body *b)
 {
   const double *X = flesh_mesh_positions(b->mesh);
@@ -168,8 +169,8 @@ static void unconnected_parts_move_by_themselves(void)
   test_body_destroy(&b);
 }
 
-/* Prongs that have come near each other have blocks in common, and move by themselves all the same: what touches slides
- * and parts. */
+/* Prongs that have come near each other have common blocks, and still move independently: touching bodies can slide and
+ * separate. */
 static void parts_that_touch_move_by_themselves(void)
 {
   test_body b;
@@ -191,7 +192,7 @@ static void parts_that_touch_move_by_themselves(void)
   A.own = layout.own;
   const flesh_point point = flesh_point_at(0, X, b.state.v, b.state.v);
   CHECK_OK(flesh_system_jacobian(b.system, &point, &(flesh_shift){1, 0, 100, 1}, &A));
-  for (int k = 0; k < count; k++) { /* tied by springs along y, along which they do not part */
+  for (int k = 0; k < count; k++) { /* tied by springs along y, along which they cannot separate */
     const int i = pairs[2 * k], j = pairs[2 * k + 1];
     A.values[9 * (size_t)A.row_start[i] + 4] += 1e4;
     A.values[9 * (size_t)A.row_start[j] + 4] += 1e4;
@@ -205,7 +206,7 @@ static void parts_that_touch_move_by_themselves(void)
   test_body_destroy(&b);
 }
 
-/* Thousands of tets, none of which touches another, do not have eight vertices each. */
+/* Thousands of tets that do not touch each other do not get eight vertices each. */
 static void crumbs_share_vertices(void)
 {
   enum { SIDE = 14, TETS = SIDE * SIDE * SIDE };
@@ -241,14 +242,14 @@ static void crumbs_share_vertices(void)
   test_body_destroy(&b);
 }
 
-/* Cells of few nodes have too many vertices, most of whose stiffness is none. */
+/* Cells with few nodes have too many vertices, most of them without stiffness. */
 static void cells_may_have_single_nodes(void)
 {
   test_body b;
   make(test_box(1, 1, 1, 1, 1, 1), 0.3, &b);
   flesh_block_matrix *A = matrix_of(&b, 1, NULL);
   double u[24];
-  for (int d = 0; d < 24; d++) u[d] = sin(1 + d); /* the space is everything */
+  for (int d = 0; d < 24; d++) u[d] = sin(1 + d); /* the space contains everything */
   find(&b, A, 8, NULL, u);
   find(&b, A, 100, NULL, u);
   for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
@@ -264,7 +265,7 @@ static void cells_may_have_single_nodes(void)
   test_body_destroy(&b);
 }
 
-/* Iterations to 1e-6 in statics under a load along y, and the bits of the solution. The box is taken over. */
+/* Returns the iterations to 1e-6 in statics under a load along y, and the bits of the solution. Takes the box. */
 static int iterations(flesh_mesh *box, double poisson, flesh_preconditioner kind, int threads, double *sum)
 {
   test_body b;
@@ -298,7 +299,7 @@ static int iterations(flesh_mesh *box, double poisson, flesh_preconditioner kind
 
 static flesh_mesh *bar(int cells) { return test_box(3 * cells, cells, cells, 3, 1, 1); }
 
-/* The bar with its nodes numbered the other way round, mirrored by y or both. */
+/* Makes the bar with reversed node numbers, mirrored by y, or both. */
 static flesh_mesh *other_bar(int cells, int backwards, int mirrored)
 {
   flesh_mesh *mesh = bar(cells), *other = NULL;
@@ -311,7 +312,7 @@ static flesh_mesh *other_bar(int cells, int backwards, int mirrored)
     if (mirrored) to[1] = 1 - to[1];
   }
   for (int k = 0; k < 4 * tets; k++) {
-    const int from = mirrored && k % 4 < 2 ? k ^ 1 : k; /* two corners exchanged: the winding stays */
+    const int from = mirrored && k % 4 < 2 ? k ^ 1 : k; /* two corners exchanged: the orientation stays */
     corners[k] = backwards ? nodes - 1 - flesh_mesh_tets(mesh)[from] : flesh_mesh_tets(mesh)[from];
   }
   CHECK_OK(flesh_mesh_create(nodes, X, tets, corners, NULL, &other));
@@ -321,7 +322,7 @@ static flesh_mesh *other_bar(int cells, int backwards, int mirrored)
   return other;
 }
 
-/* Which of two neighbours incomplete Cholesky eliminates first goes by their numbers. */
+/* Which of two neighbours incomplete Cholesky eliminates first depends on their numbers. */
 static void iterations_hardly_depend_on_numbers(void)
 {
   double sum;

@@ -10,7 +10,7 @@
 #include "system/pattern.h"
 #include "test.h"
 
-/* The linear solver of the instructions that this test is compiled for. */
+/* Creates the linear solver with the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
@@ -44,7 +44,7 @@ static void preconditioners_are_definite(void)
     matrices[4]->values[0] = NAN;
     CHECK(linear->preconditioner_setup(preconditioner, matrices[4], NULL) == FLESH_NONFINITE);
     matrices[4]->values[0] = 0;
-    /* And none of it spoils what comes next. */
+    /* And none of it affects what comes next. */
     CHECK_OK(linear->preconditioner_setup(preconditioner, matrices[0], NULL));
     linear->preconditioner_destroy(&preconditioner);
     linear->preconditioner_destroy(&preconditioner);
@@ -53,8 +53,8 @@ static void preconditioners_are_definite(void)
   test_body_destroy(&b);
 }
 
-/* The entries that the factorisation moves to the diagonal leave fixed components alone: they stay exactly where they
- * are. */
+/* The entries that the factorisation moves to the diagonal do not affect fixed components, which stay exactly
+ * unchanged. */
 static void incomplete_cholesky_leaves_fixed_components_alone(void)
 {
   test_body b;
@@ -77,9 +77,9 @@ static void incomplete_cholesky_leaves_fixed_components_alone(void)
   test_body_destroy(&b);
 }
 
-/* The diagonal block of P at node i is that of A, plus the smallest shift, less a share of the symmetric part of
- * what P has outside the pattern in the same rows: all of it where that stiffens, else at most a twentieth of the
- * trace of A. Returns by how much it is off. */
+/* The diagonal block of P at node i is that of A, plus the smallest shift, minus a share of the symmetric part of P's
+ * entries outside the pattern in the same rows: all of it if that stiffens, else at most a twentieth of the trace of A.
+ * Returns the deviation from this. */
 static double off_the_diagonal(const double *P, const double *dense, const flesh_block_matrix *A, int i)
 {
   const int n = 3 * A->rows;
@@ -109,7 +109,7 @@ static double off_the_diagonal(const double *P, const double *dense, const flesh
   return worst;
 }
 
-/* The definition of the incomplete factorisation: its product is A on A's pattern beside the diagonal. If no fill is
+/* The incomplete factorisation is defined by a product that is A on A's pattern off the diagonal. If no fill is
  * dropped, it is A. */
 static void incomplete_cholesky_is_exact_on_the_pattern(void)
 {
@@ -166,7 +166,7 @@ static double model(const flesh_block_matrix *A, const double *b, const double *
 
 static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_BUDGET : FLESH_OK; }
 
-/* After negative curvature has been met, with x after `first` iterations, more iterations go on downhill. */
+/* After negative curvature has been met, with x after `first` iterations, further iterations continue downhill. */
 static void check_downhill(flesh_pcg_space *space, flesh_pcg_request request, int first, double *x, double *Ax)
 {
   const flesh_block_matrix *A = request.A;
@@ -217,7 +217,7 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) Ax[d] = right[d] - Ax[d];
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * test_norm(n, right));
 
-    /* The norm is the weighted one, also where all weights are the same. */
+    /* The norm is the weighted one, also if all weights are the same. */
     request.weights = weights, request.tolerance = 1e-3;
     for (int same = 0; same < 2; same++) {
       for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2 || same);
@@ -228,7 +228,7 @@ static void conjugate_gradients(void)
       CHECK_BELOW(result.residual, 1e-3);
     }
 
-    /* The limit leaves an iterate that descends. */
+    /* The iteration limit leaves a descending iterate. */
     request.weights = NULL, request.tolerance = 0, request.max_iterations = 3;
     CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_CONVERGED);
     CHECK(result.iterations == 3);
@@ -237,7 +237,7 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
     CHECK(slope > 0 && curvature / 2 < slope);
 
-    /* How far a residual is from the one predicted. */
+    /* residual minus the predicted one */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
     CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
@@ -247,7 +247,7 @@ static void conjugate_gradients(void)
     CHECK_OK(linear->pcg(space, &request, x, &result));
     CHECK(result.iterations == 0 && test_norm(n, x) == 0);
 
-    /* Negative curvature is seen, whatever preconditions. */
+    /* Negative curvature is detected with any preconditioner. */
     CHECK_OK(linear->preconditioner_setup(preconditioner, indefinite, NULL));
     request.A = indefinite, request.b = right, request.tolerance = 1e-10, request.max_iterations = 5000;
     CHECK(linear->pcg(space, &request, x, &result) == FLESH_NOT_POSITIVE);
@@ -285,8 +285,8 @@ static double residual_of(const flesh_block_matrix *A, const double *b, const do
   return test_norm(3 * A->rows, Ax);
 }
 
-/* Solves in single precision take as many iterations and end as near, within its rounding, whatever the units; they are
- * in double precision where that would show, or where weights differ. */
+/* Solves in single precision take as many iterations and end as near, up to its rounding, in any units; they use double
+ * precision if rounding would show, or if weights differ. */
 static void conjugate_gradients_in_single_precision(void)
 {
   test_body b;
@@ -306,7 +306,7 @@ static void conjugate_gradients_in_single_precision(void)
     CHECK_OK(linear->pcg_space_create(A, 1, NULL, &space));
     CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .max_iterations = 5000};
-    for (int units = -1; units <= 1; units++) { /* of the matrix, and the other way round of the right-hand side */
+    for (int units = -1; units <= 1; units++) { /* scale of the matrix, and the inverse for the right-hand side */
       const double scale = pow(1e25, units), tolerance = request.tolerance = 1e-4 * norm / scale;
       double *b_scaled = malloc((size_t)n * sizeof *b_scaled);
       request.b = b_scaled, request.single = 0;
@@ -315,7 +315,7 @@ static void conjugate_gradients_in_single_precision(void)
       CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
       CHECK_OK(linear->pcg(space, &request, before, &exact));
       request.single = 1;
-      for (request.same = 0; request.same < 2; request.same++) { /* rounded, then rounded already */
+      for (request.same = 0; request.same < 2; request.same++) { /* to be rounded, then already rounded */
         CHECK_OK(linear->pcg(space, &request, x, &result));
         CHECK(abs(result.iterations - exact.iterations) <= 1 + exact.iterations / 20);
         CHECK_NEAR(result.first, exact.first, 1e-6 * exact.first);
@@ -323,10 +323,10 @@ static void conjugate_gradients_in_single_precision(void)
         CHECK_NEAR(residual_of(A, b_scaled, x, Ax), result.residual, 1e-5 * result.first);
         CHECK_BELOW(test_distance(n, x, before), 1e-3 * test_norm(n, before));
       }
-      /* How far a residual is from the one predicted. */
+      /* residual minus the predicted one */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
       CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
-      /* A preconditioner of another scale: what was rounded does not serve. */
+      /* A preconditioner with another scale: the rounded numbers cannot be reused. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 64;
       CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
       for (int e = 0; e < blocks; e++) A->values[e] /= 64;
@@ -354,7 +354,7 @@ static void conjugate_gradients_in_single_precision(void)
     residual_of(A, right, x, Ax);
     for (int d = 0; d < n; d++) Ax[d] *= weights[d];
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * norm);
-    /* Negative curvature is seen, and followed downhill. */
+    /* Negative curvature is detected and followed downhill. */
     flesh_block_matrix *indefinite = bar_matrix(&b, 0.3, 0, 0);
     request.A = indefinite, request.weights = NULL, request.tolerance = 1e-4 * norm;
     for (request.after_indefinite = 0; request.after_indefinite < 2; request.after_indefinite++) {
@@ -375,11 +375,11 @@ static void conjugate_gradients_in_single_precision(void)
   test_body_destroy(&b);
 }
 
-/* How many vertices ranks share: those of one rank, as long as all can factor them in time; then ranks have levels of
- * their own. More ranks never share more. */
+/* The number of vertices that ranks share: that of one rank, as long as all can factor them in time; beyond that, ranks
+ * have their own levels. More ranks never share more. */
 static void ranks_share_what_they_can_factor(void)
 {
-  enum { BLOCKS = 8 /* of a node of four-node tets */, LARGE = 177552 };
+  enum { BLOCKS = 8 /* for a node of four-node tets */, LARGE = 177552 };
   const flesh_levels one = flesh_levels_for(LARGE, (double)BLOCKS * LARGE, 1);
   CHECK(one.shared == 1598 || one.shared == 1599);
   CHECK(one.own == 0);
@@ -401,15 +401,16 @@ static void ranks_share_what_they_can_factor(void)
       before = now;
     }
   }
-  /* Ten-node tets have longer rows, on which all else costs more. */
+  /* Ten-node tets have longer rows, which makes everything else more expensive. */
   CHECK(flesh_levels_for(1e7, 14e7, 4096).shared > flesh_levels_for(1e7, 8e7, 4096).shared);
 }
 
-/* An archive of a preconditioner holds the numbers of its set-up: the same bytes, whatever memory held before. */
+/* An archive of a preconditioner contains the numbers of its set-up: the same bytes, whatever the memory contained
+ * before. */
 static void saved_bytes_are_those_of_the_set_up(void)
 {
   test_body b;
-  make(test_box(6, 3, 2, 3, 1, 0.5), FLESH_ENERGY_E, 0.49, &b); /* arrays that malloc fills */
+  make(test_box(6, 3, 2, 3, 1, 0.5), FLESH_ENERGY_E, 0.49, &b); /* arrays filled by malloc */
   flesh_block_matrix *A = bar_matrix(&b, 0, 0, 0);
   for (int k = 0; k < KINDS; k++) {
     flesh_archive archives[2];

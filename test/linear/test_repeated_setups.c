@@ -1,7 +1,7 @@
 // TEST quick seconds=60 args: neighbours_in_a_pair_do_not_disturb_each_other few_setups_give_the_same_bits
 // TEST name=test_thousands_of_setups full seconds=300 builds=plain,memory args: two_thousand_setups_give_the_same_bits
-/* test_repeated_setups.c: preconditioners that two threads set up again and again are those that one thread sets up, to
- * the last bit, on irregular meshes: there threads write next to each other wherever chance takes them. */
+/* test_repeated_setups.c: preconditioners that two threads set up repeatedly are equal to those that one thread sets
+ * up, to the last bit, on irregular meshes: there threads write next to each other at random. */
 #include <stdatomic.h>
 #include <stdint.h>
 
@@ -12,11 +12,11 @@
 
 enum { PAIRS = 512, ROUNDS = 8000, WRITERS = 2, LOOKS = 20000 };
 
-/* A triangle of rows of two blocks, the first of which belong to the first writer. The writers begin at opposite ends,
+/* A triangle of rows of two blocks, the first of which belong to the first writer. The writers start at opposite ends,
  * so that they meet. */
 typedef struct writing {
   flesh_triangle triangle;
-  float number; /* that all entries are to be, those of the second writer its negative */
+  float number; /* the value of all entries; those of the second writer are its negative */
   atomic_int begun;
 } writing;
 
@@ -64,8 +64,8 @@ static void neighbours_in_a_pair_do_not_disturb_each_other(void)
   flesh_triangle_clear(&w.triangle);
 }
 
-/* A body clamped at its low end along y, at rest and bent. What a set-up leaves behind must not be what the next one
- * writes: matrices take turns. */
+/* Makes a body clamped at its low end along y, at rest and bent. The two matrices alternate, so that the next set-up
+ * cannot just repeat the contents that the previous one left. */
 enum { MATRICES = 2 };
 
 static void make_matrices(const test_body *b, uint8_t *fixed, flesh_block_matrix *matrices[MATRICES])
@@ -85,7 +85,7 @@ static void make_matrices(const test_body *b, uint8_t *fixed, flesh_block_matrix
   free(x);
 }
 
-/* How many of `count` set-ups by two threads give another z = P^-1 r than by one. */
+/* Returns how many of `count` set-ups by two threads give another z = P^-1 r than by one. */
 static int differing(const test_body *b, flesh_preconditioner kind, int count)
 {
   const flesh_linear *linear = flesh_linear_for(flesh_system_instructions(b->system));

@@ -1,5 +1,5 @@
 // TEST quick each_set
-/* test_row_coupling.c: solves with sparse matrices of numbers, exact ones and polynomials, against full matrices. */
+/* test_row_coupling.c: solves with sparse scalar matrices, exact ones and by polynomials, against full matrices. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@
 #include "linear/sparse_cholesky.c"
 #include "test.h"
 
-/* A sparse factor against a full one: a box of places, each of which meets those around it. */
+/* A sparse factor against a full one, for a box of points, each coupled with those around it. */
 static void sparse_factors_solve(void)
 {
   enum { A = 9, B = 8, C = 7, N = A * B * C };
@@ -33,7 +33,7 @@ static void sparse_factors_solve(void)
     for (int j = 0; j < N; j++) dense[N * i + i] += i == j ? 0.01 : fabs(dense[N * i + j]);
   randomise(N, right);
   double *expected = solve_by_gsl(N, dense, right);
-  for (int round = 0; round < 2; round++) { /* nothing of the last factor is left in the next */
+  for (int round = 0; round < 2; round++) { /* nothing of the last factor remains in the next */
     flesh_sparse_cholesky_zero(&S);
     for (int i = 0; i < N; i++) {
       S.values[flesh_sparse_cholesky_entry(&S, i, i)] = (float)dense[N * i + i];
@@ -63,7 +63,7 @@ static void sparse_factors_solve(void)
   free(starts);
 }
 
-/* The largest |S^(1/2) (1 - P S) v| / |v|. */
+/* Returns the largest |S^(1/2) (1 - P S) v| / |v|. */
 static double worst_error(int n, const double *S, const double *P, double *room)
 {
   gsl_matrix_const_view s = gsl_matrix_const_view_array(S, (size_t)n, (size_t)n),
@@ -85,8 +85,8 @@ static double worst_error(int n, const double *S, const double *P, double *room)
   return worst;
 }
 
-/* Polynomials against a full matrix 1 + stiffness L, L a Laplacian on a lattice with 0 around it and weights that
- * vary: symmetric, and its error in every direction below what the projection asks for. */
+/* Polynomials against a full matrix 1 + stiffness L, with a Laplacian L on a lattice surrounded by 0 with varying
+ * weights: symmetric, with an error in every direction below what the projection requires. */
 static void polynomials_solve(void)
 {
   enum { A = 9, B = 6, C = 5, N = A * B * C };

@@ -12,7 +12,7 @@
 #include "system/pattern.h"
 #include "test.h"
 
-/* The linear solver of the instructions that this test is compiled for. */
+/* Creates the linear solver with the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static void dense_times(int n, const double *A, const double *x, double *y)
@@ -67,7 +67,8 @@ static int coupled(const flesh_block_matrix *A, int i, int j)
   return flesh_block_find(A, row, column) >= 0;
 }
 
-/* Both halves go along the body, so that what is coupled lies near, and nodes rarely wait for the one before. */
+/* Both halves run along the body, so that coupled nodes lie near each other, and nodes rarely wait for the previous
+ * one. */
 static void halves_go_along_the_body(void)
 {
   enum { ACROSS = 9 * 9, NEAR = 7 * ACROSS / 2 };
@@ -99,7 +100,7 @@ static void halves_go_along_the_body(void)
 }
 
 /* A chain with three leaves at its end, 0-1-2-{3, 4, 5}. The order of Cuthill & McKee is 5 2 4 | 3 1 0, with 3 and 5
- * exchanged where numbers are reversed; 2 is the separator, and 0 goes from the far end. */
+ * exchanged if numbers are reversed; 2 is the separator, and 0 is eliminated from the far end. */
 static void numbers_decide_between_alike(void)
 {
   int start[] = {0, 2, 4, 8, 9, 10, 11}, column[] = {0, 1, 1, 2, 2, 3, 4, 5, 3, 4, 5};
@@ -125,8 +126,8 @@ static void twice_single(void *data, int begin, int end)
   for (int d = 4 * begin; d < 4 * end; d++) x[d] *= 2;
 }
 
-/* Checks the products in single precision: of a matrix that is rounded, and of the rounded one again. `terms`: the sum
- * of the curvature's, without their signs. */
+/* Checks the products in single precision: of a matrix being rounded, and of the rounded one again. `terms`: the sum of
+ * the magnitudes of the curvature's terms. */
 static void check_single(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, const int *order,
                          const double *x, const double *y, double expected, double terms, float *first)
 {
@@ -149,9 +150,8 @@ static void check_single(flesh_product *product, const flesh_block_matrix *A, fl
   free(out);
 }
 
-/* Products by halves, on vectors of four lanes in their order that are ready or made so, against the plain
- * product: bodies with two halves and such that are too small for them, regular or not; the same bits for any number of
- * threads. */
+/* Products by halves, on vectors of four lanes, ready in their order or converted, against the plain product: bodies
+ * with two halves and too small ones, regular or not; the same bits for any number of threads. */
 static void products_by_halves(void)
 {
   static const int cells[][3] = {{1, 1, 1}, {12, 2, 3}, {5, 4, 4}, {24, 7, 7}};
@@ -166,12 +166,12 @@ static void products_by_halves(void)
     flesh_product product;
     CHECK_OK(flesh_bisection_create(A, NULL, &bisection));
     CHECK_OK(linear->product_create(A, &bisection, 1, &product));
-    /* Numbers that have not been rounded may be anything, also NaN. */
+    /* Numbers that have not been rounded may be anything, including NaN. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
                                                  6 * (size_t)product.slices[3]) * sizeof *product.rounded);
     CHECK(size != 1 || (bisection.begin[1] > 0 && bisection.begin[2] > bisection.begin[1] &&
                         bisection.begin[3] > bisection.begin[2]));
-    for (int p = 0; p < A->rows; p++) /* rows follow one another as vectors do */
+    for (int p = 0; p < A->rows; p++) /* rows are consecutive, as in vectors */
       CHECK(A->row_start[bisection.order[p]] == (p > 0 ? A->row_end[bisection.order[p - 1]] : 0));
     const size_t numbers = 4 * (size_t)product.nodes, bytes = numbers * sizeof(double);
     double *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y);
@@ -232,7 +232,7 @@ static void block_inverses(void)
       for (int k = 0; k < 3; k++) sum += A[3 * (p / 3) + k] * B[3 * k + p % 3];
       CHECK_NEAR(sum, p % 4 == 0, 1e-12);
     }
-    for (int c = 0; c < 3; c++) { /* made indefinite or singular, it is refused */
+    for (int c = 0; c < 3; c++) { /* indefinite or singular matrices are refused */
       double C[9];
       memcpy(C, A, sizeof C);
       C[4 * c] = -C[4 * c];
@@ -300,7 +300,7 @@ static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, 
   free(x);
 }
 
-/* The factor in place of conjugate gradients that stall: entries over sixteen powers of ten. */
+/* The factor replaces stalled conjugate gradients: entries over sixteen powers of ten. */
 static void symmetric_factors_tell_what_is_indefinite(void)
 {
   test_body b;
@@ -308,20 +308,20 @@ static void symmetric_factors_tell_what_is_indefinite(void)
   flesh_block_matrix *A = bar_matrix(&b, 0.02, 0, 0);
   const double *X = flesh_mesh_positions(flesh_system_mesh(b.system)), n = 3. * A->rows;
   flesh_exact *exact = NULL;
-  CHECK_OK(linear->exact->create(A, X, 1e3, &exact)); /* it takes more than 10^5 */
+  CHECK_OK(linear->exact->create(A, X, 1e3, &exact)); /* CG takes more than 10^5 iterations */
   CHECK(exact == NULL);
   CHECK_OK(linear->exact->create(A, X, 1e9, &exact));
   printf("# %.3g operations for %g rows\n", linear->exact->operations(exact), n);
   CHECK(linear->exact->operations(exact) > n * n);
-  CHECK_BELOW(linear->exact->operations(exact), n * n * n / 3); /* a full matrix takes that */
+  CHECK_BELOW(linear->exact->operations(exact), n * n * n / 3); /* a full matrix can solve that */
   check_direct(FLESH_LINEAR_KLU, A, NULL, exact, 1e-12);
   const int node = A->rows / 2;
   double *corner = A->values + 9 * (size_t)A->row_start[node];
-  for (int sign = 1; sign >= -1; sign -= 2) { /* one eigenvalue of the other sign, then none again */
+  for (int sign = 1; sign >= -1; sign -= 2) { /* one eigenvalue of the opposite sign, then none again */
     corner[0] = -corner[0];
     CHECK(linear->exact->factor(exact, A) == (sign > 0 ? FLESH_NOT_POSITIVE : FLESH_OK));
   }
-  /* One node 10^8 times stiffer: no less definite. */
+  /* One node 10^8 times stiffer: still definite. */
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       for (int e = 0; e < 9; e++)
@@ -362,18 +362,18 @@ static void direct_solvers_solve(void)
     }
     CHECK_OK(status);
     check_direct(kinds[k], A, direct, NULL, 1e-9);
-    /* Another matrix of the same pattern, whose pivots want another order for KLU. */
+    /* Another matrix of the same pattern, whose pivots need another order in KLU. */
     flesh_block_matrix *B = random_matrix(&b, kinds[k] == FLESH_LINEAR_KLU ? 0 : 1.1);
     check_direct(kinds[k], B, direct, NULL, 1e-9);
     check_direct(kinds[k], A, direct, NULL, 1e-9);
-    if (kinds[k] == FLESH_LINEAR_KLU) { /* A's pivots, of the diagonal, would leave nothing but rounding here */
+    if (kinds[k] == FLESH_LINEAR_KLU) { /* A's pivots, on the diagonal, would leave only rounding here */
       for (int i = 0; i < B->rows; i++)
         for (int c = 0; c < 3; c++) B->values[9 * (size_t)B->row_start[i] + 4 * c] *= 1e-12;
       check_direct(kinds[k], B, direct, NULL, 1e-9);
     }
     memset(B->values, 0, 9 * (size_t)B->row_start[B->rows] * sizeof *B->values);
     CHECK(flesh_direct_factor(direct, B) == FLESH_NOT_POSITIVE);
-    /* After what cannot be factored, the next matrix is solved as ever. */
+    /* After a matrix that cannot be factored, the next one is solved as usual. */
     check_direct(kinds[k], A, direct, NULL, 1e-9);
     flesh_direct_destroy(&direct);
     CHECK(direct == NULL);
@@ -384,8 +384,8 @@ static void direct_solvers_solve(void)
   test_body_destroy(&b);
 }
 
-/* Rows of none to five blocks in eight binary digits, against sums of what was set: within a unit of the last digit,
- * and whether a block is the first or the second of a pair makes no difference at all. */
+/* Rows of none to five blocks with eight binary digits, against sums of the original numbers: within a unit of the last
+ * digit, and with exactly the same result whether a block is the first or the second of a pair. */
 static void triangles_round_alike(void)
 {
   enum { ROWS = 6, MOST = 5 };
@@ -414,7 +414,7 @@ static void triangles_round_alike(void)
         flesh_triangle_product(&triangle, triangle.start[q], triangle.start[q + 1], (const float *)y);
     for (int r = 0; r < 3; r++) CHECK_NEAR((double)sum[r], expected[r], 0x1p-8 * size[r]);
   }
-  /* The first of row 1 and the second of row 2, where the first is zero and the vector the same. */
+  /* The first of row 1 and the second of row 2, if the first is zero and the vector the same. */
   const float zero[9] = {0}, block[9] = {1.23f, -4.56e-7f, 7.89e3f, 0.1f, 1e-20f, -1e20f, 3.3f, -0.7f, 2.2f};
   y[1] = y[0];
   flesh_triangle_set(&triangle, flesh_triangle_place(&triangle, 1, 0), block);

@@ -10,10 +10,10 @@
 #include "system/stiff_rows.h"
 #include "test.h"
 
-/* The linear solver of the instructions that this test is compiled for. */
+/* Creates the linear solver with the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
-/* A body of tet10-mean. */
+/* Makes a body of tet10-mean. */
 typedef struct ten {
   test_body b;
   flesh_stiff_rows rows;
@@ -21,7 +21,7 @@ typedef struct ten {
   uint8_t *fixed; /* [n] */
 } ten;
 
-/* Takes the mesh, of order 1; K and the rows at x [n] (NULL: at rest) with the first nodes along x held. */
+/* Takes the mesh, of order 1; makes K and the rows at x [n] (NULL: at rest) with the first nodes along x held. */
 static void assemble(ten *t, const double *x, double inertia, int filter)
 {
   const flesh_point point = flesh_point_at(0, x ? x : t->b.state.x, t->b.state.v, t->b.state.v);
@@ -66,7 +66,7 @@ static flesh_preconditioner_data *projection(const ten *t, flesh_preconditioner 
   return p;
 }
 
-/* B^T B [n][n], without fixed dofs. */
+/* Computes B^T B [n][n], without fixed dofs. */
 static double *stiff_part(const ten *t)
 {
   const int n = t->b.n, m = t->rows.nodes_per_row;
@@ -81,8 +81,8 @@ static double *stiff_part(const ten *t)
   return A;
 }
 
-/* Without its rows a matrix is that of the same form with less bulk modulus: at rest, and where a body is turned and
- * stretched at the same volume. */
+/* Without its rows a matrix is that of the same form with a lower bulk modulus: at rest, and for a body that is rotated
+ * and stretched at constant volume. */
 static void rows_are_what_is_stiffer(void)
 {
   static const double F[2][9] = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, -1.6, 0, 1.25, 0.3, 0, 0, 0.2, 0.5}};
@@ -134,7 +134,7 @@ static void rows_are_what_is_stiffer(void)
     }
 }
 
-/* Least and largest eigenvalue of P A for symmetric positive definite A and P. */
+/* Returns the least and largest eigenvalue of P A for symmetric positive definite A and P. */
 static void eigenvalues(int n, const double *P, const double *A, double ends[2])
 {
   gsl_matrix *a = gsl_matrix_alloc((size_t)n, (size_t)n), *b = gsl_matrix_alloc((size_t)n, (size_t)n);
@@ -160,7 +160,7 @@ static void eigenvalues(int n, const double *P, const double *A, double ends[2])
   gsl_matrix_free(b);
 }
 
-/* States that solves meet: at rest, pulled, pressed flat, turned inside out, and with nodes anywhere. */
+/* States that occur in solves: at rest, pulled, pressed flat, turned inside out, and with random nodes. */
 enum { STATES = 5 };
 static void deform(const ten *t, int state, double *x)
 {
@@ -196,7 +196,7 @@ static void it_is_definite_anywhere(void) { check_definite_anywhere(0); }
 
 static void it_is_definite_with_polynomials(void) { check_definite_anywhere(1); }
 
-/* Condition numbers of the preconditioned matrix stay where they are as nu goes to 1/2, and a solve agrees with LU. */
+/* Condition numbers of the preconditioned matrix stay constant as nu goes to 1/2, and a solve agrees with LU. */
 static void check_conditions(int polynomial)
 {
   static const double poisson[] = {0.49, 0.499, 0.4999, 0.49999};
@@ -237,7 +237,7 @@ static void condition_does_not_feel_nu(void) { check_conditions(0); }
 
 static void condition_with_polynomials(void) { check_conditions(1); }
 
-/* Corners of a box moved: to Cook's membrane (48 m long, 44 and 16 m high), or by a random part of a cell. */
+/* Moves the corners of a box: to Cook's membrane (48 m long, 44 and 16 m high), or by a random part of a cell. */
 static flesh_mesh *shaped(int shape)
 {
   flesh_mesh *box = shape == 1 ? test_box(8, 8, 2, 1, 1, 1) : test_box(12, 3, 3, 4, 1, 1), *mesh = NULL;
@@ -259,7 +259,7 @@ static flesh_mesh *shaped(int shape)
   return mesh;
 }
 
-/* Iterations to a thousandth of the body's weight, or of 0.001 of it in motion. */
+/* Returns the iterations to a thousandth of the body's weight, or to 1e-6 of it in motion. */
 enum { AS_IT_IS, EXACTLY, BY_POLYNOMIALS };
 static int solve_once(ten *t, int project, double inertia, int state, int filter)
 {
@@ -309,8 +309,8 @@ static void iterations_do_not_feel_nu(void)
     }
 }
 
-/* In states that are far from rest, with projected Hessians, pressures stiffen the matrix, too, and are not taken out:
- * there the projection does no harm. */
+/* In states far from rest, with projected Hessians, pressures also stiffen the matrix and are not projected out: the
+ * projection does no harm there. */
 static void iterations_in_hard_states(void)
 {
   ten t;
@@ -358,7 +358,7 @@ static void threads_give_the_same_bits(void)
   check_threads(1);
 }
 
-/* A set-up goes through bytes into a preconditioner of another state. */
+/* A set-up is restored from bytes into a preconditioner of another state. */
 static void set_ups_are_saved_and_loaded(void)
 {
   ten t;
@@ -396,7 +396,7 @@ static void kinds_that_project(void)
   flesh_stiff_rows rows = {.count = 1, .ratio = 1, .modulus = 1e5};
   CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0));
   CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows, 0));
-  rows.ratio = 6; /* pays at rest and in steps so long that inertia is next to nothing */
+  rows.ratio = 6; /* pays at rest, and for steps so long that inertia is negligible */
   CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0));
   CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 1e-6 * rows.modulus));
   CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0.1 * rows.modulus));

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_fibre.c: the tension of a muscle fibre is the published curves', smooth and the derivative of its energy; the
- * eigenvalues of its Hessian by F in closed form are those of a solver. */
+/* test_fibre.c: the tension of a muscle fibre follows the published curves, is smooth and the derivative of its energy;
+ * the closed-form eigenvalues of its Hessian by F agree with a solver. */
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_sort_vector.h>
 #include <stddef.h>
@@ -13,7 +13,7 @@
 
 enum { ENERGY, TENSION, STIFFNESS };
 
-/* Over the peak stress 1 Pa, at optimal stretch 1. */
+/* Divided by the peak stress 1 Pa, at optimal stretch 1. */
 static double value(flesh_fibre_curve curve, double passive, double activation, double l, int which)
 {
   flesh_fibre fibre;
@@ -24,7 +24,7 @@ static double value(flesh_fibre_curve curve, double passive, double activation, 
   return tension[which];
 }
 
-/* Blemker, Pinsky & Delp 2005, equation 6: active, and what their constants P_1 to P_4 give of the passive one. */
+/* Blemker, Pinsky & Delp 2005, equation 6: the active tension, and the passive one from their constants P_1 to P_4. */
 static double blemker(double l)
 {
   if (l <= 0.4 || l >= 1.6) return 0;
@@ -72,7 +72,7 @@ static void curves_are_the_published_ones(void)
   CHECK_NEAR(value(FLESH_FIBRE_BLEMKER, 0, 1, 3, ENERGY), 0.68, 1e-14);
 }
 
-/* Compares with central differences, also across the places where pieces of the curves meet. */
+/* Compares with central differences, also across the points where pieces of the curves join. */
 static void tension_is_smooth_and_the_derivative_of_the_energy(void)
 {
   const double h = 1e-5;
@@ -102,7 +102,7 @@ static void tension_is_smooth_and_the_derivative_of_the_energy(void)
   }
 }
 
-/* An optimal stretch stretches the curve and keeps the energy; stresses scale. */
+/* An optimal stretch scales the curve's stretch and keeps the energy; stresses scale. */
 static void constants_scale(void)
 {
   flesh_fibre fibre;
@@ -119,7 +119,7 @@ static void constants_scale(void)
     }
 }
 
-/* dW/dF = T f a^T. */
+/* Computes dW/dF = T f a^T. */
 static void stress_at(const flesh_fibre_constants *c, const double F[9], const double a[3], double P[9])
 {
   double f[3];
@@ -142,7 +142,7 @@ static void eigenvalues(const double H[81], double w[9])
   gsl_sort_vector(&values.vector);
 }
 
-/* (T 1 + D f f^T) (x) a a^T. */
+/* Computes (T 1 + D f f^T) (x) a a^T. */
 static void closed_form(const flesh_fibre_constants *c, flesh_eigenvalue_filter filter, const double F[9],
                         const double a[3], double H[81], double w[9])
 {
@@ -161,7 +161,7 @@ static void closed_form(const flesh_fibre_constants *c, flesh_eigenvalue_filter 
   gsl_sort_vector(&values.vector);
 }
 
-/* F of any kind: inverted, flat, nothing along the fibre. */
+/* F of any kind: inverted, flat, zero along the fibre. */
 static void any_gradient(int trial, unsigned long long *seed, double F[9], double a[3])
 {
   for (int k = 0; k < 9; k++) F[k] = (trial % 7 ? 1.5 : 1e-3) * (2 * test_uniform(seed) - 1);

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_forms.c: a form that this file adds, and every built-in one, through the derivatives of an effect, the projection
- * of the Hessian and a static solve. A form is a psi: nothing else is told of the one added here. */
+/* test_forms.c: a form that this file adds, and every built-in one, through the derivatives of an effect, the
+ * projection of the Hessian and a static solve. A form is a psi: nothing else is known of the one added here. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -29,7 +29,7 @@ static int own_psi(double I_C, double J, const flesh_material *material, flesh_p
 
 static const own_constants like_e = {3e4, 2e5, 0}, stiffer = {3e4, 2e5, 3e4};
 
-/* The rows of the registry, then the one of this file. */
+/* Returns the rows of the registry, then the one of this file. */
 static const char *material_of(int row, flesh_material *material)
 {
   if (row == FLESH_ENERGY_COUNT) {
@@ -60,7 +60,7 @@ static void derivatives_are_right(void)
   }
 }
 
-/* Rayleigh quotient of the projected Hessian along v; *size: the largest |H v|. */
+/* Returns the Rayleigh quotient of the projected Hessian along v; *size: the largest |H v|. */
 static double curvature(const double H[81], const double v[9], double *size)
 {
   double sum = 0;
@@ -73,7 +73,7 @@ static double curvature(const double H[81], const double v[9], double *size)
   return sum;
 }
 
-/* Definite where the true Hessian is not; the difference has no negative curvature either. */
+/* The projected Hessian is semi-definite where the true one is not; the difference has no negative curvature either. */
 static void projection_takes_negative_curvature(void)
 {
   const double flat[9] = {1.1, 0.2, 0, 0, 0.9, 0.1, 0.05, 0, 0.2};
@@ -94,11 +94,11 @@ static void projection_takes_negative_curvature(void)
     int good = least >= -1e-10 * size && least_added >= -1e-10 * size;
     if (!good) printf("# %s: %g, %g of %g\n", name, least, least_added, size);
     CHECK(good);
-    if (row == FLESH_ENERGY_COUNT || row == FLESH_ENERGY_E) CHECK(most_negative < -1e-3 * size); /* it had to act */
+    if (row == FLESH_ENERGY_COUNT || row == FLESH_ENERGY_E) CHECK(most_negative < -1e-3 * size); /* the projection had to act */
   }
 }
 
-/* Sag of the end of a clamped bar under its weight. */
+/* Returns the sag of the end of a clamped bar under its weight. */
 static double sag(const flesh_material *material, double gravity)
 {
   test_body b;
@@ -117,7 +117,7 @@ static double sag(const flesh_material *material, double gravity)
   return -down;
 }
 
-/* All with the same small-strain constants sag alike under a small load. */
+/* All forms with the same small-strain constants sag equally under a small load. */
 static void small_loads_see_the_small_strain_constants(void)
 {
   double first = 0;
@@ -139,7 +139,7 @@ static void small_loads_see_the_small_strain_constants(void)
   CHECK_NEAR(sag(&own, 1e-4) / sag(&built_in, 1e-4), 1, 1e-3);
 }
 
-/* Without b it is E, and falls as E does; with b it is stiffer. */
+/* Without b it is E, and sags like E; with b it is stiffer. */
 static void an_added_form_is_solved_as_a_built_in(void)
 {
   flesh_material own, stiff, built_in;
@@ -152,7 +152,7 @@ static void an_added_form_is_solved_as_a_built_in(void)
   CHECK(sag(&stiff, 5) < 0.99 * expected);
 }
 
-/* An exponential that no number holds is told, and leaves a step to be tried shorter. */
+/* An exponential that overflows is reported, and makes a step be retried with a shorter length. */
 static void fungs_overflow_is_told(void)
 {
   const double growth[] = {15, 100};

@@ -1,7 +1,6 @@
 // TEST quick seconds=60
-/* test_material.c: psi, P and H of the forms of I_C and J and of users' own: against long double
- * formulas, finite differences, objectivity and isotropy; and what happens where there is no value.
- */
+/* test_material.c: psi, P and H of the forms of I_C and J and of user-defined forms, against long double formulas,
+ * finite differences, objectivity and isotropy; and statuses where there is no value. */
 #include "test_matrix.h"
 
 #include <float.h>
@@ -24,7 +23,7 @@ static flesh_material raw(flesh_energy energy, double mu, double lambda)
   return m;
 }
 
-/* The formulas as the papers print them, in extended precision. */
+/* The formulas as published, in extended precision. */
 static long double formula(flesh_energy e, long double I, long double J, long double mu,
                            long double la)
 {
@@ -68,7 +67,7 @@ static long double formula(flesh_energy e, long double I, long double J, long do
 /* Weights of the sixth-order central difference, over 60 h. */
 static const double weight[4] = {0, 45, -9, 1};
 
-/* d formula/dI_C or d formula/dJ by differences with a step of 1/1000. */
+/* Differentiates a formula by I_C or J by differences with a step of 1/1000. */
 static long double formula_slope(flesh_energy e, double I, double J, double mu, double la, int by_J)
 {
   long double h = 1e-3L * (by_J ? (J == 0 ? 1 : fabs(J)) : I), sum = 0;
@@ -99,7 +98,7 @@ static void psi_against_the_formulas(void)
       worst_slope = fmax(worst_slope, fabs(off) / size);
       off = (double)(psi.J - formula_slope(all[n], I, J, mu, la, 1));
       worst_slope = fmax(worst_slope, fabs(off) / size);
-      /* Second derivatives from the first. */
+      /* second derivatives from the first */
       double h = 1e-3 * I, d[3], s[3] = {0, 0, 0};
       for (int k = 1; k <= 3; k++) {
         CHECK_OK(m.psi(I + k * h, J, &m, &plus));
@@ -121,7 +120,7 @@ static void psi_against_the_formulas(void)
   CHECK_BELOW(worst_slope, 1e-11);
 }
 
-/* One F of each kind; returns 0 when the kind is not for this energy. */
+/* Makes one F of each kind; returns 0 if the kind is not for this energy. */
 static int draw(int kind, flesh_energy energy, double F[9])
 {
   double s[3] = {1 + 0.6 * uniform(), 1 + 0.6 * uniform(), 1 + 0.6 * uniform()};
@@ -165,7 +164,7 @@ static int draw(int kind, flesh_energy energy, double F[9])
   default:
     return 0;
   }
-  if (energy == FLESH_ENERGY_FUNG && (kind == 5 || kind == 10)) return 0; /* e to the thousands */
+  if (energy == FLESH_ENERGY_FUNG && (kind == 5 || kind == 10)) return 0; /* e to the power of thousands */
   if (needs_positive_J(energy) && ((kind >= 1 && kind <= 4) || kind == 11)) return 0;
   compose(s, F);
   for (int k = 0; k < 9; k++) F[k] *= scale;
@@ -180,12 +179,12 @@ static double largest(const double *x, int n)
   return size;
 }
 
-/* psi -> P -> H by differences: worst error relative to the sizes at hand. */
+/* Checks psi -> P -> H by differences: returns the worst error relative to the present magnitudes. */
 static double difference_error(const flesh_material *m, const double F[9])
 {
   double P[9], H[81], worst = 0, C[9];
   if (flesh_material_stress(m, F, P) || flesh_material_hessian(m, F, H)) return INFINITY;
-  /* A step that stays well inside the smallest singular value where J must stay positive. */
+  /* A step well below the smallest singular value, if J must stay positive. */
   double J = flesh_mat3_determinant(F), length = fmax(largest(F, 9), 1e-3);
   flesh_mat3_cofactor(F, C);
   double reach = length;
@@ -193,7 +192,7 @@ static double difference_error(const flesh_material *m, const double F[9])
     reach = J > 0 ? fmin(length, J / largest(C, 9)) : length;
   flesh_psi at;
   if (m->psi(flesh_mat3_norm2(F), J, m, &at)) return INFINITY;
-  /* The size of P's terms: at rest they cancel, their rounding does not. */
+  /* The magnitude of P's terms: at rest they cancel, but their rounding does not. */
   double terms = 2 * fabs(at.I) * length + fabs(at.J) * largest(C, 9) + 1;
   double h = 2e-3 * reach, energy_size = 0;
   for (int p = 0; p < 9; p++) {
@@ -271,7 +270,7 @@ static void objective_and_isotropic(void)
     }
 }
 
-/* Calls every function at F; all must give `status` and leave their outputs alone. */
+/* Calls every function at F; all must return `status` and leave their outputs unchanged. */
 static void check_refuses(const flesh_material *m, const double F[9], int status)
 {
   double psi = 7, P[9], H[81], values[9], vectors[81], K[81], left = 0;
@@ -340,7 +339,7 @@ static void nonfinite_is_reported(void)
   }
 }
 
-/* A user's copy of S, written differently from the library's. */
+/* A user-defined copy of S, written differently from the library's. */
 static int users_s(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   const double *c = m->user; /* mu, lambda */
@@ -355,7 +354,7 @@ static int users_s(double I_C, double J, const flesh_material *m, flesh_psi *psi
   return FLESH_OK;
 }
 
-/* A form of its own: mu/2 (I-3) + a (I-3)^2 + b (I-3)(J-1) + lambda/2 (J-alpha)^2. */
+/* A user-defined form: mu/2 (I-3) + a (I-3)^2 + b (I-3)(J-1) + lambda/2 (J-alpha)^2. */
 static int users_own(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   const double mu = 1, a = 0.3, b = 0.2, la = 4, alpha = 1 + mu / la, i = I_C - 3;

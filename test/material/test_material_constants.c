@@ -1,6 +1,6 @@
 // TEST quick
-/* test_material_constants.c: the maps from small-strain constants, their limits and refusals, and
- * the rest state of every form. */
+/* test_material_constants.c: the maps from small-strain constants, their limits and refusals, and the rest state of
+ * every form. */
 #include "test_matrix.h"
 
 #include <gsl/gsl_roots.h>
@@ -14,7 +14,7 @@ static const flesh_energy matched[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_E
                                        FLESH_ENERGY_CR, FLESH_ENERGY_FCR, FLESH_ENERGY_STVK};
 enum { MATCHED_COUNT = sizeof matched / sizeof *matched };
 
-/* The stress's slope at F = I in direction X, from stresses alone: sixth order differences. */
+/* Computes the stress's slope at F = I in direction X from stresses only: sixth-order differences. */
 static void stress_slope(const flesh_material *m, const double X[9], double dP[9])
 {
   static const double weight[4] = {0, 45, -9, 1};
@@ -39,7 +39,7 @@ static void matched_constants_linearise_to_the_given(void)
       double nu = ratios[r], mu = young / (2 * (1 + nu));
       double lambda = young * nu / ((1 + nu) * (1 - 2 * nu));
       flesh_material m;
-      /* A and FCR are not bounded from below there, Fung's is stable only where its own lambda is positive. */
+      /* A and FCR are not bounded from below there; Fung's is only stable where its own lambda is positive. */
       const int limited = matched[n] == FLESH_ENERGY_A || matched[n] == FLESH_ENERGY_FCR ||
                           (matched[n] == FLESH_ENERGY_FUNG && nu < -0.4);
       if (limited && nu < 0) {
@@ -50,7 +50,7 @@ static void matched_constants_linearise_to_the_given(void)
       CHECK(m.young == young && m.poisson == nu && m.constants == FLESH_CONSTANTS_MATCHED);
       for (int trial = 0; trial < 10; trial++) {
         double X[9], dP[9];
-        random_matrix(X); /* its antisymmetric part must do nothing: no rest stress */
+        random_matrix(X); /* its antisymmetric part must have no effect: no rest stress */
         stress_slope(&m, X, dP);
         for (int i = 0; i < 3; i++)
           for (int j = 0; j < 3; j++) {
@@ -71,7 +71,7 @@ static void matched_constants_linearise_to_the_given(void)
 #define AB_MU     2.9269884323013344
 #define AB_LAMBDA 10.949403605981431
 
-/* The maps themselves, as the design of the family states them. */
+/* The maps themselves, as defined for the family of forms. */
 static void maps_of_the_constants(void)
 {
   const double mu = 3, lambda = 8;
@@ -169,8 +169,7 @@ static int rest_of(flesh_energy energy, double mu, double lambda, double *ratio)
 
 static void rest_volume_of_d(void)
 {
-  /* s^4 - s is least at s^3 = 1/4, where it is -3/4 4^(-1/3): no root below lambda/mu = 4^(4/3)/3.
-   */
+  /* s^4 - s is least at s^3 = 1/4, where it is -3/4 4^(-1/3): no root for lambda/mu < 4^(4/3)/3. */
   const double limit = pow(4, 4. / 3) / 3, least = pow(0.25, 1. / 3);
   CHECK_NEAR(limit, 2.1165, 5e-5);
   const double above[] = {2.12, 2.2, 2.5, 3, 9, 100, 5e3, 1e7};
@@ -186,11 +185,11 @@ static void rest_volume_of_d(void)
     CHECK(rest_of(FLESH_ENERGY_D, 1, below[n], &ratio) == FLESH_UNDEFINED && ratio == 7);
     CHECK_TEXT(flesh_error_text(), "no rest volume");
   }
-  double ratio; /* the two roots only 2e-5 apart: still the larger one */
+  double ratio; /* the two roots are only 2e-5 apart: still the larger one */
   CHECK_OK(rest_of(FLESH_ENERGY_D, 1, limit * (1 + 1e-9), &ratio));
   CHECK(ratio > 0.25);
   CHECK_NEAR(ratio, 0.25, 1e-4);
-  /* It is a minimum of the energy along uniform scaling, the smaller root a maximum. */
+  /* It is a minimum of the energy along uniform scaling; the smaller root is a maximum. */
   flesh_material m;
   CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, 1, 3, &m));
   CHECK_OK(flesh_material_rest_ratio(&m, &ratio));
@@ -226,8 +225,8 @@ static int offset_psi(double I_C, double J, const flesh_material *m, flesh_psi *
   return FLESH_OK;
 }
 
-/* Only J: psi_J J^(1/3) peaks at depth at s = 2: two roots 2 -+ sqrt(depth), the first a minimum
- * for a body that swells. */
+/* Only J: psi_J J^(1/3) has its maximum, `depth`, at s = 2: two roots 2 -+ sqrt(depth), the first a minimum for a body
+ * that swells. */
 static int dip_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   double depth = *(const double *)m->user, s = cbrt(J);
@@ -254,14 +253,14 @@ static void rest_volume_of_a_users_psi(void)
   CHECK_NEAR(cbrt(dip_ratio), 2 - 1e-4, 1e-11);
   depth = -1e-8;
   CHECK(flesh_material_rest_ratio(&m, &dip_ratio) == FLESH_UNDEFINED);
-  /* E below its limit: without stress at rest, but a maximum there; the minimum is larger. */
+  /* E below its limit: without stress at rest, but at a maximum; the minimum is larger. */
   double constants[3] = {1, 0.2, 1 + 1 / 0.2}, ratio = 7, s = gsl_root(1, 0.2, 6, 1.1, 10);
   CHECK_OK(flesh_material_from_psi(offset_psi, constants, &m));
   CHECK_OK(flesh_material_rest_ratio(&m, &ratio));
   CHECK_NEAR(ratio, s * s * s, 1e-13 * s * s * s);
 }
 
-/* C with lambda = 0 resists no change of volume: it rests at whatever volume it has. */
+/* C with lambda = 0 does not resist changes of volume: it is at rest at any volume. */
 static void indifferent_to_volume_rests_as_it_is(void)
 {
   static const double mus[] = {1, 0.3, 5000, 34482.758620689652};
@@ -293,7 +292,7 @@ static int young(flesh_energy e, flesh_constants c, double E, double nu, flesh_m
   return flesh_material_from_young(e, c, E, nu, m);
 }
 
-/* With both of the constants beyond mu and lambda, where they are not NaN. */
+/* With both of the constants besides mu and lambda, unless they are NaN. */
 static int more(flesh_energy e, flesh_constants c, double mu, double lambda, double exponent, double links,
                 flesh_material *m)
 {
@@ -394,7 +393,7 @@ static void refused_constants(void)
   CHECK_OK(young(FLESH_ENERGY_NEO, RAW, 1, -0.9, &m));
 }
 
-/* From either pair the same bits as by the function of that pair; from none or both, or half of one, nothing. */
+/* From either pair the bits are those of the function for that pair; from none, both, or half of one, it is refused. */
 static void given_constants_are_one_pair(void)
 {
   flesh_material_given given;

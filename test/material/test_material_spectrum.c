@@ -10,7 +10,7 @@
 #include "material/stretch.h"
 #include "math/eig3.h"
 
-/* A mixed form, so that psi_IJ and psi_II are there beyond what the built-in ones have. */
+/* A mixed form, so that psi_IJ and psi_II are not 0 as in most built-in ones. */
 static int mixed_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   double i = I_C - 3;
@@ -34,7 +34,7 @@ static flesh_material material_number(int n)
   return m;
 }
 
-/* Random, reflected, degenerate, repeated and large F for material_number(n). */
+/* Makes random, reflected, degenerate, repeated and large F for material_number(n). */
 static void draw(int trial, int n, double F[9])
 {
   const int positive = n < FLESH_ENERGY_COUNT && flesh_psi_needs_volume((flesh_energy)n);
@@ -101,7 +101,7 @@ static void solver_destroy(solver s)
   gsl_eigen_symmv_free(s.work);
 }
 
-/* Eigenvalues ascending in s.values, vectors in the columns of s.vectors. */
+/* Computes eigenvalues, ascending in s.values, and eigenvectors in the columns of s.vectors. */
 static void solve(solver s, const double H[81])
 {
   memcpy(s.H->data, H, 81 * sizeof *H);
@@ -137,7 +137,7 @@ static void eigenpairs_against_gsl(void)
       CHECK_OK(flesh_material_hessian(&m, F, H));
       CHECK_OK(flesh_material_eigen(&m, F, values, vectors));
       double scale = largest(H, 81);
-      for (int k = 0; k < 9; k++) /* H q = value q, and the q orthonormal */
+      for (int k = 0; k < 9; k++) /* H q = value q, and the q are orthonormal */
         for (int p = 0; p < 9; p++) {
           double Hq = 0, dot = 0;
           for (int r = 0; r < 9; r++) {
@@ -198,13 +198,13 @@ static void projection_against_gsl(void)
     }
     CHECK_BELOW(worst, 1e-12);
     CHECK_BELOW(negative, 1e-14);
-    CHECK(clamped > 0 || n == FLESH_ENERGY_M); /* the projection had something to do */
+    CHECK(clamped > 0 || n == FLESH_ENERGY_M); /* the projection had to act */
   }
   solver_destroy(gsl);
 }
 
-/* The stiffness blocks in the singular frame, plain and clamped, against the 9x9 contracted with
- * the same two gradients. */
+/* Compares the stiffness blocks in the singular frame, plain and clamped, with the 9x9 Hessian contracted with the same
+ * two gradients. */
 static void blocks_against_the_full_hessian(void)
 {
   for (int n = 0; n <= FLESH_ENERGY_COUNT; n++) {

@@ -1,7 +1,7 @@
 // TEST quick seconds=60
-/* test_stretch_forms.c: the forms of the singular values against their formulas on GSL's singular values, the textbook's
- * derivatives of the polar rotation and differences; their Hessians' eigenvalues against GSL's of the 9x9 matrix; what
- * they are where the polar rotation is not unique. */
+/* test_stretch_forms.c: the forms of the singular values against their formulas on GSL's singular values, the textbook
+ * derivatives of the polar rotation, and differences; their Hessians' eigenvalues against GSL's of the 9x9 matrix;
+ * their values where the polar rotation is not unique. */
 #include "test_matrix.h"
 
 #include <gsl/gsl_eigen.h>
@@ -37,7 +37,7 @@ static int ascending(const void *a, const void *b)
 
 /* ---- the reference: GSL's singular values ---- */
 
-/* F = R S with R a rotation: the singular values s with the sign of det F at the smallest, R and S. */
+/* Computes F = R S with a rotation R: the singular values s, the smallest with the sign of det F, R and S. */
 static void polar(const double F[9], double s[3], double R[9], double S[9])
 {
   double U[9], V[9], VS[9];
@@ -45,7 +45,7 @@ static void polar(const double F[9], double s[3], double R[9], double S[9])
   gsl_matrix_view u = gsl_matrix_view_array(U, 3, 3), v = gsl_matrix_view_array(V, 3, 3);
   gsl_vector_view values = gsl_vector_view_array(s, 3);
   gsl_linalg_SV_decomp_jacobi(&u.matrix, &v.matrix, &values.vector);
-  if (s[2] < 1e-14 * s[0]) { /* what GSL leaves open of a flat F */
+  if (s[2] < 1e-14 * s[0]) { /* what GSL leaves undetermined for a flat F */
     const double a[3] = {U[0], U[3], U[6]}, b[3] = {U[1], U[4], U[7]};
     double c[3];
     flesh_vec3_cross(a, b, c);
@@ -70,7 +70,7 @@ static long double formula(flesh_energy energy, const double s[3], long double m
   return mu * squares + lambda / 2 * (energy == FLESH_ENERGY_FCR ? (J - 1) * (J - 1) : sum * sum);
 }
 
-/* dR in direction X: R [w]x, (tr(S) I - S) w = the axis of R^T X - X^T R. */
+/* Computes dR in direction X: R [w]x, where (tr(S) I - S) w is the axis of R^T X - X^T R. */
 static void rotate_rate(const double R[9], const double S[9], const double X[9], double dR[9])
 {
   double K[9], M[9], C[9], spin[9], trace = flesh_mat3_trace(S), w[3] = {0};
@@ -85,7 +85,7 @@ static void rotate_rate(const double R[9], const double S[9], const double X[9],
   flesh_mat3_multiply(R, spin, dR);
 }
 
-/* The stress, and its change in direction X, by the textbook. */
+/* Computes the stress, and its change in direction X, by the textbook formulas. */
 static void textbook(const flesh_material *m, const double F[9], const double X[9], double P[9], double dP[9])
 {
   double s[3], R[9], S[9], dR[9], C[9], CX[9], CFX[9], FX[9];
@@ -122,7 +122,7 @@ static void textbook(const flesh_material *m, const double F[9], const double X[
     }
     return;
   }
-  /* cof is quadratic: its change is what mixes F and X. */
+  /* cof is quadratic: its change is the mixed term of F and X. */
   for (int k = 0; k < 9; k++) FX[k] = F[k] + X[k];
   flesh_mat3_cofactor(F, C);
   flesh_mat3_cofactor(X, CX);
@@ -134,7 +134,7 @@ static void textbook(const flesh_material *m, const double F[9], const double X[
   }
 }
 
-/* ---- where it is looked at ---- */
+/* ---- points of evaluation ---- */
 
 enum { KINDS = 14 };
 
@@ -175,7 +175,7 @@ static void draw(int kind, double F[9])
   case 11: /* scaled */
     s[0] = s[1] = s[2];
     break;
-  case 12: /* nearly at the cone */
+  case 12: /* near the cone of F without a unique rotation */
     s[0] = 2, s[1] = 0.5, s[2] = -0.49;
     break;
   case 13:
@@ -252,7 +252,7 @@ static void stress_and_hessian_against_the_textbook(void)
   gsl_eigen_symm_free(work);
 }
 
-/* Sixth-order differences of the energy and of the stress, away from the cone by more than their steps. */
+/* Checks sixth-order differences of the energy and of the stress, further from the cone than their steps. */
 static void stress_and_hessian_by_differences(void)
 {
   static const double weight[4] = {0, 45, -9, 1};
@@ -263,7 +263,7 @@ static void stress_and_hessian_by_differences(void)
         double F[9], P[9], H[81];
         const flesh_material m = raw(forms[n], 1, exp(2 + 2 * uniform()));
         draw(kind, F);
-        if (kind == 12) F[0] += 0.5; /* some other place, not so near */
+        if (kind == 12) F[0] += 0.5; /* another point, not as near */
         CHECK_OK(flesh_material_stress(&m, F, P));
         CHECK_OK(flesh_material_hessian(&m, F, H));
         const double h = (kind == 12 ? 1e-4 : 1e-3) * fmax(1, 1e-2 * largest(F, 9));
@@ -294,7 +294,7 @@ static void stress_and_hessian_by_differences(void)
     }
 }
 
-/* s_2 + s_3 = 0: a reflection of a plane stretched alike in two directions, a line, a point. */
+/* s_2 + s_3 = 0: a reflection of a plane stretched equally in two directions, a line, a point. */
 static void bounded_where_the_rotation_is_not_unique(void)
 {
   static const double cones[][3] = {{1, 1, -1}, {2, 0.7, -0.7}, {3, 0, 0}, {0, 0, 0}, {2, 0.5, -0.5 + 1e-9}};
@@ -360,7 +360,7 @@ static void rest_is_that_of_linear_elasticity(void)
     }
 }
 
-/* psi(I_C, J) they have none, and say so. */
+/* Forms psi(I_C, J) have none, and say so. */
 static void no_function_of_the_invariants(void)
 {
   for (int n = 0; n < FORMS; n++) {

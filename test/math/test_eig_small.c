@@ -1,11 +1,12 @@
 // TEST quick
-/* test_eig_small.c: Jacobi's rotations give the eigenvectors of symmetric matrices, also of graded and singular ones. */
+/* test_eig_small.c: Jacobi rotations give the eigenvectors of symmetric matrices, including graded and singular
+ * ones. */
 #include "math/eig_small.h"
 #include "test.h"
 
 static unsigned long long seed = 7;
 
-/* The largest error of A Q = Q diag(w) and of Q^T Q = I over the size of A. */
+/* Returns the largest error of A Q = Q diag(w) and of Q^T Q = I over the magnitude of A. */
 static double error_of(int n, const double *A, const double *w, const double *Q)
 {
   double worst = 0, size = 0;
@@ -39,7 +40,7 @@ static void eigenvectors_are_eigenvectors(void)
   CHECK_BELOW(worst, 2e-15 * FLESH_EIGH_LARGEST);
 }
 
-/* The second differences of n points have the eigenvalues 2 - 2 cos(pi k / (n + 1)). */
+/* The matrix of second differences of n points has the eigenvalues 2 - 2 cos(pi k / (n + 1)). */
 static void eigenvalues_of_a_chain(void)
 {
   enum { N = 9 };

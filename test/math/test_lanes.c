@@ -1,6 +1,6 @@
 // TEST quick
-/* test_lanes.c: what lanes.h, logarithm.h, exponential.h and error_function.h add to the compiler's vectors, against the
- * C library. */
+/* test_lanes.c: the operations that lanes.h, logarithm.h, exponential.h and error_function.h add to the compiler's
+ * vectors, against the C library. */
 #define FLESH_LANES 2
 #include "math/error_function.h"
 #include "math/exponential.h"
@@ -9,13 +9,13 @@
 
 static unsigned long long seed = 77;
 
-/* Between 10^low and 10^high. */
+/* Returns a number between 10^low and 10^high. */
 static double number(double low, double high)
 {
   return pow(10, low + (high - low) * test_uniform(&seed));
 }
 
-/* The error in units of the last place of what is right. */
+/* Returns the error in units in the last place of the exact result. */
 static double ulps(double value, long double right)
 {
   double near = (double)right;
@@ -93,7 +93,7 @@ static void transposition(void)
   CHECK(v[0][0] == 1 && v[0][1] == 3 && v[1][0] == 2 && v[1][1] == 4);
 }
 
-/* Four numbers of each lane, from another four of each. */
+/* Reads four numbers for each lane, from separate addresses. */
 static void differences_of_four(void)
 {
   const double numbers[16] __attribute__((aligned(32))) = {1, 2, 3, 4, 50, 60, 70, 80, 100, 300, 500, 700, 0, 1, 1, 2};
@@ -106,7 +106,7 @@ static void differences_of_four(void)
   }
 }
 
-/* Lanes add one after the other, also to one place. */
+/* Lanes are added one after the other, also to the same address. */
 static void additions_of_four(void)
 {
   double sums[8] __attribute__((aligned(32))) = {0, 0, 0, 0, 1000, 2000, 3000, 4000};

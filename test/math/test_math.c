@@ -19,8 +19,7 @@ static double rotation_defect(const double R[9])
   return fmax(worst, fabs(flesh_mat3_determinant(R) - 1));
 }
 
-/* Everything svd3.h promises of one matrix but the sign of sigma_3; returns the worst relative
- * error. */
+/* Checks all guarantees of svd3.h for one matrix except the sign of sigma_3; returns the worst relative error. */
 static double svd_error(const double F[9], double sigma[3])
 {
   double U[9], V[9], US[9], again[9], scale = 0, worst = 0;
@@ -107,7 +106,7 @@ static void svd_of_random_matrices(void)
   gsl_vector_free(work);
 }
 
-/* Known singular values of every kind, dressed in random rotations. */
+/* Known singular values of every kind, multiplied by random rotations. */
 static void svd_of_degenerate_matrices(void)
 {
   static const double kinds[][3] = {
@@ -134,7 +133,7 @@ static void svd_of_degenerate_matrices(void)
   CHECK_BELOW(value_worst, 5e-15);
 }
 
-/* Exactly representable cases: no rounding in F hides behind the tolerance. */
+/* Exactly representable cases: no rounding in F is hidden by the tolerance. */
 static void svd_of_exact_matrices(void)
 {
   static const double cases[][9] = {
@@ -164,8 +163,7 @@ static void svd_of_exact_matrices(void)
   CHECK(isnan(sigma[0]) && rotation_defect(U) == 0 && rotation_defect(V) == 0);
 }
 
-/* Scaling must not change what is found: huge and tiny matrices, and rows of very different size.
- */
+/* Scaling must not change the result: huge and tiny matrices, and rows of very different magnitude. */
 static void svd_of_scaled_matrices(void)
 {
   double worst = 0, value_worst = 0;
@@ -187,8 +185,7 @@ static void svd_of_scaled_matrices(void)
   CHECK_BELOW(value_worst, 5e-15);
 }
 
-/* Columns of very different length keep small singular values to relative accuracy: what F^T F
- * would lose. */
+/* Columns of very different length keep small singular values to relative accuracy, which F^T F would lose. */
 static void svd_keeps_small_values(void)
 {
   double worst = 0;

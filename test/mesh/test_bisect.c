@@ -1,9 +1,9 @@
 // TEST full memory
-/* test_bisect.c: local refinement by bisection: what is refined fits, fills the same body, keeps its shapes, and fields on
- * it stay what they are. */
+/* test_bisect.c: local refinement by bisection: refined meshes are conforming, fill the same body, keep their shapes,
+ * and reproduce fields. */
 #include "quadratic.h"
 
-/* Some tets at random, to be halved once to three times; and once those at node 0, so that sizes differ more and more. */
+/* Bisects some random tets one to three times; and once those at node 0, so that sizes differ more and more. */
 static uint8_t *choose(const flesh_mesh *mesh, unsigned long long *seed)
 {
   const int tets = flesh_mesh_tet_count(mesh);
@@ -30,7 +30,7 @@ static double area(const flesh_mesh *mesh)
   return sum;
 }
 
-/* Each tet is a part of its parent, and the parts of one fill it. */
+/* Each tet is a part of its parent, and the parts of one tet fill it. */
 static void check_parents(const flesh_mesh *mesh, const flesh_mesh *finer, const flesh_mesh_parents *parents,
                           const uint8_t *halvings)
 {
@@ -62,7 +62,7 @@ static void check_parents(const flesh_mesh *mesh, const flesh_mesh *finer, const
   free(moved);
 }
 
-/* Refines at random, many times; *mesh is replaced. The least radius ratio on the way, over that of the start. */
+/* Refines randomly, many times, replacing *mesh. Returns the least radius ratio on the way, over that of the start. */
 static double refine_often(flesh_mesh **mesh, int times)
 {
   flesh_mesh_info info, first;
@@ -80,7 +80,7 @@ static double refine_often(flesh_mesh **mesh, int times)
     flesh_mesh_inspect(finer, &info);
     CHECK(info.flipped == 0 && info.unused_nodes == first.unused_nodes && info.regions == first.regions);
     CHECK_NEAR(info.volume / volume, 1, 1e-12);
-    /* A face that did not fit would be on the surface. */
+    /* A non-conforming face would be on the surface. */
     if (!info.curved) CHECK_NEAR(area(finer) / skin, 1, 1e-11);
     least = fmin(least, info.radius_ratio_min / first.radius_ratio_min);
     flesh_mesh_parents_clear(&parents);
@@ -130,7 +130,7 @@ static int by_number(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* How many different lists of edges over the cube root of the volume there are. */
+/* Counts the different lists of edge lengths over the cube root of the volume. */
 static int count_shapes(const flesh_mesh *mesh)
 {
   const int tets = flesh_mesh_tet_count(mesh);
@@ -179,7 +179,7 @@ static double of_degree_2(const double x[3])
   return 1 + x[0] - 2 * x[1] + 3 * x[2] * x[0] - x[1] * x[1] + 0.5 * x[2] * x[2] + x[0] * x[1];
 }
 
-/* Affine fields on four-node tets and quadratic ones on straight ten-node tets stay what they are. */
+/* Affine fields on four-node tets and quadratic ones on straight ten-node tets are reproduced exactly. */
 static void fields_are_taken_over_exactly(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -242,7 +242,7 @@ static void curved_bodies_keep_their_shape(void)
   CHECK_OK(flesh_mesh_refine_marked(bent, halvings, &finer, NULL));
   flesh_mesh_parents parents;
   CHECK_OK(flesh_mesh_refine_marked(straight, halvings, &reference, &parents));
-  /* Longest edges may be others on the bent mesh: compare by its own map. */
+  /* Other edges may be the longest on the bent mesh: compare by its own map. */
   double *moved = malloc(3 * (size_t)parents.nodes * sizeof *moved);
   CHECK_OK(flesh_mesh_transfer(straight, &parents, 3, x, moved));
   for (int n = 0; n < parents.nodes; n++) {
@@ -267,7 +267,8 @@ static void curved_bodies_keep_their_shape(void)
   flesh_mesh_destroy(&reference);
 }
 
-/* One tet that is halved alone takes its neighbours with it only as far as faces must fit; nothing marked, nothing cut. */
+/* Bisecting one tet only affects its neighbours as far as conformity requires; if nothing is marked, nothing is
+ * bisected. */
 static void what_is_not_marked_stays(void)
 {
   flesh_mesh *box, *same, *finer;
@@ -281,7 +282,7 @@ static void what_is_not_marked_stays(void)
   CHECK_OK(flesh_mesh_refine_marked(box, halvings, &finer, NULL));
   CHECK(flesh_mesh_tet_count(finer) == tets + 6 && flesh_mesh_node_count(finer) == flesh_mesh_node_count(box) + 1);
   flesh_mesh_destroy(&finer);
-  halvings[0] = 255; /* 2^255 parts are refused before the memory is full */
+  halvings[0] = 255; /* 2^255 parts are refused before memory is exhausted */
   CHECK(flesh_mesh_refine_marked(box, halvings, &finer, NULL) == FLESH_ERR_ARGUMENT && !finer);
   CHECK_TEXT(flesh_error_text(), "the refined mesh has 5.79e+76 tets at least; 536870911 are supported");
   free(halvings);

@@ -1,6 +1,5 @@
 // TEST quick
-/* test_mesh.c: making and measuring meshes, against closed forms and an independent list of tets.
- */
+/* test_mesh.c: creating and measuring meshes, against closed forms and an independent list of tets. */
 #include "test.h"
 
 #include <stdlib.h>
@@ -10,8 +9,7 @@
 
 static const double unit_tet[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/* A box grid whose nodes are moved by a fixed random field, small enough to keep every tet's sign.
- */
+/* A box grid with nodes moved by a fixed random field, small enough to keep every tet's orientation. */
 static flesh_mesh *jittered_box(int nx, int ny, int nz, double amount)
 {
   int cells[3] = {nx, ny, nz};
@@ -108,7 +106,7 @@ static void volume_and_jacobians_follow_an_affine_map(void)
     CHECK(inverted == (mirror ? tets : 0));
     for (int t = 0; t < tets; t++) CHECK_NEAR(J[t], sign * det, 1e-12);
   }
-  /* One node through the opposite face of the last tet only moves that node's tets. */
+  /* Moving one node through the opposite face of the last tet only inverts tets of that node. */
   memcpy(x, X, 3 * (size_t)nodes * sizeof *x);
   int far = nodes - 1;
   for (int d = 0; d < 3; d++) x[3 * far + d] -= 3;
@@ -129,7 +127,7 @@ static void volume_and_jacobians_follow_an_affine_map(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Area vector of the surface and the volume it encloses, 1/3 of the flux of x. */
+/* Computes the area vector of the surface and the volume it encloses, 1/3 of the flux of x. */
 static double enclosed_volume(const flesh_mesh *mesh, double area[3])
 {
   const double *x = flesh_mesh_positions(mesh);
@@ -158,20 +156,20 @@ static void surface_is_closed_and_looks_outwards(void)
   CHECK(count == 4 * (4 * 3 + 3 * 2 + 4 * 2));
   CHECK_NEAR(volume, flesh_mesh_volume(mesh, flesh_mesh_positions(mesh)), 1e-12);
   for (int d = 0; d < 3; d++) CHECK_NEAR(area[d], 0, 1e-13);
-  /* Each directed edge has exactly one partner running the other way. */
+  /* Each directed edge has exactly one partner in the opposite direction. */
   for (int e = 0; e < 3 * count; e++) {
     int from = s[e], to = s[e - e % 3 + (e + 1) % 3], back = 0;
     for (int o = 0; o < 3 * count; o++) back += s[o] == to && s[o - o % 3 + (o + 1) % 3] == from;
     open += back != 1;
   }
   CHECK(open == 0);
-  for (int k = 0; k < 3 * count; k++) { /* every corner is one of the tet behind */
+  for (int k = 0; k < 3 * count; k++) { /* every corner belongs to the tet behind the triangle */
     const int *tet = flesh_mesh_tets(mesh) + 4 * flesh_mesh_surface_tets(mesh)[k / 3];
     CHECK(s[k] == tet[0] || s[k] == tet[1] || s[k] == tet[2] || s[k] == tet[3]);
   }
   flesh_mesh_destroy(&mesh);
 
-  /* Two tets that share a node, and two apart: every face is outside. */
+  /* Two tets that share only a node, and two separate ones: every face is on the surface. */
   double x[24];
   for (int i = 0; i < 24; i++)
     x[i] = i < 12 ? unit_tet[i] : -unit_tet[i - 12] - (i % 3 == 0 ? 2 : 0);
@@ -323,8 +321,8 @@ static void distance_from_rest_ignores_rigid_motion(void)
   const double *X = flesh_mesh_positions(mesh);
   double *x = malloc(3 * (size_t)nodes * sizeof *x);
   CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, X), 0, 1e-15);
-  /* Stretched by 1+e along x about the centre and then moved rigidly, the fit is that motion: the
-   * ends are e/2 of the length away. e = 0 is rigid; a mirror image is no rigid motion. */
+  /* Stretched by 1+e along x about the centre and then moved rigidly, the fit is that motion: the ends are off by e/2
+   * of the length. e = 0 is rigid; a mirror image is no rigid motion. */
   for (int trial = 0; trial < 3; trial++) {
     double stretch = (double[]){1, 1.1, 0.75}[trial];
     for (int n = 0; n < nodes; n++) {
@@ -334,8 +332,7 @@ static void distance_from_rest_ignores_rigid_motion(void)
     }
     CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), fabs(stretch - 1) / 2, 1e-14);
   }
-  /* Mirrored along its thinnest side y, the best rotation leaves that side mirrored: 1 of length 4.
-   */
+  /* Mirrored along its thinnest side y, the best rotation leaves that side mirrored: 1 of length 4. */
   for (int n = 0; n < nodes; n++)
     for (int d = 0; d < 3; d++) x[3 * n + d] = d == 1 ? 7 - X[3 * n + d] : X[3 * n + d];
   CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), 0.25, 1e-14);
@@ -345,7 +342,7 @@ static void distance_from_rest_ignores_rigid_motion(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A tet of a radius ratio near 1e-4, which must be taken. */
+/* A tet with a radius ratio near 1e-4, which must be accepted. */
 static void check_bad_but_not_flat(const double x[12])
 {
   flesh_mesh *mesh;
@@ -361,8 +358,8 @@ static void slivers_are_accepted(void)
 {
   for (int place = 0; place < 3; place++) {
     double size = (double[]){1, 1e-6, 1e6}[place], h = 1e-4 * size;
-    /* A square whose fourth corner is lifted by h, and a needle: the ratio goes with h, the volume
-     * with h and with h^2. */
+    /* A square whose fourth corner is lifted by h, and a needle: the ratio is proportional to h, the volume to h and to
+     * h^2. */
     check_bad_but_not_flat((double[]){0, 0, 0, size, 0, 0, size, size, 0, 0, size, h});
     check_bad_but_not_flat((double[]){0, 0, 0, h, 0, 0, 0, h, 0, 0, 0, size});
   }

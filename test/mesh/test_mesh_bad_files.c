@@ -1,6 +1,5 @@
 // TEST quick seconds=60
-/* test_mesh_bad_files.c: every kind of bad file gets its sentence; cut and damaged files do no
- * harm. */
+/* test_mesh_bad_files.c: every kind of bad file has its message; truncated and damaged files do no harm. */
 #include "mesh_files.h"
 
 #define GMSH22   "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
@@ -422,7 +421,7 @@ static const bad_file gmsh[] = {
     {"g.msh", GMSH41 NODES41 "$Elements\n1 1 1 1\n3 1 6 1\n1 1 2 3 4 1 2\n$EndElements\n", NULL, {SOLIDS " 1;"}},
 };
 
-/* Reads the file; it must fail as FLESH_ERR_FILE, naming its folder and what is expected. */
+/* Reads the file, which must fail with FLESH_ERR_FILE, naming its folder and what is expected. */
 static void check_bad(const bad_file *file)
 {
   flesh_mesh *mesh;
@@ -486,12 +485,12 @@ static void bad_binary_numbers_are_refused(void)
   }
 }
 
-/* A valid file of some format; it is still one without up to `spare` of its last bytes. */
+/* A valid file of some format; it remains valid without up to `spare` of its last bytes. */
 typedef struct sample {
   const char *name;
   const char *bytes;
   size_t size;
-  size_t spare; /* closing lines, and what can be cut off the last number */
+  size_t spare; /* closing lines, and the digits that can be cut off the last number */
 } sample;
 
 static int make_samples(sample out[12], byte_writer binary[4])
@@ -519,7 +518,7 @@ static int make_samples(sample out[12], byte_writer binary[4])
   return count;
 }
 
-/* TetGen's samples stand beside each other: restores what a damaged one replaced. */
+/* TetGen's sample files belong together: restores the one that a damaged copy replaced. */
 static void restore_pair(void)
 {
   write_text("s.node", node_text);
@@ -570,7 +569,7 @@ static void damaged_files_do_no_harm(void)
         double kind = test_uniform(&seed);
         if (kind < 0.4) bytes[at] ^= (char)(1 << (int)(8 * test_uniform(&seed)));
         else if (kind < 0.8) bytes[at] = lively[(int)((sizeof lively - 1) * test_uniform(&seed))];
-        else memmove(bytes + at / 2, bytes + at, s->size - at); /* repeats or loses a part */
+        else memmove(bytes + at / 2, bytes + at, s->size - at); /* repeats or removes a part */
       }
       int status = flesh_mesh_read(write_bytes(s->name, bytes, s->size), &mesh);
       CHECK(status == FLESH_OK || status == FLESH_ERR_FILE); /* never out of memory */

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_mesh_files.c: every format reads what is right, and what is written reads back the same. */
+/* test_mesh_files.c: every format reads valid files, and what is written is read back unchanged. */
 #include "mesh_files.h"
 #include "flesh/solver.h"
 
@@ -8,7 +8,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-/* Same positions, tets and regions, bit for bit. */
+/* Checks for the same positions, tets and regions, bit for bit. */
 static int same(const flesh_mesh *a, const flesh_mesh *b)
 {
   int nodes = flesh_mesh_node_count(a), tets = flesh_mesh_tet_count(a);
@@ -19,7 +19,7 @@ static int same(const flesh_mesh *a, const flesh_mesh *b)
          !memcmp(flesh_mesh_regions(a), flesh_mesh_regions(b), (size_t)tets * sizeof(int));
 }
 
-/* A grid with odd numbers as positions, regions of any sign that alternate, and an unused node. */
+/* A grid with positions of many digits, alternating regions of either sign, and an unused node. */
 static flesh_mesh *motley_mesh(void)
 {
   flesh_mesh *grid, *mesh;
@@ -53,7 +53,7 @@ static void written_meshes_read_back_the_same(void)
   static const char *const names[] = {"a.msh", "b.mesh", "c.node", "d.ele"};
   flesh_mesh *mesh = motley_mesh(), *back;
   for (int f = 0; f < 4; f++)
-    for (int again = 0; again < 2; again++) { /* the second time over the first's file */
+    for (int again = 0; again < 2; again++) { /* the second time over the first file */
       CHECK_OK(flesh_mesh_write(mesh, in_work_folder(names[f])));
       CHECK_OK(flesh_mesh_read(in_work_folder(names[f]), &back));
       CHECK(back && same(mesh, back));
@@ -81,7 +81,7 @@ static void failed_writes_leave_nothing(void)
   CHECK(entries_in_work_folder() == before + 1); /* no folder.node, no temporary file */
   CHECK(!rmdir(in_work_folder("folder.ele")));
 
-  /* A disk that is full half way, over a file that is there. */
+  /* A disk that fills up half-way, while an existing file is overwritten. */
   flesh_mesh *old;
   CHECK_OK(flesh_mesh_box((int[]){1, 1, 1}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &old));
   CHECK_OK(flesh_mesh_write(old, in_work_folder("full.mesh")));
@@ -104,7 +104,7 @@ static void failed_writes_leave_nothing(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Checks that the file holds the two tets with regions 3 and `second`, in any of the formats. */
+/* Checks that the file contains the two tets with regions 3 and `second`, in any of the formats. */
 static void check_two_tets(const char *path, int first, int second)
 {
   flesh_mesh *mesh, *expected;
@@ -153,7 +153,7 @@ static void each_text_format_reads(void)
   /* Numbered from 0, without markers, attributes or regions. */
   write_text("zero.node", "  \n5 3\n 0 0 0 0\n 1 1 0 0\n 2 0 1.5 0\n 3 0 0 1\n 4 0 0 -0.1");
   check_two_tets(write_text("zero.ele", "2 4\n 0 0 1 2 3\n 1 0 2 1 4"), 0, 0);
-  /* Leading comments and blanks, no line end at the end, no End. */
+  /* Leading comments and blanks, no line break at the end, no End. */
   check_two_tets(write_text("lead.mesh",
                             "\xef\xbb\xbf# made by hand\n\n  MeshVersionFormatted 1 Dimension 3 "
                             "Vertices 5 0 0 0 0 1 0 0 0 0 1.5 0 0 0 0 1 0 0 0 -1e-1 0 "
@@ -172,7 +172,7 @@ static void binary_gmsh_reads_in_either_byte_order(void)
   }
 }
 
-/* A copy as text puts a CR before each LF, also of numbers. */
+/* Converts a copy to CR LF line ends, also after numbers. */
 static void binary_gmsh_copied_as_text_is_refused(void)
 {
   byte_writer w, copy = {.size = 0};
@@ -191,7 +191,7 @@ static void files_of_the_gmsh_program_agree(void)
   static const struct {
     const char *path;
     int left, right;
-    int renumbered; /* the program's partitioning sorts nodes and tets anew */
+    int renumbered; /* the program's partitioning reorders nodes and tets */
   } files[] = {{"reference/meshes/two_boxes_41_binary.msh", 7, 9, 0},
                {"reference/meshes/two_boxes_41_ascii.msh", 7, 9, 0},
                {"reference/meshes/two_boxes_22_binary.msh", 7, 9, 0},
@@ -227,7 +227,7 @@ static void files_of_the_gmsh_program_agree(void)
   flesh_mesh_destroy(&first);
 }
 
-/* Enters a locale with a decimal comma: one that is installed, or one made for the occasion. */
+/* Switches to a locale with a decimal comma: an installed one, or one made for the test. */
 static int enter_comma_locale(void)
 {
   static const char *const names[] = {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "it_IT.UTF-8"};
@@ -250,7 +250,7 @@ static void a_decimal_comma_changes_nothing(void)
   CHECK_OK(flesh_mesh_write(mesh, in_work_folder("comma.mesh")));
   CHECK_OK(flesh_mesh_read(in_work_folder("comma.mesh"), &back));
   CHECK(back && same(mesh, back));
-  /* The caller's locale is as it was. */
+  /* The caller's locale is unchanged. */
   snprintf(shown, sizeof shown, "%.1f", 0.5);
   CHECK_TEXT(shown, found ? "0,5" : "0.5");
   check_two_tets(write_text("comma.txt", plain_text), 0, 0);

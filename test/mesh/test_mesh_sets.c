@@ -1,6 +1,6 @@
 // TEST quick
-/* test_mesh_sets.c: the formats that go by their file's name, and the named sets of meshes: who has them, and what they
- * become where a mesh is refined, gets another order or is shared out. */
+/* test_mesh_sets.c: the formats recognised by file name, and the named sets of meshes: their members, and their copies
+ * in refined meshes, in meshes of another order and in parts. */
 #include "mesh_files.h"
 
 #include "mesh/mesh.h"
@@ -44,11 +44,11 @@ static void decks_have_sets_and_regions(void)
   CHECK(!memcmp(flesh_mesh_tets(mesh), (int[]){0, 1, 2, 3}, sizeof(int[4])));
   CHECK(mesh->regions[0] == 1 && mesh->regions[1] == 2);
   check_set(mesh, "All", LIST(0, 1, 2, 3, 4), NONE);
-  check_set(mesh, "skin", LIST(0, 1, 2), NONE); /* the S3 is no tet: it stands for its nodes */
+  check_set(mesh, "skin", LIST(0, 1, 2), NONE); /* the S3 is no tet: it contributes its nodes */
   check_set(mesh, "the lower one", NONE, LIST(0));
   check_set(mesh, "upper", NONE, LIST(1));
   check_set(mesh, "ends", LIST(0, 3, 4), NONE);
-  check_set(mesh, "range", LIST(1, 3), NONE); /* what is not there is left out */
+  check_set(mesh, "range", LIST(1, 3), NONE); /* missing elements are left out */
   check_set(mesh, "both", LIST(0, 1, 3, 4), NONE);
   check_set(mesh, "tets", LIST(0, 1, 2), LIST(0, 1));
   check_set(mesh, "some", NONE, LIST(0));
@@ -126,9 +126,9 @@ static void gmsh_groups_are_sets(void)
   CHECK_OK(flesh_mesh_read(write_text("g22.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" NAMES
                                                  "$Nodes\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n40 0 0 1\n$EndNodes\n"
                                                  "$Elements\n4\n1 15 2 1 1 40\n2 2 2 4 1 10 30 20\n3 4 2 9 1 10 20 30 40\n"
-                                                 "4 4 2 7 1 10 20 30 40\n" /* once more in another group */
+                                                 "4 4 2 7 1 10 20 30 40\n" /* repeated in another group */
                                                  "$EndElements\n"), &mesh[0]));
-  /* The groups -4 and -9 turn their surface and volume round. */
+  /* Negative groups, -4 and -9, have the opposite orientation of their surface and volume. */
   CHECK_OK(flesh_mesh_read(write_text("g41.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" NAMES
                                                  "$Entities\n1 0 1 1\n7 0 0 1 1 1\n3 0 0 0 1 1 0 2 6 -4 0\n1 0 0 0 1 1 1 2 -9 7 0\n"
                                                  "$EndEntities\n$Nodes\n1 4 10 40\n3 1 0 4\n10\n20\n30\n40\n0 0 0\n1 0 0\n0 1 0\n"
@@ -144,7 +144,8 @@ static void gmsh_groups_are_sets(void)
     check_set(mesh[m], "unused", NONE, NONE);
     flesh_mesh_destroy(&mesh[m]);
   }
-  /* Files of gmsh itself, in either format, ASCII and binary, in parts, with ten nodes: two boxes of 24 tets. */
+  /* Files written by gmsh itself, in either format, ASCII and binary, in parts, with ten nodes: two boxes of 24
+   * tets. */
   static const char *const names[] = {"22_ascii", "22_binary", "41_ascii", "41_binary", "41_parts", "order2"};
   for (int f = 0; f < 6; f++) {
     char path[64];
@@ -160,7 +161,7 @@ static void gmsh_groups_are_sets(void)
   }
 }
 
-/* Checks that a mesh that is written as a .msh and read again has the sets, in their order, and the regions. */
+/* Checks that a mesh written as a .msh and read again has its sets, in their order, and its regions. */
 static void check_written(const flesh_mesh *mesh)
 {
   flesh_mesh *again;
@@ -187,7 +188,8 @@ static void written_files_have_sets(void)
   CHECK_OK(flesh_mesh_read("reference/meshes/two_boxes_order2.msh", &mesh));
   if (mesh) check_written(mesh);
   flesh_mesh_destroy(&mesh);
-  /* Sets that overlap each other and regions; two of the same tets; a region's tets; a set of nodes and tets, an empty one. */
+  /* Sets that overlap each other and regions; two with the same tets; a region's tets; a set of nodes and tets; an
+   * empty one. */
   CHECK_OK(flesh_mesh_box((int[]){2, 1, 1}, (double[]){2, 1, 1}, (double[]){0, 0, 0}, &box));
   int length = snprintf(text, sizeof text, "*NODE\n");
   for (int i = 0; i < box->nodes; i++)
@@ -203,7 +205,8 @@ static void written_files_have_sets(void)
   CHECK_OK(flesh_mesh_read(write_text("o.inp", text), &mesh));
   CHECK(mesh && mesh->sets.count == 7 && mesh->sets.sets[4].tets.count == 5 && mesh->sets.sets[4].nodes.count == 2);
   if (mesh) check_written(mesh);
-  for (int k = 0; mesh && k < mesh->tets; k++) mesh->regions[k] -= 2; /* -1 and 0: a set whose tag is 1 would turn the first round */
+  for (int k = 0; mesh && k < mesh->tets; k++) mesh->regions[k] -= 2; /* -1 and 0: a set with the tag 1 would reverse
+                                                                       * the first */
   if (mesh) check_written(mesh);
   flesh_mesh_destroy(&mesh);
   flesh_mesh_destroy(&box);
@@ -215,7 +218,7 @@ static void written_files_have_sets(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Nodes of a set that stands for a plane are, in every mesh that is made of another, those in the plane. */
+/* In every derived mesh, the nodes of a set that represents a plane are those in the plane. */
 static void check_plane(const flesh_mesh *mesh)
 {
   const int k = flesh_mesh_sets_find(&mesh->sets, "plane", 5), all = flesh_mesh_sets_find(&mesh->sets, "some", 4);
@@ -280,8 +283,8 @@ static void sets_follow_their_mesh(void)
 static void a_curved_tet_has_its_volume(void)
 {
   /* The node on the edge of corners 1 and 2 is moved by d along x. The volume is linear in the x of all nodes, and its
-   * derivative by this one is the integral of the node's shape function times n_x over the faces that have it: a third of
-   * the projection of the slanted face, which is 1/2. So the volume is 1/6 + d/6. */
+   * derivative by this one is the integral of the node's shape function times n_x over the faces that have it: a third
+   * of the projection of the slanted face, which is 1/2. So the volume is 1/6 + d/6. */
   flesh_mesh *mesh;
   for (int format = 0; format < 2; format++) {
     const char *points[2] = {"1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,.5,0,0\n6,.53,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n",

@@ -1,5 +1,6 @@
 // TEST quick
-/* test_named_bad_files.c: every kind of bad .inp, .vtu and .veg gets its sentence; cut and damaged files do no harm. */
+/* test_named_bad_files.c: every kind of bad .inp, .vtu and .veg has its message; truncated and damaged files do no
+ * harm. */
 #include "mesh_files.h"
 
 typedef struct bad_file {
@@ -131,7 +132,8 @@ static void bad_decks_are_refused(void) { check_bad(decks, sizeof decks / sizeof
 static void bad_vega_files_are_refused(void) { check_bad(vegas, sizeof vegas / sizeof *vegas); }
 static void bad_grids_are_refused(void) { check_bad(grids, sizeof grids / sizeof *grids); }
 
-/* Cut and damaged files are read or refused with a sentence that names them; sanitizers and valgrind see the rest. */
+/* Truncated and damaged files are read, or refused with a message that names them; sanitizers and valgrind check the
+ * rest. */
 static void damaged_files_do_no_harm(void)
 {
   static const char deck[] = NODES TET "*NSET, NSET=a, GENERATE\n1, 4, 2\n*ELSET, ELSET=\"b c\"\nall, 1\n*SOLID SECTION, ELSET=all\n"

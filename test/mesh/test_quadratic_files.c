@@ -1,9 +1,9 @@
 // TEST quick seconds=60
-/* test_quadratic_files.c: meshes of ten-node tets in every format: what is written reads back the same, and files of
- * the programs that made the formats are understood, straight and curved. */
+/* test_quadratic_files.c: meshes of ten-node tets in every format: what is written is read back unchanged, and files
+ * written by the formats' own programs are understood, straight and curved. */
 #include "mesh_files.h"
 
-/* Same positions, nodes and regions, bit for bit. */
+/* Checks for the same positions, nodes and regions, bit for bit. */
 static int same(const flesh_mesh *a, const flesh_mesh *b)
 {
   int nodes = flesh_mesh_node_count(a), tets = flesh_mesh_tet_count(a);
@@ -15,7 +15,7 @@ static int same(const flesh_mesh *a, const flesh_mesh *b)
          !memcmp(flesh_mesh_regions(a), flesh_mesh_regions(b), (size_t)tets * sizeof(int));
 }
 
-/* A box whose edges are bent, with regions of any sign that alternate and an unused node. */
+/* A box with bent edges, alternating regions of either sign and an unused node. */
 static flesh_mesh *motley_mesh(double bend)
 {
   flesh_mesh *grid, *raised, *mesh;
@@ -56,7 +56,7 @@ static void written_meshes_read_back_the_same(void)
   }
 }
 
-/* Ten nodes whose edges' nodes are off their middles by different amounts, so that no two can be mistaken. */
+/* Ten nodes with mid-edge nodes off their middles by different amounts, so that no two can be confused. */
 static const double bent[30] = {0,    0,    0,    1,    0,    0,    0,    1.5,  0,    0,    0,    1,    0.51, 0.02, 0,
                                 0.5,  0.77, 0.03, 0.02, 0.75, 0.01, 0.04, 0.01, 0.52, 0.53, 0.02, 0.5,  0.01, 0.76, 0.54};
 
@@ -84,7 +84,7 @@ static void each_format_has_its_order(void)
   check_bent(write_text("t.txt", "nodes 10\n" POINTS(NOTHING, "\n") "tets10 1\n0 1 2 3 4 5 6 7 8 9\n"), 0);
   check_bent(write_text("t.mesh", "MeshVersionFormatted 2 Dimension 3 TetrahedraP2 1 1 2 3 4 5 6 7 8 9 10 -3 "
                                   "Vertices 10\n" POINTS(NOTHING, " 0\n")), -3);
-  /* Edges 23, 13, 03, 02, 12, 01, then the corners, as TetrahedraP2Ordering says. */
+  /* Edges 23, 13, 03, 02, 12, 01, then the corners, as defined by TetrahedraP2Ordering. */
   check_bent(write_text("o.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices 10\n" POINTS(NOTHING, " 0\n")
                                   "TetrahedraP2Ordering\n10\n0 0 1 1\n0 1 0 1\n1 0 0 1\n1 0 1 0\n0 1 1 0\n1 1 0 0\n"
                                   "2 0 0 0\n0 2 0 0\n0 0 2 0\n0 0 0 2\n"
@@ -176,7 +176,7 @@ static void files_of_other_programs_agree(void)
     flesh_mesh_destroy(&mesh);
   }
   flesh_mesh_destroy(&first);
-  /* All the boundary's nodes are on the sphere, those of edges too; 50 tets have 99.1 % of its volume. */
+  /* All boundary nodes, including mid-edge nodes, are on the sphere; 50 tets have 99.1 % of its volume. */
   CHECK_OK(flesh_mesh_read("reference/meshes/ball_finer.msh", &mesh));
   flesh_mesh_inspect(mesh, &info);
   int triangles;

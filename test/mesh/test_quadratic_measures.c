@@ -2,7 +2,7 @@
 /* test_quadratic_measures.c: volumes, J, masses and quality of ten-node tets, straight and curved. */
 #include "quadratic.h"
 
-/* A quadratic map of the rest shape: it takes every ten-node tet exactly where the map goes. */
+/* A quadratic map of the rest shape, which every ten-node tet reproduces exactly. */
 typedef struct map {
   double linear[3][3], square[3][3][3];
 } map;
@@ -41,8 +41,8 @@ static double map_jacobian(const map *m, const double X[3])
          F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
 }
 
-/* The extreme values of the map's J over a straight tet, sampled on a lattice of step 1/n, and its mean
- * over the tet by the rule that is exact for cubics (Keast 1986, the five-point rule). */
+/* Computes the extreme values of the map's J over a straight tet, sampled on a lattice of step 1/n, and its mean over
+ * the tet by the rule that is exact for cubics (Keast 1986, the five-point rule). */
 static void sample_jacobian(const map *m, const double *X, const int *n, int steps, double *least, double *most,
                             double *mean)
 {
@@ -73,7 +73,7 @@ static void sample_jacobian(const map *m, const double *X, const int *n, int ste
   }
 }
 
-/* J of the map at the tet's four points of quadrature: the least and the mean. */
+/* Computes J of the map at the tet's four quadrature points: the least and the mean. */
 static void points_of(const map *m, const double *X, const int n[4], double *least, double *mean)
 {
   const double near = (5 + 3 * sqrt(5)) / 20, far = (5 - sqrt(5)) / 20;
@@ -87,7 +87,7 @@ static void points_of(const map *m, const double *X, const int n[4], double *lea
   }
 }
 
-/* Positions of the mesh under the map. */
+/* Computes the positions of the mesh under the map. */
 static double *mapped(const flesh_mesh *mesh, const map *m)
 {
   int nodes = flesh_mesh_node_count(mesh);
@@ -104,7 +104,7 @@ static void volume_and_jacobians_follow_a_quadratic_map(void)
   const double *X = flesh_mesh_positions(mesh), *volumes = flesh_mesh_tet_volumes(mesh);
   double *J = malloc((size_t)tets * sizeof *J), *J_mean = malloc((size_t)tets * sizeof *J),
          *J_min = malloc((size_t)tets * sizeof *J);
-  int seen_unseen = 0; /* a bound below 0, of a tet whose points are all right */
+  int seen_unseen = 0; /* a bound below 0 for a tet with J > 0 at all points */
   for (int trial = 0; trial < 20; trial++) {
     map m = random_map(0.02 * trial, &seed);
     double *x = mapped(mesh, &m), volume = 0, smallest = INFINITY;
@@ -117,7 +117,7 @@ static void volume_and_jacobians_follow_a_quadratic_map(void)
       double least, most, mean;
       sample_jacobian(&m, X, flesh_mesh_tets(mesh) + 4 * t, 12, &least, &most, &mean);
       volume += volumes[t] * mean;
-      /* The lattice is coarse: it misses the least value by little, and only upwards. */
+      /* The lattice is coarse: it misses the least value slightly, and only from above. */
       CHECK(J[t] <= least + 1e-12 * most);
       CHECK_BELOW(least - J[t], 0.0101 * most + 0.01 * most);
       CHECK(J[t] <= 0 || least > 0);
@@ -143,8 +143,8 @@ static void volume_and_jacobians_follow_a_quadratic_map(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A curved rest shape: volumes are the curved ones, J is 1 at rest to the last bit, and J is relative
- * to the rest shape. */
+/* A curved rest shape: volumes are the curved ones, and J is relative to the rest shape, so 1 at rest to the last
+ * bit. */
 static void curved_rest_shapes_are_measured(void)
 {
   unsigned long long seed = 5;
@@ -197,8 +197,8 @@ static void curved_rest_shapes_are_measured(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* One tet whose edge 01 is bent by moving its node along x by s: J at corner 0 is 1 + 4 s, at corner
- * 1 it is 1 - 4 s, and J is linear. A rest shape must have J > 0. */
+/* One tet whose edge 01 is bent by moving its node along x by s: J is 1 + 4 s at corner 0, 1 - 4 s at corner 1, and
+ * linear. A rest shape must have J > 0. */
 static void rest_shapes_turned_inside_out_are_refused(void)
 {
   const int n[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -223,8 +223,8 @@ static void rest_shapes_turned_inside_out_are_refused(void)
   }
 }
 
-/* det F of ten nodes x against the unit tet at barycentric L, from the shape functions' derivatives:
- * L_i (2 L_i - 1) at the corners, 4 L_i L_j on the edges. */
+/* Returns det F of ten nodes x against the unit tet at barycentric L, from the shape functions' derivatives: L_i (2 L_i
+ * - 1) at the corners, 4 L_i L_j on the edges. */
 static double shape_jacobian(const double *x, const double L[4])
 {
   double F[3][3];
@@ -241,7 +241,7 @@ static double shape_jacobian(const double *x, const double L[4])
          F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
 }
 
-/* States of one tet whose nodes stand anywhere: inverted inside with all corners right, too. */
+/* States of one tet with random nodes, including ones inverted inside with J > 0 at all corners. */
 static void inversion_inside_is_found(void)
 {
   const int n[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, steps = 24;
@@ -276,7 +276,7 @@ static void inversion_inside_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A quarter of a thick pipe, its nodes where a grid's go in polar coordinates; order 1: without those on edges. */
+/* Makes a quarter of a thick pipe, with the nodes of a grid in polar coordinates; order 1: without mid-edge nodes. */
 static double pipe_volume(int cells, int order)
 {
   flesh_mesh *box, *grid, *mesh, *lowered;
@@ -301,7 +301,7 @@ static double pipe_volume(int cells, int order)
   return volume;
 }
 
-/* The volume of a round body converges with the fourth power of the cells, of flat faces with the second. */
+/* The volume of a round body converges with the fourth power of the cell size, with flat faces with the second. */
 static void curved_volumes_converge_with_order_four(void)
 {
   const double exact = 0.5 * acos(0) / 2 * (4 - 1);
@@ -313,8 +313,8 @@ static void curved_volumes_converge_with_order_four(void)
   }
 }
 
-/* HRZ: 1/36 and 4/27 of a straight tet's mass, the same in all as the mass; the consistent mass is exact
- * for products of two quadratic fields. */
+/* HRZ lumping: 1/36 and 4/27 of a straight tet's mass, with the right total; the consistent mass is exact for products
+ * of two quadratic fields. */
 static void masses_match_closed_forms(void)
 {
   flesh_mesh *mesh = raised_box(2, 0), *random = raised_box(2, 0.15);
@@ -347,8 +347,8 @@ static void masses_match_closed_forms(void)
   flesh_mesh_destroy(&random);
 }
 
-/* A curved rest shape: integrals over it, drawn back to the straight one, against a product rule of
- * Gauss and Legendre's points in the collapsed cube, which is exact for these degrees. */
+/* A curved rest shape: integrals over it, mapped back to the straight one, against a product rule of Gauss-Legendre
+ * points in the collapsed cube, which is exact for these degrees. */
 static void curved_masses_are_exact(void)
 {
   static const double point[8] = {0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,

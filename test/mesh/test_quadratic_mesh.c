@@ -1,5 +1,5 @@
 // TEST quick
-/* test_quadratic_mesh.c: meshes of ten-node tets: their making, checks and faces. */
+/* test_quadratic_mesh.c: meshes of ten-node tets: creation, checks and faces. */
 #include "quadratic.h"
 
 static void raised_meshes_have_middles(void)
@@ -9,7 +9,7 @@ static void raised_meshes_have_middles(void)
   CHECK(flesh_mesh_order(box) == 1 && !flesh_mesh_tet_edges(box));
   CHECK_OK(flesh_mesh_raise_order(box, &mesh));
   int corners = flesh_mesh_node_count(box), nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
-  /* Kuhn's tets halve into those of the grid of twice the cells, whose nodes are therefore these. */
+  /* Kuhn's tets subdivide into those of the grid with twice the cells, whose nodes are therefore these. */
   CHECK(flesh_mesh_order(mesh) == 2 && nodes == 7 * 5 * 9 && tets == flesh_mesh_tet_count(box));
   CHECK(!memcmp(flesh_mesh_positions(mesh), flesh_mesh_positions(box), 3 * (size_t)corners * sizeof(double)));
   CHECK(!memcmp(flesh_mesh_tets(mesh), flesh_mesh_tets(box), 4 * (size_t)tets * sizeof(int)));
@@ -46,7 +46,7 @@ static void lowered_meshes_have_the_corners(void)
   CHECK(!memcmp(flesh_mesh_positions(lowered), flesh_mesh_positions(mesh), 3 * 36 * sizeof(double)));
   CHECK(flesh_mesh_lower_order(lowered, &none) == FLESH_ERR_ARGUMENT && !none);
   flesh_mesh_destroy(&lowered);
-  /* Corners, nodes on edges and an unused node in any order. */
+  /* Corners, mid-edge nodes and an unused node in any order. */
   int nodes = flesh_mesh_node_count(mesh), ten[10 * 72];
   double *x = malloc(3 * ((size_t)nodes + 1) * sizeof *x);
   for (int n = 0; n < nodes; n++) memcpy(x + 3 * (nodes - n), flesh_mesh_positions(mesh) + 3 * n, 3 * sizeof *x);
@@ -67,7 +67,7 @@ static void lowered_meshes_have_the_corners(void)
   flesh_mesh_destroy(&lowered);
 }
 
-/* The edges' nodes do not depend on how the tets are ordered and wound. */
+/* Mid-edge nodes do not depend on the order and orientation of the tets. */
 static void the_order_of_tets_does_not_matter(void)
 {
   flesh_mesh *mesh = raised_box(2, 0.1), *mixed, *raised;
@@ -123,7 +123,7 @@ static void flips_take_the_edges_with_them(void)
   }
 }
 
-/* Two tets share the face 012: the edges' nodes as they should be, and each fault in turn. */
+/* Two tets share the face 012: valid mid-edge nodes, and each fault in turn. */
 static void edges_that_do_not_fit_are_refused(void)
 {
   double x[3 * 15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5, 0.5, -1};

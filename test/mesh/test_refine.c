@@ -1,5 +1,5 @@
 // TEST quick
-/* test_refine.c: refined meshes: they fill the same body with tets of an eighth, whose faces fit. */
+/* test_refine.c: refined meshes fill the same body with conforming tets of an eighth of the volume. */
 #include <math.h>
 
 #include "mesh/refine.h"
@@ -21,7 +21,7 @@ static int by_place(const void *a, const void *b)
   return 0;
 }
 
-/* The tets as the sorted places of their corners, sorted: [12*tets]. */
+/* Returns the tets as the sorted positions of their corners, sorted: [12*tets]. */
 static double *sorted_tets(const flesh_mesh *mesh)
 {
   const int tets = flesh_mesh_tet_count(mesh);
@@ -35,7 +35,7 @@ static double *sorted_tets(const flesh_mesh *mesh)
   return rows;
 }
 
-/* Refined twice a box of Kuhn's tets is the box of four times the cells, whatever their shape. */
+/* Refined twice, a box of Kuhn's tets is the box of four times the cells, whatever their shape. */
 static void boxes_become_boxes(void)
 {
   const double sizes[3][3] = {{2, 1, 4}, {8, 1, 0.5}, {0.25, 4, 1}};
@@ -71,8 +71,8 @@ static flesh_mesh *with_regions(const flesh_mesh *mesh)
   return tagged;
 }
 
-/* On an irregular mesh: nodes, regions and volumes are those of before, and the surface has four triangles for one;
- * faces that did not fit would be on it. */
+/* On an irregular mesh, nodes, regions and volumes are kept, and the surface has four triangles for one; a
+ * non-conforming face would be on it. */
 static void nothing_is_lost(void)
 {
   flesh_mesh *ten = raised_box(3, 0.2), *plain, *mesh, *finer;
@@ -95,7 +95,7 @@ static void nothing_is_lost(void)
   flesh_mesh_info info;
   flesh_mesh_inspect(finer, &info);
   CHECK(info.flipped == 0 && info.unused_nodes == 0 && info.regions == 5);
-  /* Shapes do not degenerate: the worst of a second refinement is hardly worse than that of the first. */
+  /* Shapes do not degenerate: the worst after a second refinement is hardly worse than after the first. */
   flesh_mesh *finest;
   CHECK_OK(flesh_mesh_refine(finer, &finest));
   flesh_mesh_info last;
@@ -108,7 +108,8 @@ static void nothing_is_lost(void)
   flesh_mesh_destroy(&finer);
 }
 
-/* x + a quadratic, so that straight tets get curved edges, but no corner moves so far that a tet is cut otherwise. */
+/* x plus a quadratic function, so that straight tets get curved edges, but no corner moves so far that a tet is
+ * subdivided differently. */
 static void bend(const double *X, double x[3])
 {
   const double y = X[1] - 2.75, z = X[2] - 1;
@@ -140,7 +141,7 @@ static void curved_tets_keep_their_shape(void)
   }
   CHECK_NEAR(worst, 0, 1e-14);
   CHECK_NEAR(flesh_mesh_volume(finer, flesh_mesh_positions(finer)), flesh_mesh_volume(bent, x), 1e-13);
-  /* So is a field. */
+  /* A field is reproduced in the same way. */
   double *field = malloc(3 * (size_t)more * sizeof *field);
   for (int n = 0; n < nodes; n++) bend(flesh_mesh_positions(straight) + 3 * n, field + 3 * n);
   CHECK_OK(flesh_mesh_refine_field(straight, field));

@@ -1,13 +1,14 @@
 // TEST quick
-/* test_smooth.c: moved nodes give tets better shapes, and the body, its regions and its sets stay what they are. */
+/* test_smooth.c: smoothing moves nodes so that tets are better shaped, and keeps the body, its regions and its sets. */
 #include <math.h>
 
 #include "mesh/inspect.h"
 #include "mesh/smooth.h"
 #include "quadratic.h"
 
-/* Irregular tets in the box [0, 1] x [0, 1] x [0, 1] with straight faces, whose halves at random are worse; of two regions
- * at z = 0.5, with a set of the nodes of x < 0.55, one of the face z = 0, and one of half the edge y = z = 0. */
+/* Makes irregular tets in the box [0, 1] x [0, 1] x [0, 1] with straight faces, randomly bisected into worse ones; with
+ * two regions divided at z = 0.5, and sets of the nodes of x < 0.55, of the face z = 0, and of half the edge y = z =
+ * 0. */
 static flesh_mesh *worse(int order)
 {
   flesh_mesh *grid, *made, *ten, *finer;
@@ -69,7 +70,7 @@ static void shapes_are_better_in_the_same_body(void)
     CHECK_NEAR(after.volume, 1, 1e-13);
     const double *X = flesh_mesh_positions(mesh), *Y = flesh_mesh_positions(smooth);
     int moved = 0, slid = 0;
-    for (int i = 0; i < 3 * before.nodes; i++) { /* what lies in a plane of the box stays in it, to the last bit */
+    for (int i = 0; i < 3 * before.nodes; i++) { /* nodes in a plane of the box stay in it, to the last bit */
       if (X[i] == 0 || X[i] == 1 || Y[i] == 0 || Y[i] == 1) CHECK(X[i] == Y[i]);
       moved += X[i] != Y[i];
     }
@@ -81,7 +82,7 @@ static void shapes_are_better_in_the_same_body(void)
     }
     printf("# %d moved, %d slid\n", moved, slid);
     CHECK(moved > 100 && slid > 0);
-    /* Halves go on where they were. */
+    /* Bisection continues as before. */
     uint8_t *halvings = calloc((size_t)after.tets, 1);
     halvings[7] = 3;
     CHECK_OK(flesh_mesh_refine_marked(smooth, halvings, &finer, NULL));
@@ -93,7 +94,7 @@ static void shapes_are_better_in_the_same_body(void)
   }
 }
 
-/* Sums the volume of tets of region 1, and of those all of whose corners are in the set. */
+/* Sums the volume of the tets of region 1, and of those with all corners in the set. */
 static void measure(const flesh_mesh *mesh, double volumes[2])
 {
   uint8_t *inside = calloc((size_t)mesh->nodes, 1);
@@ -125,8 +126,8 @@ static void regions_and_sets_stay_what_they_are(void)
   flesh_mesh_destroy(&smooth);
 }
 
-/* At the straight edges around a face that is a set nodes slide, as the face stays the same; where a set ends on the way
- * along an edge they do not. */
+/* At the straight edges around a face that is a set, nodes slide, because the face stays the same; along an edge on
+ * which a set ends they do not. */
 static void nodes_slide_along_the_ends_of_sets(void)
 {
   flesh_mesh *mesh = worse(1), *smooth;
@@ -149,7 +150,7 @@ static void nodes_slide_along_the_ends_of_sets(void)
   flesh_mesh_destroy(&smooth);
 }
 
-/* Nothing moves where shapes are good enough, and nothing that is curved. */
+/* Nothing moves if shapes are good enough, and no curved mesh is moved. */
 static void the_rest_stays(void)
 {
   flesh_mesh *mesh = worse(2), *same, *bent;
@@ -171,7 +172,7 @@ static void the_rest_stays(void)
   flesh_mesh_destroy(&same);
 }
 
-/* A flat tet has the worst of shapes, and would be another body with any of its corners elsewhere. */
+/* A flat tet has the worst shape, and would change the body if any of its corners moved. */
 static void corners_stay(void)
 {
   const double x[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.3, 0.3, 0.05};

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_split.c: split meshes: the parts make the whole again, know what is around them, and tell of damage. */
+/* test_split.c: split meshes: the parts reassemble the whole, know their surroundings, and detect damage. */
 #include "mesh_files.h"
 
 #include <inttypes.h>
@@ -26,7 +26,7 @@ static flesh_mesh *make_box(int order)
   return box;
 }
 
-/* Slabs along x, or tets here and there. */
+/* Divides into slabs along x, or scatters the tets. */
 static int *make_owners(const flesh_mesh *mesh, int scattered)
 {
   const int tets = flesh_mesh_tet_count(mesh);
@@ -49,7 +49,7 @@ static void check_same(const flesh_mesh *a, const flesh_mesh *b)
   if (flesh_mesh_order(a) == 2) CHECK(!memcmp(flesh_mesh_tet_edges(a), flesh_mesh_tet_edges(b), 6 * tets * sizeof(int)));
 }
 
-/* Two sets: "a b" of nodes and tets, and one of no tets. */
+/* Two sets: "a b" with nodes and tets, and one without tets. */
 static void add_sets(flesh_mesh *mesh)
 {
   int set;
@@ -65,7 +65,7 @@ static void check_same_members(const flesh_members *a, const flesh_members *b)
   CHECK(a->count == b->count && !(a->count && memcmp(a->values, b->values, (size_t)a->count * sizeof *a->values)));
 }
 
-/* Each part has the members of the whole's sets that are among its nodes and tets, and they make the sets again. */
+/* Each part has the members of the whole's sets among its nodes and tets, and together they reassemble the sets. */
 static void parts_keep_the_sets(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -112,7 +112,7 @@ static void parts_make_the_whole_again(void)
     }
 }
 
-/* Blocks that do not divide the cells among them, along one axis and along several. */
+/* Blocks that do not divide the cells evenly, along one axis and along several. */
 static void boxes_in_parts_are_boxes(void)
 {
   static const struct {
@@ -177,7 +177,7 @@ static void check_part(const flesh_mesh *whole, const int *owners, const flesh_m
   for (int t = 0; t < tets; t++)
     for (int a = 0; a < 4 && owners[t] == part->part; a++) has_node[flesh_mesh_tets(whole)[4 * t + a]] = 1;
   grow(whole, near, has_node);
-  char *next = malloc((size_t)tets); /* own tets and one layer: what is on their boundary is on the whole's */
+  char *next = malloc((size_t)tets); /* own tets and one layer: their boundary faces are on the whole's surface */
   memcpy(next, near, (size_t)tets);
   grow(whole, near, has_node);
   CHECK(!memcmp(near, has, (size_t)tets));
@@ -218,7 +218,7 @@ static char *load(const char *path, size_t *size)
   return data;
 }
 
-/* Part 1 and the whole are refused with these words, and part 0 is what it was. */
+/* Part 1 and the whole are refused with these words, and part 0 is unchanged. */
 static void check_refused(const char *words)
 {
   flesh_split split;
@@ -269,7 +269,7 @@ static void damage_is_told(void)
   free(data);
 }
 
-/* Parts whose check sum is right but whose numbers contradict each other. */
+/* Parts with a correct checksum but contradictory numbers. */
 static void what_contradicts_itself_is_refused(void)
 {
   write_parts("parts", 1);
@@ -293,7 +293,7 @@ static void what_contradicts_itself_is_refused(void)
     CHECK_TEXT(flesh_error_text(), "the part is inconsistent");
     *places[k] = right;
   }
-  /* A tet that two parts call their own, in place of another that none does. */
+  /* A tet that two parts claim, in place of another that none does. */
   flesh_split_arrays first;
   CHECK_OK(flesh_split_load_part(&split, 0, &first));
   int other = 0;
@@ -335,7 +335,7 @@ static void bad_indices_are_refused(void)
     CHECK(flesh_mesh_read(write_text("bad.txt", bad[k][0]), &mesh) == FLESH_ERR_FILE && !mesh);
     CHECK_TEXT(flesh_error_text(), bad[k][1]);
   }
-  /* Whole, and of a part that is not there; no memory is asked for. */
+  /* Sizes of the whole, and of a missing part; no memory is allocated. */
   static const char huge[] = "flesh-split-mesh 3\nmark 1\norder 1\nnodes 700000000\ntets 500000000\nregions 1\n0\nsets 0\nparts 1\n"
                              "500000000 500000000 700000000 0\n";
   char whole[sizeof huge + 32];
@@ -345,7 +345,7 @@ static void bad_indices_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "part 0 of the split mesh of");
 }
 
-/* Whatever byte of an index is another one, none of the index is used. */
+/* Whichever byte of an index is changed, nothing of the index is used. */
 static void every_byte_of_an_index_counts(void)
 {
   flesh_split split;
@@ -369,7 +369,7 @@ static void every_byte_of_an_index_counts(void)
   free(text);
 }
 
-/* A mesh with nodes of no tet; and a folder where somebody's own file would be lost. */
+/* A mesh with unused nodes; and a folder with a file of somebody else that would be lost. */
 static void what_cannot_be_split_is_refused(void)
 {
   flesh_mesh *mesh;
@@ -385,7 +385,7 @@ static void what_cannot_be_split_is_refused(void)
   CHECK(flesh_split_mesh(mesh, PARTS, owners, in_work_folder("mine")) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "no index of a split mesh");
   CHECK(!access(in_work_folder("mine/index.txt"), F_OK) && access(in_work_folder("mine/part_00000.bin"), F_OK));
-  /* The parts of an older split into more parts are gone. */
+  /* Old parts of a split into more parts are removed. */
   write_parts("parts", 1);
   for (int t = 0; t < mesh->tets; t++) owners[t] = 0;
   CHECK_OK(flesh_split_mesh(mesh, 1, owners, in_work_folder("parts")));

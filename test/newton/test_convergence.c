@@ -1,13 +1,13 @@
 // TEST quick seconds=60
-/* test_convergence.c: where a solve ends, its residual is small beside the forces that balance each other there,
- * whatever an obstacle, a handle or a spring has done to its first iterate. */
+/* test_convergence.c: where a solve ends, its residual is small compared with the forces that balance there, whatever
+ * an obstacle, a prescribed motion or a spring has done to its first iterate. */
 #include "press.h"
 #include "sundials/kinsol.h"
 
 static const double tau = 1e-6; /* the default */
 
-/* A ball that lands within the barrier, hardly above a node, makes the first residual as large as it likes: what it is
- * then pressed with is the same at every tolerance. */
+/* A ball that starts within the barrier, hardly above a node, makes the first residual arbitrarily large: its final
+ * force is the same at every tolerance. */
 static void contact_forces_depend_little_on_the_tolerance(void)
 {
   for (double gap = 5e-5; gap > 1e-10; gap /= 300) {
@@ -20,7 +20,7 @@ static void contact_forces_depend_little_on_the_tolerance(void)
 
 static double unit(double s, int c) { return (c == 2 ? 0.1 : 0.3) * s; }
 
-/* A block laid down within the barrier weighs what it weighs, as soft or stiff as it may be. */
+/* A block placed within the barrier is borne with its weight, however soft or stiff it is. */
 static void resting_blocks_weigh_what_they_weigh(void)
 {
   const double weight = 0.3 * 0.3 * 0.1 * 1000 * 9.81;
@@ -47,7 +47,7 @@ static void resting_blocks_weigh_what_they_weigh(void)
     }
 }
 
-/* max_newton goes on counting when a smaller residual is called for. */
+/* max_newton keeps counting when a smaller residual is required. */
 static void iterations_are_limited_in_all(void)
 {
   test_body b;
@@ -69,12 +69,13 @@ static void iterations_are_limited_in_all(void)
   printf("# residual %g N of %g N, wanted %g N, after %d Newton iterations\n", stats.residual_last,
          largest_force(&b, NULL), stats.residual_target, stats.newton);
   CHECK(stats.newton == 10 && stats.unconverged == 1 && stats.residual_last > stats.residual_target);
-  CHECK_BELOW(stats.residual_target, 1e-3 * tau * stats.residual_first); /* more than one pass it was */
+  CHECK_BELOW(stats.residual_target, 1e-3 * tau * stats.residual_first); /* it took more than one pass */
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }
 
-/* Handles and springs that have gone far at once: what they do to the elements next to them at first says nothing. */
+/* Prescribed motions and springs that have moved far at once: their initial effect on the adjacent elements must not
+ * set the tolerance. */
 static void far_jumps_end_in_balance(void)
 {
   for (int spring = 0; spring < 2; spring++)
@@ -139,8 +140,9 @@ static void moving_contact_ends_in_balance(void)
   test_body_destroy(&b);
 }
 
-/* A clamped bar that is kicked, first at once, then left to swing: what the first iterate has to stop or to go on with
- * says nothing of the forces that the step ends with, inertia among them. Damped and undamped, by every fixed step. */
+/* A clamped bar that is kicked and then left to swing: the forces with which the first iterate has to stop or continue
+ * the motion say nothing of the forces at the step's end, including inertia. Damped and undamped, with every method of
+ * fixed steps. */
 static void motion_without_contact_ends_in_balance(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_NEWMARK};
@@ -164,7 +166,7 @@ static void motion_without_contact_ends_in_balance(void)
         double *v = malloc((size_t)b.n * sizeof *v);
         memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
         CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
-        /* Backward Euler's own; of the others what is left out is small beside the elements' forces. */
+        /* Backward Euler's own estimate; with the others what is left is small compared with the elements' forces. */
         for (int d = 0; d < b.n; d++) a[d] = (b.state.v[d] - v[d]) / h;
         if (!stats.at_rounding) worst = fmax(worst, stats.residual_last / largest_force(&b, a));
         free(v);
@@ -179,7 +181,7 @@ static void motion_without_contact_ends_in_balance(void)
 }
 
 /* A first guess that ends hardly above the floor, where round-off would hide its residual of 1e20 N and more, is no
- * solution: the block that has fallen there is stopped well before. */
+ * solution: the fallen block is stopped well before. */
 static void guesses_that_nearly_touch_are_not_taken(void)
 {
   const double fall = 0.004, h = 1e-3, bottom = nextafter(-0.05, 0);

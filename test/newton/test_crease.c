@@ -1,9 +1,9 @@
 // TEST quick seconds=60
-/* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not dear. There the body
- * leaves a saddle of the incremental potential, and each step of a projected Hessian goes but a little of the way. */
+/* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not expensive. There the body
+ * leaves a saddle of the incremental potential, where steps of a projected Hessian are short. */
 #include "swing.h"
 
-/* Short, under eight times gravity; it creases in the step from 0.2 s. */
+/* A short bar under eight times gravity; it creases in the step from 0.2 s. */
 static const swing bar = {{16, 13, 13}, 20, {1. / 3, 13. / 48, 13. / 48}, 0.45, 8, 1, 1, 0};
 
 static void creases_are_cheap(void)
@@ -13,7 +13,7 @@ static void creases_are_cheap(void)
   CHECK_BELOW(cost.work, 7);   /* 6.4 */
 }
 
-/* Else nothing would be proved. */
+/* Otherwise nothing would be tested. */
 static void creases_are_dear_when_negative_curvature_is_projected_away(void)
 {
   swing off = bar;

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_kept_matrices.c: matrices serve for further iterations and steps as long as residuals come out as they
- * predict. */
+/* test_kept_matrices.c: matrices are reused for further iterations and steps as long as residuals agree with their
+ * predictions. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -16,7 +16,7 @@ static void make_bar(double poisson, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The bar after some steps. */
+/* Returns the bar after some steps. */
 static flesh_solve_stats swing(double poisson, flesh_method method, double tolerance, int steps, double h, test_body *b)
 {
   flesh_solver_options options = test_options(tolerance);
@@ -33,11 +33,11 @@ static flesh_solve_stats swing(double poisson, flesh_method method, double toler
   return stats;
 }
 
-/* A matrix serves for a second iteration where its prediction held, and loosely solved steps after it. */
+/* A matrix is reused for a second iteration if its prediction held, and loosely solved steps after it. */
 static void iterations_keep_matrices_that_predict(void)
 {
   enum { STEPS = 30 };
-  /* The most Newton iterations and matrices a step. */
+  /* The most Newton iterations and matrices in a step. */
   static const double tolerances[] = {1e-11, 1e-8, 1e-6, 1e-4}, newton[] = {2.5, 2.3, 2.2, 1.7},
                       matrices[] = {1.6, 1.4, 1.4, 0.8};
   double *exact = NULL;
@@ -57,18 +57,18 @@ static void iterations_keep_matrices_that_predict(void)
   free(exact);
 }
 
-/* If large steps only just need a second matrix, another iteration with the first takes its place. */
+/* If large steps barely need a second matrix, another iteration with the first replaces it. */
 static void iterations_take_the_place_of_matrices(void)
 {
   enum { STEPS = 30 };
   test_body b;
   const flesh_solve_stats stats = swing(0.3, FLESH_METHOD_BDF2, 1e-8, STEPS, 1. / 30, &b);
-  CHECK_BELOW(stats.assemblies, 1.6 * STEPS); /* else two a step */
-  CHECK_BELOW(stats.newton + stats.assemblies, 4.1 * STEPS); /* no more iterations than matrices spared */
+  CHECK_BELOW(stats.assemblies, 1.6 * STEPS); /* otherwise two in a step */
+  CHECK_BELOW(stats.newton + stats.assemblies, 4.1 * STEPS); /* no more additional iterations than matrices saved */
   test_body_destroy(&b);
 }
 
-/* Small steps go on with a matrix of steps before, by any solver, and notice when it serves no longer. */
+/* Small steps reuse a matrix of earlier steps, with any solver, and notice when it is no longer good enough. */
 static void steps_keep_matrices_that_predict(void)
 {
   enum { STEPS = 120, BLOW = 60 };

@@ -1,14 +1,14 @@
 // TEST quick
-/* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps
- * that are lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one,
- * whose potential or feasible step is the case's. */
+/* test_long_solves.c: measures that shorten long solves, or prevent giving up too early or going on for ever: steps
+ * that are lengthened, and batches of 300 iterations that must make progress. Springs hold all nodes except one, whose
+ * potential or feasible step is the case's. */
 #include "body.h"
 #include "test.h"
 
 typedef struct spring {
   int nodes, special;
-  double power;                      /* potential |d|^power / power of the special node's x, from d = 1 down */
-  double pace, wall;                 /* it goes no further at once than `pace` of what is left up to the wall */
+  double power;                      /* potential |d|^power / power of the special node's x, starting at d = 1 */
+  double pace, wall;                 /* at most the fraction `pace` of the distance to the wall is feasible */
 } spring;
 
 static double distance(const spring *s, const double *x) { return x[3 * s->special]; }
@@ -65,7 +65,7 @@ static const flesh_effect_operations barred = {.name = "spring",
                                                .barrier = &(const flesh_effect_barrier){
                                                    .max_feasible_step = spring_max_feasible_step}};
 
-/* One step with the special node at 1. */
+/* Takes one step with the special node at 1. */
 static int solve(const flesh_effect_operations *operations, spring *s, const flesh_solver_options *options,
                  flesh_solve_stats *stats, double *end)
 {
@@ -74,7 +74,7 @@ static int solve(const flesh_effect_operations *operations, spring *s, const fle
   flesh_effect *effect = NULL;
   flesh_integrator *integrator = NULL;
   s->nodes = flesh_mesh_node_count(mesh);
-  s->special = 1; /* of the mesh it has x = 1 */
+  s->special = 1; /* the mesh's node with x = 1 */
   flesh_state state = {.x = malloc(3 * (size_t)s->nodes * sizeof(double)),
                        .v = calloc(3 * (size_t)s->nodes, sizeof(double))};
   memcpy(state.x, flesh_mesh_positions(mesh), 3 * (size_t)s->nodes * sizeof *state.x);
@@ -103,7 +103,7 @@ static flesh_solver_options options_with(int halvings)
   return options;
 }
 
-/* Newton's iteration on d^4 leaves 2/3 of d at a time, so that r falls to 1e-6 of itself in 12. */
+/* Newton's iteration on d^4 reduces d to 2/3 each time, so that r falls to 1e-6 of itself in 12 iterations. */
 static void steps_that_fall_short_are_lengthened(void)
 {
   spring s = {.power = 4};
@@ -120,7 +120,8 @@ static void steps_that_fall_short_are_lengthened(void)
   CHECK(with.potential_rises == 0);
 }
 
-/* Half a thousandth of the distance at a time: each batch gains, and the solve must not be given up after one. */
+/* Half a thousandth of the distance at a time: each batch makes progress, and the solve must not be given up after
+ * one. */
 static void what_gains_goes_on(void)
 {
   spring s = {.power = 2, .pace = 0.002, .wall = -1e-3};
@@ -135,7 +136,7 @@ static void what_gains_goes_on(void)
   CHECK_BELOW(fabs(end), 0.3);
 }
 
-/* Against a wall it gets nowhere: the third batch gains less than a tenth of it all. */
+/* Against a wall it makes no progress: the third batch gains less than a tenth of the total. */
 static void what_gains_nothing_ends(void)
 {
   spring s = {.power = 2, .pace = 0.01, .wall = 0.5};
@@ -148,9 +149,10 @@ static void what_gains_nothing_ends(void)
   CHECK_NEAR(end, 1, 0); /* as before the solve */
 }
 
-/* Near nu = 1/2, without a preconditioner, solves take more iterations than a factor costs. One long solve tells that: those
- * after it end there and are solved by a factor, alike on one thread and on two, and lead to where long ones lead. The
- * residual after a factor's step is an error of the model, not of the solve: matrices are kept as after other solves. */
+/* Near nu = 1/2, without a preconditioner, solves take more iterations than a factor costs. One long solve shows that:
+ * later ones end early and are solved by a factor, identically on one thread and on two, with the same solution as long
+ * ones. The residual after a factor's step is an error of the model, not of the solve: matrices are kept as after other
+ * solves. */
 static void long_linear_solves_give_way(void)
 {
   double *long_solution = NULL;

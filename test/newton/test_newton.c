@@ -1,12 +1,12 @@
 // TEST quick
-/* test_newton.c: the parts of a Newton iteration, one by one, on potentials whose every value is known: each node has a
- * spring of its own along x. */
+/* test_newton.c: the parts of a Newton iteration, one by one, on potentials with known values: each node has its own
+ * spring along x. */
 #include "base/error.h"
 #include "body.h"
 #include "newton/stage.h"
 #include "test.h"
 
-/* Node i has the potential f(x_i - X_i); the other two directions are springs of stiffness 1. */
+/* Node i has the potential f(x_i - X_i); the other two directions have springs of stiffness 1. */
 typedef struct wells {
   int nodes;
   const double *X;
@@ -76,7 +76,7 @@ typedef struct bench {
   double *u, *r, *p; /* [n] */
 } bench;
 
-/* Every node at `start` of its potential, in statics. */
+/* Starts every node at `start` of its potential, in statics. */
 static void make(bench *b, double (*f)(double x, int derivative), const flesh_solver_options *options, double start)
 {
   flesh_effect *effect = NULL;
@@ -133,12 +133,12 @@ static flesh_solver_options defaults(void)
   return options;
 }
 
-/* A step that lowers the potential by less than the 1e-4 of the slope that Armijo asks for is cut, however little the
- * potential may rise otherwise. */
+/* A step that lowers the potential by less than 1e-4 times the slope, as Armijo's condition requires, is cut, even if
+ * the potential rises only a little. */
 static void steps_without_sufficient_decrease_are_cut(void)
 {
   const flesh_solver_options options = defaults();
-  /* p = -s u on x^2/2: the decrease is s (1 - s/2) of u^2, the slope s of it. */
+  /* p = -s u on x^2/2: the decrease is s (1 - s/2) of u^2, the slope is s times u^2. */
   static const struct {
     double s;
     int cut;
@@ -157,8 +157,8 @@ static void steps_without_sufficient_decrease_are_cut(void)
   }
 }
 
-/* The first try that is cut finds the minimum of a parabola; if that is too near or too far, the cut is by a tenth or a
- * half. */
+/* The first trial that is cut moves to the minimum of a parabola; if that is too near or too far, the step is cut to a
+ * tenth or a half. */
 static void cuts_go_to_the_minimum_of_the_parabola(void)
 {
   const flesh_solver_options options = defaults();
@@ -174,7 +174,7 @@ static void cuts_go_to_the_minimum_of_the_parabola(void)
     CHECK(b.newton.stats.backtracks == 1);
     discard(&b);
   }
-  bench b; /* the parabola's minimum at 1/40 is nearer than a tenth, from where the next is exact */
+  bench b; /* the parabola's minimum, at 1/40, is nearer than a tenth, from where the next one is exact */
   flesh_step found;
   make(&b, quadratic, &options, 1);
   for (int d = 0; d < b.n; d++) b.p[d] = -40 * b.u[d];
@@ -207,13 +207,13 @@ static void ascent_and_hopeless_directions_are_told(void)
   make(&b, quadratic, &options, 1);
   for (int d = 0; d < b.n; d++) b.p[d] = b.u[d];
   CHECK(search(&b, &found) == FLESH_NOT_POSITIVE);
-  /* A residual that is not the potential's gradient: it points uphill. */
+  /* A residual that is not the potential's gradient: the step points uphill. */
   for (int d = 0; d < b.n; d++) b.r[d] = -b.r[d];
   CHECK(search(&b, &found) == FLESH_NOT_CONVERGED);
   discard(&b);
 }
 
-/* The true Hessian at the top of a hill is negative: refused, or followed downhill, or filtered. */
+/* The true Hessian at the top of a hill is negative: it is refused, or followed downhill, or filtered. */
 static void directions_tell_their_kind(void)
 {
   const flesh_solver_options options = defaults();
@@ -247,7 +247,7 @@ static void directions_tell_their_kind(void)
   discard(&b);
 }
 
-/* One iteration, from the matrix to the step. */
+/* Takes one iteration, from the matrix to the step. */
 static int iterate(bench *b)
 {
   double *right = calloc((size_t)b->n, sizeof *right);
@@ -259,8 +259,8 @@ static int iterate(bench *b)
   return status;
 }
 
-/* A factor's solve has no residual, though conjugate gradients had left one before, so that its whole step ends a solve whose
- * target is given. */
+/* A factor's solve has no residual, although conjugate gradients had left one before, so its full step ends a solve
+ * with a given target. */
 static void a_factor_leaves_no_residual(void)
 {
   const flesh_solver_options options = defaults();
@@ -309,7 +309,7 @@ static void indefinite_matrices_are_filtered_where_that_is_asked_for(void)
     }
 }
 
-/* A filter that leaves negative eigenvalues where they are is none. */
+/* A filter that leaves negative eigenvalues unchanged is none. */
 static void without_a_filter_indefinite_matrices_are_refused(void)
 {
   bench b;
@@ -327,7 +327,7 @@ static int no_preconditioner(flesh_preconditioner kind, const flesh_block_matrix
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
 }
 
-/* A preconditioner for which there was no memory is made by the next try. */
+/* A preconditioner that lacked memory is made by the next attempt. */
 static void solvers_that_could_not_be_made_are_made_later(void)
 {
   const flesh_solver_options options = defaults();
@@ -346,7 +346,7 @@ static void solvers_that_could_not_be_made_are_made_later(void)
   discard(&b);
 }
 
-/* Nothing is solved for when the residual is at round-off. */
+/* Nothing is solved if the residual is at round-off. */
 static void no_step_is_made_at_round_off(void)
 {
   const flesh_solver_options options = defaults();
@@ -357,7 +357,7 @@ static void no_step_is_made_at_round_off(void)
   discard(&b);
 }
 
-/* Falls down to x = 1e-10, and by a force of 1e-9 that a step of `kink` takes away; half of that ends on a bump. */
+/* Falls down to x = 1e-10, by a force of 1e-9 that a step of `kink` removes; half of that step ends on a bump. */
 static double kink;
 
 static double bump(double x, int derivative)
@@ -367,7 +367,7 @@ static double bump(double x, int derivative)
   return derivative == 0 ? 1 + (inside ? 1e-12 : 0) : derivative == 1 ? (inside ? -10 : 1) * force : force / kink;
 }
 
-/* Nor is one after a step that had to be cut, but had been too short to move anything by a digit. */
+/* A residual at round-off is also accepted after a step that had to be cut but was too short to change any digit. */
 static void no_step_is_made_below_the_last_digit(void)
 {
   const flesh_solver_options options = defaults();
@@ -385,8 +385,8 @@ static void no_step_is_made_below_the_last_digit(void)
   }
 }
 
-/* Nor is there where the residual is within a few times of what round-off moves it by and falls no more, or falls back to
- * what it was; what is above that, or falls fast, is still to be solved. */
+/* It is also accepted if the residual is within a few times of its round-off and falls no more, or returns to its old
+ * value; a larger one, or one that falls fast, must still be solved. */
 static void round_off_is_what_was_measured(void)
 {
   const flesh_solver_options options = defaults();
@@ -405,7 +405,7 @@ static void round_off_is_what_was_measured(void)
     b.newton.policy.previous_norm = b.newton.policy.smallest_norm = 10 * norm;
     CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
   }
-  /* Round-off is not measured again where the residual is far above what it was. */
+  /* Round-off is not measured again if the residual is far above its old value. */
   for (int far = 0; far < 2; far++) {
     const double norm = (far ? 1.1e4 : 0.9e4) * measured / 2;
     b.newton.policy.round_off = measured / 2;
@@ -413,7 +413,7 @@ static void round_off_is_what_was_measured(void)
     CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
     CHECK((b.newton.policy.round_off == measured / 2) == far);
   }
-  /* Nor is it in the next stage of a motion, by the same shift. */
+  /* Nor is it in the next stage of a motion with the same shift. */
   for (int k = 0; k < 3; k++) {
     const flesh_stage stage = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .a = k < 2}, .x0 = b.w.X};
     b.newton.policy.round_off = measured;
@@ -424,8 +424,8 @@ static void round_off_is_what_was_measured(void)
   discard(&b);
 }
 
-/* Solves of steps that errors choose begin at their first guess, though u = 0 has a lower potential, after a solve without
- * cuts or near the solution; other solves begin at the lower one. */
+/* Solves of adaptive steps start at their first guess, even if u = 0 has a lower potential, after a solve without cuts
+ * or near the solution; other solves start at the lower one. */
 static void trusted_guesses_are_not_compared(void)
 {
   const flesh_solver_options options = defaults();
@@ -450,7 +450,7 @@ static void trusted_guesses_are_not_compared(void)
   }
 }
 
-/* The tolerance of a solve is never below half the residual that the iteration may leave. */
+/* The tolerance of a solve is never below half of the residual that the iteration may leave. */
 static void solves_go_no_deeper_than_half_the_target(void)
 {
   const flesh_solver_options options = defaults();
@@ -466,12 +466,12 @@ static void solves_go_no_deeper_than_half_the_target(void)
       policy->predicted_error = 1e-9;
       const double asked = flesh_matrix_policy_tolerance(policy, norms[k], 1e-1);
       CHECK(asked >= 0.5e-3);
-      if (norms[k] == 1e-2 || kept) CHECK_NEAR(asked, 0.5e-3, 1e-15); /* and just that where the target is near */
+      if (norms[k] == 1e-2 || kept) CHECK_NEAR(asked, 0.5e-3, 1e-15); /* and exactly that if the target is near */
       discard(&b);
     }
 }
 
-/* A preconditioner of one step serves another of the same shift, in x, v and a. */
+/* A preconditioner of one step is reused in another with the same shift, in x, v and a. */
 static void another_shift_needs_another_preconditioner(void)
 {
   const flesh_solver_options options = defaults();
@@ -492,7 +492,7 @@ static void another_shift_needs_another_preconditioner(void)
   }
 }
 
-/* K serves once more where it has predicted the residual, and only then. */
+/* K is reused once more if it has predicted the residual, and only then. */
 static void matrices_are_kept_where_they_predict_residuals(void)
 {
   static double (*const potentials[])(double x, int derivative) = {quadratic, flat};
@@ -503,7 +503,7 @@ static void matrices_are_kept_where_they_predict_residuals(void)
     b.newton.policy.target = 1e-6 * flesh_norm(NULL, b.n, b.r);
     CHECK_OK(iterate(&b));
     CHECK(b.newton.stats.assemblies == 1);
-    /* Not quite where the step leads, so that something is left to be solved. */
+    /* Slightly off the step's end, so that something is left to be solved. */
     for (int d = 0; d < b.n; d++) b.u[d] += 0.999 * b.p[d];
     CHECK_OK(flesh_equations_residual(&b.newton.equations, b.u, b.r));
     CHECK_OK(iterate(&b));
@@ -512,7 +512,7 @@ static void matrices_are_kept_where_they_predict_residuals(void)
   }
 }
 
-/* Filtered matrices and those of other constraints or steps are not kept. */
+/* Filtered matrices, and those of other constraints or steps, are not kept. */
 static void filtered_matrices_are_not_kept(void)
 {
   flesh_solver_options options = defaults();
@@ -528,7 +528,7 @@ static void filtered_matrices_are_not_kept(void)
   discard(&b);
 }
 
-/* The watchdog's step is taken where it ends lower than the cut one, else the cut one stays; and it comes with the
+/* The watchdog's step is taken if it ends lower than the cut one, otherwise the cut one stays; and it is tried at the
  * second cut of a stage, not before. */
 static void watchdog_steps_are_taken_where_they_end_lower(void)
 {
@@ -538,10 +538,10 @@ static void watchdog_steps_are_taken_where_they_end_lower(void)
     make(&b, quadratic, &options, 1);
     for (int cut = 1; cut <= 2; cut++) {
       for (int d = 0; d < b.n; d++) b.p[d] = -0.01 * b.u[d];
-      /* 100 times as stiff a residual as the spring's own far along the step would be: a wall. */
+      /* a residual 100 times as stiff as the spring's own far along the step would be: a wall */
       for (int d = 0; d < b.n; d++) b.r[d] = -1e-3 * b.u[d];
       flesh_step step = {.u = b.u, .b = b.r, .p = b.p, .start = potential_at(&b, 0), .cut = 0.01};
-      step.value = lower ? potential_at(&b, 1) : -1; /* than which the potential has no lower value */
+      step.value = lower ? potential_at(&b, 1) : -1; /* the potential's lowest value */
       flesh_newton_accelerate(&b.newton, &step);
       CHECK_NEAR(b.p[0], cut == 2 && lower ? -1 : -0.01, 1e-6);
       CHECK((b.newton.stats.newton > 0) == (cut == 2));

@@ -1,6 +1,6 @@
 // TEST full memory seconds=5
 /* test_nonlinear_elimination.c: few nodes that carry a residual are solved for alone: with every effect, in fewer
- * iterations, with the same result, and not where nothing goes astray. */
+ * iterations, with the same result, and not if everything converges anyway. */
 #include "body.h"
 #include "effect/private.h"
 #include "newton/stage.h"
@@ -10,10 +10,10 @@
 enum { SIDE = 12, UNKNOWNS = 3 * (2 * SIDE + 1) * (SIDE + 1) * (SIDE + 1) };
 static double with[UNKNOWNS], without[UNKNOWNS];
 
-/* AUTO: four-node tets; else half as many along each side, of ten nodes. */
+/* AUTO: four-node tets; otherwise half as many along each side, of ten nodes. */
 static flesh_element element;
 
-/* A block clamped at x = 0, with a ball of nodes in its middle thrown about. */
+/* Makes a block clamped at x = 0, with a ball of nodes in its middle displaced randomly. */
 static void make_block(flesh_mass mass, test_body *b)
 {
   flesh_material material;
@@ -26,7 +26,7 @@ static void make_block(flesh_mass mass, test_body *b)
     flesh_mesh_destroy(&mesh);
   }
   CHECK_OK(test_body_create(element ? raised : mesh, material, 1000, mass, 1, b));
-  if (element) { /* with the element that is asked for */
+  if (element) { /* with the requested element */
     flesh_system_destroy(&b->system);
     CHECK_OK(flesh_system_create(b->mesh, &b->system));
     b->body.element = element;
@@ -41,7 +41,7 @@ static void make_block(flesh_mass mass, test_body *b)
 
 static int in_ball(const double X[3]) { return hypot(hypot(X[0] - 0.1, X[1] - 0.05), X[2] - 0.05) < 0.016; }
 
-/* How far a tangle's nodes are thrown, m: with twice that, rounding decides which of two solutions it ends in. */
+/* How far a tangle's nodes are displaced, m: with twice that, rounding decides which of two solutions is found. */
 static const double TANGLE = 0.03;
 
 static void throw_about(const test_body *b, double amplitude, double *x)
@@ -55,7 +55,7 @@ static void throw_about(const test_body *b, double amplitude, double *x)
   free(thrown);
 }
 
-/* Elements of two materials, in two parts of every other one, are the whole together. */
+/* Elements of two materials, restricted to two complementary subsets, add up to the whole. */
 static void parts_add_up(void)
 {
   flesh_mesh *mesh = test_box(3, 2, 2, 3, 2, 2);
@@ -100,7 +100,7 @@ static void parts_add_up(void)
   free(x);
 }
 
-/* A KINSOL for a subdomain, as nonlinear solves have one, but of its own: its memory is the system's. */
+/* A separate KINSOL for a subdomain, as nonlinear solves have one; its memory is the system's. */
 static int solve_stage(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                        flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
@@ -116,7 +116,7 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
   return status;
 }
 
-/* All that is quadratic stands beside the subdomain exactly: its solution is one of the whole there. */
+/* Quadratic effects are represented exactly in the subdomain: its solution is one of the whole there. */
 static void the_rest_of_the_body_is_there(void)
 {
   test_body b;
@@ -151,7 +151,7 @@ static void the_rest_of_the_body_is_there(void)
                              .x_lag = b.state.x,
                              .v_lag = b.state.v};
   flesh_newton_set_stage(&newton, &stage);
-  /* Everywhere in balance but in the ball, which has moved since K was assembled. */
+  /* In balance everywhere except in the ball, which has moved since K was assembled. */
   for (int k = 0; k < 12; k++) {
     int status = flesh_equations_residual(equations, u, r);
     if (!status && k < 11) status = flesh_newton_matrix(&newton, u, NULL);
@@ -171,7 +171,7 @@ static void the_rest_of_the_body_is_there(void)
   CHECK_OK(flesh_equations_residual(equations, u, r));
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
   CHECK_OK(flesh_subdomain_solve(&newton, u, r, w));
-  /* A body that is as large as may be solved for alone has room, many times over. */
+  /* The largest body that can be solved for alone has enough memory, many times over. */
   const size_t most = flesh_reserve_most(newton.reserve);
   flesh_reserve_enter(newton.reserve);
   CHECK(most > 0 && flesh_malloc(4 * most));
@@ -197,7 +197,7 @@ static void the_rest_of_the_body_is_there(void)
   test_body_destroy(&b);
 }
 
-/* Without room for it there is no subdomain, and nothing else happens. */
+/* Without memory there is no subdomain, and nothing else changes. */
 static void a_used_up_reserve_is_no_harm(void)
 {
   test_body b;
@@ -274,11 +274,11 @@ static void subdomains_that_raise_the_potential_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* m/s, of the block towards a floor beneath it; 0: there is none. */
+/* m/s, velocity of the block towards a floor beneath it; 0: there is none */
 static double fall;
 
-/* A step of backward Euler from the thrown ball, by the solve of its stage alone: an integrator would go through softer
- * materials first. Returns its cost; x [3*n] is its end. */
+/* Takes a step of backward Euler from the displaced ball, by the solve of its stage only: an integrator would use
+ * softer materials first. Returns its cost; x [3*n] is its end. */
 static flesh_solve_stats step(const flesh_solver_options *options, double amplitude, double *x)
 {
   const double rate = 60;
@@ -332,7 +332,7 @@ static void a_tangle_is_cheap_and_ends_the_same(void)
   CHECK_BELOW(apart, 1e-6);
 }
 
-/* With ten-node tets the body's own element is in the subdomain too. */
+/* With ten-node tets the subdomain also uses the body's own element. */
 static void ten_node_tangles(void)
 {
   for (element = FLESH_ELEMENT_TET10; element <= TEST_FEWER(FLESH_ELEMENT_TET10_MEAN, FLESH_ELEMENT_TET10); element++) {
@@ -363,8 +363,8 @@ static void a_gentle_step_has_no_subdomain(void)
   CHECK(!memcmp(with, without, sizeof with));
 }
 
-/* A body that falls onto a floor is not solved for in parts, as the barrier's forces there, of which a subdomain has a
- * quadratic model, are what was not predicted; a tangle in the same body still is. */
+/* A body that falls onto a floor is not solved for in parts, because the mispredicted residual is that of the barrier,
+ * of which a subdomain only has a quadratic model; a tangle in the same body still is. */
 static void contact_has_no_subdomain(void)
 {
   flesh_solver_options options;

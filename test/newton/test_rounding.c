@@ -1,5 +1,6 @@
 // TEST quick seconds=60
-/* test_rounding.c: matrices are rounded to single precision only where inertia is large beside what that changes. */
+/* test_rounding.c: matrices are rounded to single precision only if inertia is large compared with the change by
+ * rounding. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
@@ -8,7 +9,8 @@
 #include "newton/newton.h"
 #include "test.h"
 
-/* The most that rounding K changes x.K x, over x.M x times shift.a, over all x that leave the fixed dofs alone. */
+/* Returns the largest change of x.K x by rounding K, over x.M x times shift.a, over all x that are 0 at the fixed
+ * dofs. */
 static double worst_change(const flesh_newton *newton)
 {
   const flesh_equations *equations = &newton->equations;
@@ -38,7 +40,7 @@ static double worst_change(const flesh_newton *newton)
   return worst;
 }
 
-/* From steps of a hundredth of a second to those of minutes, bodies of soft and nearly incompressible rubber. */
+/* From steps of a hundredth of a second to minutes, for bodies of soft and nearly incompressible rubber. */
 static void inertia_covers_what_rounding_changes(void)
 {
   static const double ratios[] = {0.3, 0.49, 0.4999};
@@ -84,7 +86,8 @@ static void inertia_covers_what_rounding_changes(void)
   CHECK(smallest_refused > 1e-3);
 }
 
-/* Steps of a swinging bar solve in single precision, its equilibrium does not; and they end where direct solves end. */
+/* Steps of a swinging bar are solved in single precision, its equilibrium is not; and they end where direct solves
+ * end. */
 static void steps_solve_in_single_precision(void)
 {
   static const flesh_linear_solver solvers[] = {FLESH_LINEAR_PCG, FLESH_LINEAR_KLU};
@@ -122,7 +125,8 @@ static void steps_solve_in_single_precision(void)
   free(ends[1]);
 }
 
-/* The solve ends less than a thousandth of a millimetre from rest. Returns whether its residual was at rounding then. */
+/* The solve ends less than a thousandth of a millimetre from rest. Returns whether its residual was at round-off
+ * then. */
 static int relax_with_spring(double stiffness, double sheared)
 {
   test_body b;
@@ -152,9 +156,9 @@ static int relax_with_spring(double stiffness, double sheared)
   return stats.at_rounding > 0;
 }
 
-/* A spring so stiff that round-off of its node's place is a force like those of the whole body. Its residual hides that
- * the body is far from its equilibrium; the potential, which falls from step to step, does not. (Where the node ends on its
- * target to the last bit, the spring has no force, and the residual meets its tolerance.) */
+/* A spring so stiff that round-off of its node's position causes a force like those of the whole body. Its residual
+ * hides that the body is far from its equilibrium; the potential, which falls from step to step, does not. (If the node
+ * ends on its target to the last bit, the spring has no force, and the residual meets its tolerance.) */
 static void falling_potentials_are_no_round_off(void)
 {
   static const double sheared[] = {1.7, 1.9, 2, 2.03, 2.2, 2.5};
@@ -164,7 +168,7 @@ static void falling_potentials_are_no_round_off(void)
   CHECK(at_rounding >= 4);
 }
 
-/* A free plate of ten-node tets, nearly incompressible, 1000 km from the origin. */
+/* A free plate of nearly incompressible ten-node tets, 1000 km from the origin. */
 static void make_far_plate(test_body *b)
 {
   flesh_mesh *box = NULL, *mesh = NULL;
@@ -183,7 +187,8 @@ static void make_far_plate(test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Places are rounded to 1e-10 m there. In the forces of the volumes that would hide how far the plate still is from rest. */
+/* Positions are rounded to 1e-10 m there. Through the volumes' forces that would hide how far the plate still is from
+ * rest. */
 static void far_bodies_come_back_to_rest(void)
 {
   for (unsigned long long seed = 1; seed <= 3; seed++) {

@@ -1,12 +1,12 @@
 // TEST full seconds=60
-/* test_volume_arc.c: Newton's iteration of nearly incompressible ten-node tets from rest: how many iterations it takes,
- * however large Poisson's ratio is, and that the preconditioner is made anew where the body has turned. */
+/* test_volume_arc.c: Newton's iteration for nearly incompressible ten-node tets from rest: how many iterations it
+ * takes, however large Poisson's ratio is, and that the preconditioner is rebuilt when the body has turned. */
 #include <stdlib.h>
 
 #include "body.h"
 #include "test.h"
 
-/* A bar of 4 x 1 x 1 m, or Cook's membrane (48 m long, 44 and 16 m high, 10 m thick). */
+/* Makes a bar of 4 x 1 x 1 m, or Cook's membrane (48 m long, 44 and 16 m high, 10 m thick). */
 static flesh_mesh *shaped(int cook)
 {
   flesh_mesh *box = cook ? test_box(5, 5, 1, 1, 1, 1) : test_box(8, 2, 2, 4, 1, 1), *mesh = NULL, *raised = NULL;
@@ -26,7 +26,7 @@ static flesh_mesh *shaped(int cook)
   return raised;
 }
 
-/* The equilibrium under `force` N/m^3 along y; returns how far the far end has moved. */
+/* Computes the equilibrium under `force` N/m^3 along y. Returns how far the far end has moved. */
 static double bend(int cook, flesh_energy energy, double poisson, double force, flesh_preconditioner kind,
                    flesh_solve_stats *stats)
 {
@@ -47,7 +47,7 @@ static double bend(int cook, flesh_energy energy, double poisson, double force, 
   return moved;
 }
 
-/* 4 m, a fifth of which it bends by; and Cook's, by a third of its height. */
+/* A bar of 4 m, which bends by a fifth of that; and Cook's, by a third of its height. */
 static void newton_does_not_feel_nu(void)
 {
   static const double poisson[] = {0.49, 0.499, 0.4999, 0.49999};
@@ -65,7 +65,7 @@ static void newton_does_not_feel_nu(void)
       }
 }
 
-/* Arcs lead where straight steps do. */
+/* Arcs lead to the same solution as straight steps. */
 static void equilibria_are_the_same(void)
 {
   flesh_solve_stats stats[2] = {{0}};
@@ -77,7 +77,8 @@ static void equilibria_are_the_same(void)
   CHECK(2 * stats[1].newton < stats[0].newton);
 }
 
-/* Blocks that start 8 to 12 times as long shrink along arcs, on which filtered steps fall short of the least potential. */
+/* Blocks that start 8 to 12 times as long shrink along arcs, on which filtered steps do not reach the least
+ * potential. */
 static void steps_go_on_along_their_arcs(void)
 {
   flesh_solve_stats stats = {0};
@@ -97,7 +98,7 @@ static void steps_go_on_along_their_arcs(void)
     test_body_destroy(&b);
   }
   printf("# %d Newton iterations\n", (int)stats.newton);
-  CHECK(stats.newton < 850); /* 581; 1162 where arcs end at their first length */
+  CHECK(stats.newton < 850); /* 581; 1162 if arcs end at their first length */
 }
 
 int main(int argc, char **argv)

@@ -1,6 +1,6 @@
 // TEST full memory seconds=60
-/* test_watchdog.c: what is stiff turns along arcs, which straight steps cannot follow: going beyond where the potential
- * cuts them, and back from there, takes far fewer iterations and ends in the same place. */
+/* test_watchdog.c: stiff parts turn along arcs, which straight steps cannot follow: continuing beyond the point where
+ * the potential would cut them, and returning from there, takes far fewer iterations and has the same result. */
 #include "body.h"
 #include "test.h"
 
@@ -9,7 +9,8 @@ typedef struct outcome {
   double tip[3];
 } outcome;
 
-/* The equilibrium of a bar that is clamped at x = 0 and 1e6 times stiffer from x = 1 on, which then hangs down. */
+/* Computes the equilibrium of a bar clamped at x = 0 that is 1e6 times stiffer from x = 1 on; the stiff part then hangs
+ * down. */
 static outcome hang(flesh_energy energy, double poisson, int watchdog)
 {
   const flesh_constants constants = FLESH_CONSTANTS_MATCHED;
@@ -61,7 +62,7 @@ static void stiff_parts_turn(void)
       const outcome with = hang(energies[e], poisson, 1), without = hang(energies[e], poisson, 0);
       CHECK(with.stats.watchdog_steps > 0 && without.stats.watchdog_steps == 0);
       CHECK(5 * with.stats.newton < without.stats.newton);
-      /* Coming back from a larger residual is no convergence that linear tolerances should follow. */
+      /* Recovering from an increase of the residual is no convergence that linear tolerances should follow. */
       CHECK_BELOW((double)with.stats.linear / with.stats.newton, 55);
       CHECK_BELOW(test_distance(3, with.tip, without.tip), 1e-4);
     }

@@ -1,6 +1,7 @@
 // TEST quick seconds=60
-/* test_fibre_stress.c: the stress that frames and probes have of a muscle is the material's and the fibres': the closed
- * form of a bar that contracts while it is held, the mean stress of all forces; tets without fibres keep theirs. */
+/* test_fibre_stress.c: the stress that frames and probes show for a muscle is that of the material plus the fibres: the
+ * closed form of a bar that contracts while it is held, the mean stress of all forces; tets without fibres are
+ * unaffected. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -12,7 +13,8 @@ static const char *const elements[] = {"tet4", "tet10", "tet10-mean"};
 enum { ELEMENTS = 3, MOST_ROWS = 16 };
 static const double mu = 1e5, lambda = 4e5, peak = 3e4; /* Pa */
 
-/* The Cauchy stress along a bar of form S at this stretch, sides free; the stretch of the sides by bisection. */
+/* Returns the Cauchy stress along a bar of form S at this stretch, with free sides; the stretch of the sides is found
+ * by bisection. */
 static double elastic_stress(double a, double *side)
 {
   const double alpha = 1 + mu / lambda - mu / (4 * lambda);
@@ -26,8 +28,8 @@ static double elastic_stress(double a, double *side)
   return twice_I * (a * a - b * b) / (a * b * b);
 }
 
-/* The stress of fibres along the bar, whose optimal stretch is 1: Blemker's curves, beyond the toe of the passive one
- * or at 1. */
+/* Returns the stress of fibres along the bar, with optimal stretch 1: Blemker's curves, beyond the toe of the passive
+ * one or at 1. */
 static double fibre_stress(double activation, double a, double side)
 {
   const double l = a - 1;
@@ -58,7 +60,7 @@ static int look(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* t and six stresses at a point and of all tets, a row a step. */
+/* t and six stresses at a point and of all tets, one row for each step. */
 static int read_probes(double rows[MOST_ROWS][13])
 {
   char *text = read_text(file_path("probes.csv")), *at = strchr(text, '\n');
@@ -91,7 +93,7 @@ static void forget(flesh_scene *scene, flesh_state *state)
   "output:\n  probes:\n    - {name: p, point: [1.3, 0.4, 0.7], quantities: [stress]}\n"                                 \
   "    - {name: all, box: [[-1, -1, -1], [5, 2, 2]], quantities: [stress]}\n"
 
-/* Stretched by a fifth while the activation rises, then held while it goes on rising. */
+/* Stretched by a fifth while the activation rises, then held while it continues to rise. */
 #define CONTRACTION                                                                                                     \
   "body: {mesh: bar.node, density: 1000, material: {energy: S, constants: raw, mu: 1e5, lambda: 4e5}}\n"                \
   "effects:\n  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], axes: [x]}\n"                                                 \
@@ -164,8 +166,8 @@ static void bend(const double X[3], double x[3])
   "              activation: [{time: 0, value: 0.2}, {time: 2, value: 1}]}\n"                                           \
   "  - muscle: {regions: [7], fibres: {direction: [0, -1, 1]}, peak_stress: 2e5, optimal_stretch: 1.1}\n"
 
-/* The fields' stress of all tets at t = 0.5 s and x = bend(X), new; with the Gauss sum of r_i x_i^T in VTK's order, new
- * too, which is the integral of sigma over the volume. */
+/* Returns the fields' stress of all tets at t = 0.5 s and x = bend(X), and the Gauss sum of r_i x_i^T in VTK's order,
+ * which is the integral of sigma over the volume; both allocated. */
 static double *stress_of(const char *text, const char *element, int *tets, int *with_fibres, double gauss[6])
 {
   static const int row[] = {0, 1, 2, 0, 1, 0}, column[] = {0, 1, 2, 1, 2, 2};
@@ -186,7 +188,7 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
   memcpy(made, fields.tets.arrays[0].doubles, 6 * (size_t)*tets * sizeof *made);
   flesh_mesh_mean_jacobians(mesh, state.x, made + 6 * *tets);
   for (int t = 0; t < *tets; t++) {
-    made[6 * *tets + t] *= flesh_mesh_tet_volumes(mesh)[t]; /* m^3 as it is */
+    made[6 * *tets + t] *= flesh_mesh_tet_volumes(mesh)[t]; /* m^3, present volume */
     with_fibres[t] = flesh_mesh_regions(mesh)[t] == 7;
   }
   const flesh_point point = flesh_point_at(state.t, state.x, state.v, state.v);
@@ -201,8 +203,8 @@ static double *stress_of(const char *text, const char *element, int *tets, int *
   return made;
 }
 
-/* The bar has any shape, any direction of the fibres, two muscles on the same tets, one of them at a part of its
- * activation. The tets of the other region have the bits that they have in a body without muscles. */
+/* The bar has any shape, fibres in any direction, and two muscles on the same tets, one of them at a fraction of its
+ * activation. The tets of the other region have the same bits as in a body without muscles. */
 static void mean_stress_is_that_of_all_forces(void)
 {
   for (int e = 0; e < ELEMENTS; e++) {

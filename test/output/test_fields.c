@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_fields.c: the fields of frames are those of closed forms: uniaxial tension of every form, uniform strain of
- * several materials, bending; and their integrals those of the forces. */
+/* test_fields.c: the fields of frames agree with closed forms: uniaxial tension of every form, uniform strain of
+ * several materials, bending; and their integrals with those of the forces. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -14,13 +14,13 @@ static const unsigned all = FLESH_FIELD_J | FLESH_FIELD_STRETCH | FLESH_FIELD_ST
                             FLESH_FIELD_PRESSURE | FLESH_FIELD_ENERGY_DENSITY;
 static const unsigned everywhere = FLESH_AT_NODES | FLESH_AT_TETS | FLESH_AT_POINTS;
 
-/* A scene, its fields, and the state that they were found at. */
+/* A scene, its fields, and the state for which they were computed. */
 typedef struct seen {
   flesh_scene *scene;
   const flesh_mesh *mesh;
   flesh_fields fields;
   flesh_state state;
-  double *J_mean;          /* [tets] as every frame has it */
+  double *J_mean;          /* [tets] as in every frame */
   int nodes, tets, points; /* of each tet */
 } seen;
 
@@ -49,7 +49,7 @@ static void find(seen *s)
   flesh_mesh_mean_jacobians(s->mesh, s->state.x, s->J_mean);
 }
 
-/* The fields at x = move(X). */
+/* Computes the fields at x = move(X). */
 static void see(const char *text, const char *element, void (*move)(const double X[3], double x[3]), seen *s)
 {
   open_scene(text, element, all, s);
@@ -88,7 +88,7 @@ static const double *array(const flesh_field_list *list, const char *name)
   abort();
 }
 
-/* Whether an array of a row of `size` numbers is that row again and again. */
+/* Whether an array repeats a row of `size` numbers. */
 static void check_rows(const double *values, int count, int size, const double *row, double tolerance)
 {
   double worst = 0;
@@ -107,7 +107,7 @@ static void check_everywhere(const seen *s, const char *name, const char *points
   check_rows(array(&s->fields.tets, points_name), s->tets * s->points, size, row, tolerance);
 }
 
-/* 2 psi_I and psi_J of the formulas of the README, with I = tr F^T F; psi itself. */
+/* 2 psi_I and psi_J of the README's formulas, with I = tr F^T F; and psi itself. */
 typedef struct slopes {
   double twice_I, J, psi;
 } slopes;
@@ -127,7 +127,7 @@ static slopes slopes_of(char form, double mu, double lambda, double I, double J)
   }
 }
 
-/* The lateral stretch b of a bar of stretch a whose sides are free: 2 psi_I b^2/J + psi_J = 0. */
+/* Returns the lateral stretch b of a bar of stretch a with free sides: 2 psi_I b^2/J + psi_J = 0. */
 static double lateral_stretch(char form, double mu, double lambda, double a)
 {
   double low = 0.5, high = 1.5;
@@ -140,7 +140,7 @@ static double lateral_stretch(char form, double mu, double lambda, double a)
   return low;
 }
 
-/* Bars drawn to 1.3 of their length: sigma = 2 psi_I (a^2 - b^2)/J along it, and nothing across. */
+/* Bars stretched to 1.3 of their length: sigma = 2 psi_I (a^2 - b^2)/J along it, and 0 across. */
 static void uniaxial_tension_is_that_of_the_formula(void)
 {
   static const char *const forms[] = {"Neo", "A", "B", "D", "E", "S"};
@@ -188,7 +188,7 @@ static void affine(const double X[3], double x[3])
 
 static const int stress_row[] = {0, 1, 2, 0, 1, 0}, stress_column[] = {0, 1, 2, 1, 2, 2};
 
-/* sigma of both materials; between them the mean by volume at rest. */
+/* sigma of both materials; between them the mean weighted by the volume at rest. */
 static void uniform_strain_has_the_stress_of_each_material(void)
 {
   for (int e = 0; e < ELEMENTS; e++) {
@@ -229,7 +229,7 @@ static void uniform_strain_has_the_stress_of_each_material(void)
 
 static const double curvature = 1e-6, poisson = 0.3;
 
-/* A bar bent to a curvature about y, as linear elasticity has it. */
+/* A bar bent to a curvature about y, according to linear elasticity. */
 static void bend(const double X[3], double x[3])
 {
   const double y = X[1] - 0.5, z = X[2] - 0.5;
@@ -238,7 +238,7 @@ static void bend(const double X[3], double x[3])
   x[2] = X[2] - curvature / 2 * (X[0] * X[0] - poisson * y * y + poisson * z * z);
 }
 
-/* sigma_xx = E z/R: exact at every node of tets of ten nodes, at the surface too. */
+/* sigma_xx = E z/R: exact at every node of ten-node tets, also at the surface. */
 static void stress_in_bending_is_linear_up_to_the_surface(void)
 {
   seen s = {0};
@@ -265,7 +265,8 @@ static void twist(const double X[3], double x[3])
   x[0] += 0.06 * sin(2 * X[1]) * X[0], x[1] += 0.05 * cos(3 * X[2]) * X[0], x[2] += 0.04 * X[0] * X[0];
 }
 
-/* integral of sigma dV over tets and over points; and that of nodes, by volume at rest, is that of points. */
+/* The integral of sigma dV over tets agrees with that over points; the sum over nodes, weighted by the volume at rest,
+ * with that over points. */
 static void fields_have_the_integrals_of_their_points(void)
 {
   for (int e = 0; e < ELEMENTS; e++) {
@@ -303,7 +304,7 @@ static void fields_have_the_integrals_of_their_points(void)
   }
 }
 
-/* In equilibrium: integral of sigma dV = sum of what acts on nodes, loads and reactions, times x^T (Gauss). */
+/* In equilibrium: the integral of sigma dV is the sum of nodal forces, loads and reactions, times x^T (Gauss). */
 static void mean_stress_is_that_of_loads_and_reactions(void)
 {
   for (int e = 0; e < ELEMENTS; e++) {
@@ -334,8 +335,8 @@ static void mean_stress_is_that_of_loads_and_reactions(void)
   }
 }
 
-/* The root mean square error over mu of the pressures at corners in a box of 1 m with slippery walls, where the weight of
- * an incompressible body of tet10-mean, 2 mu/m, presses like a liquid's. */
+/* Returns the root mean square error, over mu, of the pressures at corners in a box of 1 m with frictionless walls, in
+ * which the weight of an incompressible body of tet10-mean, 2 mu/m, causes a hydrostatic pressure. */
 static double error_under_weight(int cells)
 {
   seen s = {0};
@@ -386,7 +387,7 @@ static void what_a_body_has_not_is_refused(void)
   }
 }
 
-/* A tet whose F has no stress shows NaN, as do its nodes; the values that exist stay. */
+/* A tet whose F has no stress shows NaN, and so do its nodes; all other values are kept. */
 static void inside_out(const double X[3], double x[3])
 {
   memcpy(x, X, 3 * sizeof *x);

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_io.c: files are written whole or not at all; numbers read back exactly; folders are made or
+/* test_io.c: files are written completely or not at all; numbers are read back exactly; folders are created or
  * refused. */
 #include "temporary.h"
 
@@ -67,10 +67,10 @@ static void an_abandoned_file_leaves_nothing(void)
   flesh_file_abandon(&file);
   flesh_file_abandon(&file);
   CHECK(!strcmp(content(path), "(no file)"));
-  CHECK(rmdir(in_folder("alone")) == 0); /* empty: no temporary file stayed */
+  CHECK(rmdir(in_folder("alone")) == 0); /* empty: no temporary file is left */
 }
 
-/* A limit on file sizes makes write() fail in the middle, as a full disk does. */
+/* A limit on file sizes makes write() fail in the middle, like a full disk. */
 static void a_write_that_fails_keeps_the_target(void)
 {
   const char *path = in_folder("kept");
@@ -172,7 +172,7 @@ static void numbers_ignore_the_locale(void)
   setlocale(LC_NUMERIC, "C");
 }
 
-/* A frame of three points, as it was written. */
+/* A frame of three points, as written. */
 static void frames_read_back(void)
 {
   double x[9], v[9], got[18];
@@ -211,7 +211,7 @@ static void frames_read_back(void)
     flesh_pvd_clear(&index);
   }
 
-  /* Lengths of four bytes, of eight in larger files and in those of earlier versions; an array that ends before its. */
+  /* Lengths of four bytes, or of eight in larger files and in those of earlier versions; an array that ends early. */
   static const char array[] = "<DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" offset=\"0\"/>";
   for (int k = 0; k < 4; k++) {
     const int wide = k & 1, whole = k < 2;
@@ -231,12 +231,12 @@ static void frames_read_back(void)
   }
   CHECK(flesh_vtu_length_size(&content) == 4);
   flesh_vtu large = content;
-  large.points = 178956970; /* 24 bytes each: 4 GiB less 16 bytes */
+  large.points = 178956970; /* 24 bytes each: 4 GiB minus 16 bytes */
   CHECK(flesh_vtu_length_size(&large) == 4);
   large.points++;
   CHECK(flesh_vtu_length_size(&large) == 8);
 
-  /* Cut anywhere and with bytes changed: read or refused. */
+  /* Truncated anywhere and with bytes changed: read or refused. */
   char bytes[4096], harmed[4096];
   FILE *stream = fopen(in_folder("f.vtu"), "rb");
   size_t size = fread(bytes, 1, sizeof bytes, stream);

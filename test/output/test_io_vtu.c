@@ -51,7 +51,7 @@ int main(int argc, char **argv)
                               .cell_arrays = cell_arrays};
   snprintf(path, sizeof path, "%s/polygons.vtu", argv[2]);
   if (!status) status = flesh_vtu_write(path, &polygons);
-  /* A tet of ten nodes: the sample's first four corners, its edges' nodes numbered from the last. */
+  /* A ten-node tet: the sample's first four corners, its mid-edge nodes numbered from the last node. */
   static const int edge_nodes[6] = {9, 8, 7, 6, 5, 4}, ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
   double ten[30];
   memcpy(ten, positions, 12 * sizeof *ten);

@@ -1,5 +1,5 @@
 // TEST quick seconds=20
-/* test_probe_slopes.c: derivatives of what probes tell of tets are those of differences, with means of J and muscles. */
+/* test_probe_slopes.c: derivatives of tets' probes agree with differences, with means of J and muscles. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -24,7 +24,7 @@ typedef struct moved {
   double figures[FLESH_PROBE_COLUMNS * FLESH_PROBE_FIGURES];
 } moved;
 
-/* The columns' values at x + distance * way. */
+/* Computes the columns' values at x + distance * way. */
 static void observe(moved *m, int n, double distance, const double *way, double values[FLESH_PROBE_COLUMNS])
 {
   for (int d = 0; d < n; d++) m->state.x[d] += distance * way[d];
@@ -33,7 +33,7 @@ static void observe(moved *m, int n, double distance, const double *way, double 
   for (int c = 0; c < FLESH_PROBE_COLUMNS; c++) values[c] = m->figures[FLESH_PROBE_FIGURES * c];
 }
 
-/* The worst column of a quantity, by the derivative along a random way. */
+/* Returns the error of the worst column of a quantity, for the derivative along a random direction. */
 static double worst_of(const flesh_scene *scene, const flesh_probe *given, unsigned quantity, moved *m, int *count)
 {
   static const double step = 1e-4;

@@ -1,5 +1,5 @@
 // TEST quick seconds=60
-/* test_probes.c: reactions balance loads and inertia; strain, stress and energy are those of the effect of elasticity;
+/* test_probes.c: reactions balance loads and inertia; strain, stress and energy agree with the effect of elasticity;
  * every row is on disk when its step ends. */
 #include "scene_files.h"
 
@@ -34,7 +34,7 @@ static void read_table(const char *path)
   free(text);
 }
 
-/* A column's number in a row; NaN where there is none of that name. */
+/* Returns a column's number in a row; NaN if no column has the name. */
 static double at(int row, const char *name)
 {
   for (int c = 0; c < column_count; c++)
@@ -53,7 +53,7 @@ static void vector_at(int row, const char *prefix, const char *unit, double valu
   }
 }
 
-/* Sums over nodes [3*n]: of f, and of x times f about the origin. */
+/* Computes sums over nodes [3*n]: of f, and of x times f about the origin. */
 static void sum(int n, const double *x, const double *f, double force[3], double moment[3])
 {
   for (int d = 0; d < 3; d++) force[d] = moment[d] = 0;
@@ -69,11 +69,11 @@ typedef struct watch {
   const flesh_scene *scene;
   int rows;
   double momentum[MOST_ROWS][3], load[MOST_ROWS][3], load_moment[MOST_ROWS][3];
-  double rate_moment[MOST_ROWS][3]; /* of M (v - the v before) / h */
+  double rate_moment[MOST_ROWS][3]; /* sum of M (v - previous v) / h */
   double *v_before, *r;
 } watch;
 
-/* Momenta by the effect of inertia, and minus the loads. */
+/* Computes momenta with the effect of inertia, and minus the loads. */
 static int look(void *data, const flesh_step_record *record)
 {
   watch *w = data;

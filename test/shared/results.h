@@ -51,7 +51,7 @@ static inline char *results_make_of(sqlite3 *database, const char *const *sql, c
   return text;
 }
 
-/* The same for the SQL of that name in data/studies, or for `sql` itself, and verdict.txt. */
+/* Runs the SQL of that name in data/studies, or `sql` itself, and verdict.txt in the same way. */
 static inline char *results_make(sqlite3 *database, const char *name, const char *sql, const char *table, char **csv)
 {
   const char *const all[] = {name ? flesh_own_text(name) : sql, NULL};
