@@ -1,13 +1,13 @@
-/* accelerators.c: asks one accelerator after the other, and takes what lowers the potential.
+/* accelerators.c: asks one accelerator after the other, and takes a proposal that lowers the potential.
  *
- * Arcs are followed beyond a step that fell short, where going straight on would change volumes.
+ * Arcs extend a step that fell short, where a longer straight step would change volumes.
  *
- * Nonlinear elimination solves for few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996).
+ * Nonlinear elimination solves for the few nodes that carry the residual alone (Lanzkron, Rose & Wilkes 1996).
  *
  * The watchdog technique (Chamberlain, Powell, Lemarechal & Pedersen 1982) takes longer steps. Stiff parts rotate along
- * arcs: a straight step strains them, and the line search cuts it to almost nothing, repeatedly. Then a multiple of the cut
- * step is taken although the potential rises. The residual there is that of the strained parts, and one or two Newton steps
- * remove it. */
+ * arcs: a straight step strains them, and the line search cuts it to almost nothing, repeatedly. The watchdog then takes a
+ * multiple of the cut step although the potential rises. The residual there is that of the strained parts, and one or two
+ * Newton steps remove it. */
 #include <math.h>
 
 #include "newton/mechanisms.h"
@@ -15,10 +15,10 @@
 #include "system/one_effect.h"
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
-static const double worth = 0.3; /* steps that the line search cuts to less are tried */
-static const double first = 8;   /* length of the first try over that of the cut step */
+static const double worth = 0.3; /* the watchdog tries steps that the line search cuts to less than this fraction */
+static const double first = 8;   /* length of the first try relative to the cut step */
 static const double wall = 10;   /* growth of the residual from which on stiff parts count as strained */
-static const double order = 6;   /* power of the length with which the strain that remains grows */
+static const double order = 6;   /* power of the step's length with which the remaining strain grows */
 
 /* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
  * Elimination has a quadratic model of contact, which does not predict the barrier either. */
@@ -26,13 +26,13 @@ static int contact_carries(flesh_equations *equations, const double *u, const do
 {
   if (!flesh_system_has_role(equations->system, FLESH_ROLE_CONTACT)) return 0;
   const flesh_point point = flesh_equations_point(equations, u);
-  double *contact = equations->scratch; /* then r where contact touches */
+  double *contact = equations->scratch; /* becomes r on the dofs where contact acts, 0 elsewhere */
   const int failed = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, contact);
   for (int d = 0; d < equations->n; d++) contact[d] = failed || contact[d] != 0 ? r[d] : 0;
   return flesh_norm(equations->threads, equations->n, contact) > M_SQRT1_2 * flesh_norm(equations->threads, equations->n, r);
 }
 
-/* Nonlinear elimination's proposal: the few nodes that carry the residual after the step are solved for alone. */
+/* Proposes a step by nonlinear elimination: solves for the few nodes that carry the residual after the step alone. */
 static int propose_elimination(flesh_newton *self, const flesh_step *step)
 {
   flesh_equations *equations = &self->equations;
@@ -105,20 +105,20 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
   const double length = flesh_norm(equations->threads, n, p) / cut, known = self->iterations.watchdog.length;
   const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
-  /* Otherwise it is nothing stiff that has cut the step. */
+  /* Returns unless stiff parts have cut the step. */
   if (flesh_equations_residual(equations, to, r)) return;
   if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return;
   const double falls = s / cut * flesh_dot(equations->threads, n, step->b, p);
   const double value = go_back(self, step->value, to);
-  /* The excess over the quadratic model grows with a power of the length, the gain with the first: this is the best
-   * length for the next try. */
+  /* The excess over the quadratic model grows with a power of the length, the gain linearly: this is the best length for
+   * the next try. */
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
   self->iterations.watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
   learn(self, value < step->value && take_proposal(self, step));
 }
 
-/* A filtered step that has gained more than predicted goes on along its arc, twice as far at a time. */
+/* Continues a filtered step that has gained more than predicted along its arc, doubling it each time. */
 static void go_along_arc(flesh_newton *self, flesh_step *step)
 {
   const int falls_short = step->kind == FLESH_DIRECTION_FILTERED && step->length == 1 &&

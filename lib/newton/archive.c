@@ -1,11 +1,11 @@
-/* archive.c: keeps, from one stage to the next, which matrices serve again and how well they have served. */
+/* archive.c: archives which matrices are kept from stage to stage, and how well they have served. */
 #include <math.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "newton/newton.h"
 
-/* Whether K serves once more before it is assembled again. */
+/* Whether K is used once more before it is assembled again. */
 static int serves_again(const flesh_newton *self) { return self->policy.age >= 0 && self->direction.assembled; }
 
 static void forget_direction(flesh_direction *self)
@@ -33,7 +33,7 @@ void flesh_newton_forget(flesh_newton *self)
   self->edge_force = NAN;
 }
 
-/* Archives the matrices only where one has been made. */
+/* Archives the matrices, but only if one has been made. */
 static int archive_direction(flesh_direction *self, flesh_archive *archive)
 {
   const size_t stiff = 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row;
@@ -50,11 +50,11 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
     FLESH_ARCHIVE(archive, self->rows.projection_disabled);
     flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);
   }
-  if (archive->mode == FLESH_ARCHIVE_LOAD) self->matrix++; /* it is rounded anew */
+  if (archive->mode == FLESH_ARCHIVE_LOAD) self->matrix++; /* PCG rounds it anew */
   if (self->preconditioner && made)
     self->linear->preconditioner_archive(self->preconditioner, archive);
   flesh_archive_int(archive, &fallback, FLESH_FALLBACK_TOO_EXPENSIVE, FLESH_FALLBACK_IN_USE);
-  self->fallback_state = fallback; /* its factors are made in each solve */
+  self->fallback_state = fallback; /* its factors are made anew in each solve */
   return self->direct ? flesh_direct_archive(self->direct, archive) : FLESH_OK;
 }
 

@@ -1,4 +1,4 @@
-/* background.c: the residual, Hessian and potential of a quadratic model. */
+/* background.c: residual, Hessian and potential of a quadratic model. */
 #include "newton/background.h"
 
 #include <math.h>

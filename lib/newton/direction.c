@@ -1,4 +1,4 @@
-/* direction.c: PCG and direct factorisations for the direction of a Newton step, and how well a preconditioner does. */
+/* direction.c: PCG and direct factorisations for the direction of a Newton step, and a measure of the preconditioner. */
 #include "newton/direction.h"
 
 #include <math.h>
@@ -7,15 +7,16 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Conjugate gradients reduce the residual fastest in their first decades, the more so the newer the preconditioner is:
- * solves by more decades than these are compared with each other, and not with shorter ones. */
+/* Decades of reduction from which on a solve counts as deep. Conjugate gradients reduce the residual fastest in their first
+ * decades, the more so the newer the preconditioner is: deep solves are compared with each other, and not with shorter
+ * ones. */
 static const double DEEP = 3;
 
-/* The analysis for a factor costs 90 to 240 iterations: it is made after a solve that has taken more. */
+/* Iterations of a solve after which the fallback is analysed, as the analysis costs 90 to 240 iterations. */
 enum { MANY = 250 };
 
-/* Operations of a factor that take the time of an iteration, for each block: an iteration has a product and two triangular
- * solves of 18 operations a block each, which take 1 to 3 times as long as in a factor. */
+/* Number of a factorisation's operations per block of K that take the time of one iteration: an iteration has a product and
+ * two triangular solves of 18 operations a block each, which take 1 to 3 times as long as in a factorisation. */
 static const double OPERATIONS = 72;
 
 void flesh_direction_unite_rows(flesh_direction *self)
@@ -122,7 +123,7 @@ void flesh_direction_overwritten(flesh_direction *self)
   for (size_t d = 0; d < 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row; d++) self->rows.values[d] = 0;
 }
 
-/* The sum of a node's diagonal. */
+/* Sum of a node's diagonal. */
 static float stiffness_of(const flesh_block_matrix *K, int node)
 {
   const double *block = K->values + 9 * (size_t)K->row_start[node];
@@ -137,7 +138,7 @@ int flesh_direction_stiffened(const flesh_direction *self)
     const float now = stiffness_of(K, i), then = self->factored[i];
     count += now > 2 * then || then > 2 * now;
   }
-  return (int)flesh_team_total(self->equations->team, count); /* of all ranks, which decide alike */
+  return (int)flesh_team_total(self->equations->team, count); /* of all ranks, so that they decide alike */
 }
 
 int flesh_direction_factor(flesh_direction *self, int single)
@@ -153,7 +154,7 @@ int flesh_direction_factor(flesh_direction *self, int single)
   return status;
 }
 
-/* How the preconditioner has done in a solve that ended as `result` says. */
+/* Learns from a solve that ended with `result` how well the preconditioner does. */
 static void learn(flesh_direction *self, const flesh_pcg_result *result)
 {
   const double decades = fmax(log10(result->first / result->residual), 0.1);
@@ -162,7 +163,7 @@ static void learn(flesh_direction *self, const flesh_pcg_result *result)
   self->excess_iterations = fmax(0, self->excess_iterations + result->iterations - *usual * decades);
 }
 
-/* Analyses the pattern for the fallback, where a factor costs no more than as many iterations as there may be. */
+/* Analyses the pattern for the fallback, unless a factorisation costs more than max_linear iterations. */
 static int analyse(flesh_direction *self)
 {
   const flesh_equations *equations = self->equations;
@@ -174,7 +175,7 @@ static int analyse(flesh_direction *self)
   return status;
 }
 
-/* Lowers `most` to the iterations after which a solve has cost as much as a factor. */
+/* Lowers `most` to the iterations after which a solve has cost as much as a factorisation. */
 static int limit(flesh_direction *self, int *most)
 {
   const int status = self->fallback_state < FLESH_FALLBACK_AT_HAND ? FLESH_OK : analyse(self);

@@ -1,4 +1,4 @@
-/* equations.c: evaluates the equations of a stage, and keeps what was evaluated last. */
+/* equations.c: evaluates the equations of a stage, and caches the last results. */
 #include "newton/equations.h"
 
 #include <math.h>
@@ -13,14 +13,14 @@
 
 enum { SCRATCH = 4, VECTORS = SCRATCH + 6 };
 
-/* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
+/* Mean positive diagonal entry of the rest stiffness, which scales the constrained rows. */
 static double typical_stiffness(flesh_equations *self)
 {
   flesh_evaluation *e = &self->evaluation;
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   memset(e->v, 0, (size_t)self->n * sizeof *e->v);
   const flesh_point point = flesh_point_at(0, X, e->v, e->v);
-  double sum[2] = {0}; /* and how many there are */
+  double sum[2] = {0}; /* sum of the entries, and their number */
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.x = 1, .v = 1, .a = 1}, self->K)) return 1;
   for (int i = 0; i < self->K->rows; i++)
     for (int c = 0; c < 3; c++) {
@@ -66,7 +66,7 @@ void flesh_equations_clear(flesh_equations *self)
   flesh_free(constrained->is);
   flesh_free(constrained->dofs);
   flesh_free(constrained->rows);
-  flesh_free(self->scratch); /* and all other vectors with it */
+  flesh_free(self->scratch); /* all other vectors are in the same allocation */
   flesh_evaluation_clear(&self->evaluation);
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
@@ -123,7 +123,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   flesh_evaluation_forget(e);
   flesh_proximity_begin(&e->proximity);
   self->refused = self->fatal = e->is_frozen = 0;
-  /* They may have changed where x has not. */
+  /* The multipliers or materials may have changed although x has not. */
   if (stage->multipliers || flesh_equations_is_softened(self)) e->known_end.potential.known = 0;
   double numbers[2] = {flesh_equations_find_constrained(self, stage->t, stage->held), 0};
   const int *dofs = constrained->dofs, count = constrained->count;
@@ -134,7 +134,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
     numbers[1] = fmax(numbers[1], fabs(*u));
   }
-  flesh_team_largest(self->team, 2, numbers); /* all ranks go on alike */
+  flesh_team_largest(self->team, 2, numbers); /* so that all ranks continue alike */
   constrained->displacement = numbers[1];
   flesh_clearance_begin(&e->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag, self->stage.x_from);
   return numbers[0] > 0;
@@ -145,7 +145,7 @@ void flesh_equations_start(const flesh_equations *self, double *u)
   flesh_copy(self->threads, self->n, self->constrained.u, u);
 }
 
-/* y = base + shift u from begin to end; without a base, 0. */
+/* Sets y = base + shift u from begin to end; without a base, y = shift u. */
 static void move(int begin, int end, const double *base, double shift, const double *u, double *y)
 {
   if (base)
@@ -157,10 +157,10 @@ static void move(int begin, int end, const double *base, double shift, const dou
 typedef struct displacement {
   const flesh_equations *equations;
   const double *u;
-  double *x, *v, *a; /* v and a NULL: positions alone */
+  double *x, *v, *a; /* v and a NULL: only positions */
 } displacement;
 
-enum { DOFS = 4096 }; /* of a task */
+enum { DOFS = 4096 }; /* dofs of a task */
 
 static void move_part(void *data, int part)
 {
@@ -189,14 +189,14 @@ static void move_all(displacement to)
   }
 }
 
-/* How far a node at u is from where the stage begins, at most, m. */
+/* Largest displacement of a node at u from the start of the stage, m. */
 static double displacement_to(const flesh_equations *self, const double *u)
 {
   return fmax(flesh_clearance_moved(&self->evaluation.clearance, self->stage.shift.x, u),
               2 * fabs(self->stage.shift.x) * self->constrained.displacement);
 }
 
-/* Whether surfaces are far from each other at u, which has to say where the constrained dofs are. */
+/* Whether surfaces are far from each other at u; certain only if u has the constrained dofs at their places. */
 static int is_far(flesh_equations *self, const double *u)
 {
   flesh_clearance *clearance = &self->evaluation.clearance;
@@ -294,7 +294,7 @@ double flesh_equations_max_feasible_step(flesh_equations *self, const double *fr
                                         self->stage.t, x_to);
 }
 
-/* Constraint rows of the residual just evaluated at u, which is then known. */
+/* Replaces the constrained rows of the residual just evaluated at u, which is then known. */
 static int finish_residual(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -309,11 +309,11 @@ static int finish_residual(flesh_equations *self, const double *u)
   return FLESH_OK;
 }
 
-/* Adds the constraints' springs to the potential, which is known then; its u is set elsewhere. */
+/* Adds the energy of the constraints' springs to the potential, which is then known; the caller records its u. */
 static void finish_potential(flesh_equations *self, const double *u)
 {
   flesh_evaluation *e = &self->evaluation;
-  double springs = 0; /* whose gradient the constrained rows are */
+  double springs = 0; /* energy whose gradient is the constrained rows */
   for (int k = 0; k < self->constrained.count; k++) {
     const double off = u[self->constrained.dofs[k]] - self->constrained.u[self->constrained.dofs[k]];
     springs += self->constrained.dofs[k] < e->own ? off * off : 0;
@@ -375,7 +375,7 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
                                               e->residual.r, &e->potential.value, &e->potential.magnitude);
     if (status) return flesh_equations_keep_fatal(self, status);
     finish_potential(self, u);
-    /* One without a finite norm is refused when it is asked for. */
+    /* A residual without a finite norm is refused when it is asked for. */
     e->potential.with_residual = finish_residual(self, u) == FLESH_OK;
     if (!e->potential.with_residual) flesh_evaluation_take_potential(e, u);
   }
@@ -387,7 +387,7 @@ void flesh_equations_save_end(flesh_equations *self, const double *u)
   flesh_evaluation *e = &self->evaluation;
   e->known_end.potential.known = 0;
   if (self->stage.shift.x != 1 || flesh_equations_is_softened(self) || self->far_away || !flesh_evaluation_knows_potential(e, u))
-    return; /* no step ends where the stage does, or x is rounded there */
+    return; /* this end of the stage is no end of a step, or x is rounded there */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, e->x, e->known_end.x);
   e->known_end.potential = e->potential.by_position;

@@ -1,4 +1,4 @@
-/* filter_error.c: estimates of local errors through (M + g^2 K)^-1 M: what a stage would leave of them. */
+/* filter_error.c: filters estimates of local errors by (M + g^2 K)^-1 M, as the solve of a stage would damp them. */
 #include "newton/newton.h"
 
 #include <string.h>
@@ -8,12 +8,12 @@
 #include "system/velocity_scale.h"
 
 enum { MOST_ITERATIONS = 300 };
-static const double depth = 0.1; /* of the solve, over the right-hand side: an estimate needs no more */
+static const double depth = 0.1; /* tolerance of the solve relative to the right-hand side: an estimate needs no more */
 
-/* b [n]: what the penalty of multipliers adds to K p at u, as a difference of residuals. */
+/* Computes b [n], the contribution of the multipliers' penalty to K p at u, as a difference of residuals. */
 static int find_penalty_force(flesh_newton *self, const double *u, const double *p, double *b)
 {
-  static const double little = 1e-6; /* of the body's length: the displacement's norm */
+  static const double little = 1e-6; /* norm of the displacement, relative to the body's length */
   flesh_equations *equations = &self->equations;
   const int n = equations->n, *fixed = equations->constrained.dofs;
   double *x = equations->scratch, *r = x + n;
@@ -26,7 +26,7 @@ static int find_penalty_force(flesh_newton *self, const double *u, const double 
     const int moved = k & 1, without = k & 2;
     flesh_point at = point;
     if (moved) at.x = x;
-    if (without) at.penalty = 1e-12; /* as good as none: 0 stands for 1 */
+    if (without) at.penalty = 1e-12; /* practically none; 0 would mean 1 */
     status = flesh_system_roles_residual(equations->system, FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY), &at, r);
     const double weight = (moved && !without) || (!moved && without) ? 1 / scale : -1 / scale;
     for (int d = 0; d < n && !status; d++) b[d] += weight * r[d];
@@ -35,7 +35,7 @@ static int find_penalty_force(flesh_newton *self, const double *u, const double 
   return status;
 }
 
-/* Makes the matrix of the last stage serve. */
+/* Prepares the matrix of the last stage for use. */
 static int prepare(flesh_newton *self, const double *u)
 {
   const flesh_shift *now = &self->equations.stage.shift, *then = &self->policy.prepared_for;
@@ -79,7 +79,7 @@ static int filter(flesh_newton *self, const double *u, const double *b, double *
   return status ? status : keep_volumes(self, u, p);
 }
 
-/* Adds what has been counted since `before`, and restores the stage's counts, by which the next stage is judged. */
+/* Adds the counts since `before` to *stats, and restores the stage's own, by which the next stage is judged. */
 static void add_since(flesh_newton *self, const flesh_solve_stats *before, flesh_solve_stats *stats)
 {
   stats->linear += self->stats.linear - before->linear;

@@ -1,5 +1,5 @@
-/* line_search.c: Armijo's rule on the incremental potential, what takes its place where round-off dominates, and steps
- * that are lengthened. */
+/* line_search.c: Armijo's rule on the incremental potential, its replacement where round-off dominates, and lengthened
+ * steps. */
 #include "newton/line_search.h"
 
 #include <math.h>
@@ -8,24 +8,24 @@
 #include "newton/mechanisms.h"
 #include "system/feasible_step.h"
 
-/* After so many filtered steps in a row that were too short, a step is lengthened wherever the residual is. */
+/* After this many filtered steps in a row that were too short, a step is lengthened wherever the residual is. */
 enum { MANY_SHORT = 16 };
 
-/* After every so many steps a solve of bodies that touch each other is given up where these have lowered the potential by
- * less than this part of all that it has fallen. */
+/* Every MANY_STEPS steps, a solve with touching bodies is given up if these steps have lowered the potential by less than
+ * least_gain times its total decrease. */
 enum { MANY_STEPS = 100 };
 static const double least_gain = 0.1;
 
-/* One search: the direction, and what is known of the potential along it. */
+/* One search: the direction, and the known values of the potential along it. */
 typedef struct line {
   const double *u, *b, *p;
   double slope;               /* -b.p < 0 */
   double start, magnitude;    /* the potential at u and the sizes of its terms */
   double first;               /* the first try: the longest feasible step up to 1 */
-  double round_off, measured; /* of the potential: estimated, and measured (NaN: not yet) */
-  double refused;             /* the last length that was; INFINITY: none */
-  double length, value;       /* of the trial */
-  double made;                /* the length that the trial has; NAN: none */
+  double round_off, measured; /* round-off of the potential: estimated, and measured (NaN: not yet) */
+  double refused;             /* last refused length; INFINITY: none */
+  double length, value;       /* length of the trial, and its potential */
+  double made;                /* length for which the trial vector was made; NAN: none */
 } line;
 
 int flesh_search_makes_progress(flesh_search *self, const double *u)
@@ -57,8 +57,8 @@ static double dot(const flesh_search *self, const double *x, const double *y)
   return flesh_dot(self->equations->threads, self->equations->n, x, y);
 }
 
-/* A crease or a tet that turns inside out is local; a body that is crumpled as a whole is tangled less often by the
- * filtered Hessian's short steps. */
+/* A crease or an inverting tet is local. A body that is crumpled as a whole gets tangled less often by the filtered
+ * Hessian's short steps. */
 int flesh_is_local(const flesh_equations *equations, const double *r)
 {
   double *squares = equations->scratch;
@@ -67,14 +67,14 @@ int flesh_is_local(const flesh_equations *equations, const double *r)
   return sum * sum < 0.01 * equations->evaluation.all * flesh_dot(equations->threads, equations->n, squares, squares);
 }
 
-/* Whether the filters go by the model ratio of steps. */
+/* Whether the eigenvalue filter needs the model ratio of steps. */
 static int needs_model_ratio(const flesh_solver_options *options)
 {
   return options->eigenvalue_filter == FLESH_FILTER_AUTO || options->eigenvalue_filter == FLESH_FILTER_TRUST_REGION ||
          options->eigenvalue_filter == FLESH_FILTER_TRUST_REGION_ALWAYS;
 }
 
-/* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
+/* Computes p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
 static double curvature(flesh_search *self, const double *u, const double *b, const double *p)
 {
   const double epsilon = 1e-5;
@@ -84,7 +84,7 @@ static double curvature(flesh_search *self, const double *u, const double *b, co
   return (dot(self, r, p) + dot(self, b, p)) / epsilon;
 }
 
-/* The longest first try: the feasible fraction of the direction; 1: all. */
+/* Longest first try: the feasible fraction of the direction, at most 1. */
 static double longest_feasible(flesh_search *self, line *line)
 {
   if (!flesh_system_limits_step(self->equations->system)) return 1;
@@ -94,14 +94,14 @@ static double longest_feasible(flesh_search *self, line *line)
   return fraction < 1 ? flesh_feasible_step_kept * fraction : 1;
 }
 
-/* Lengthens the accepted step as long as that lowers the potential further; no further than the length `too_long`,
- * which has been refused (INFINITY: none). */
+/* Lengthens the accepted step as long as that lowers the potential further, but not beyond the refused length `too_long`
+ * (INFINITY: none). */
 static void lengthen(flesh_search *self, line *line, double too_long)
 {
   const int bounded = too_long < INFINITY;
   for (int tries = 0; tries < 20; tries++) {
-    /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a potential
-     * that bends less than the matrix says (x^4) goes on falling after it. */
+    /* Go to the minimum of the parabola through the known values. The first try goes at least to twice the length, because
+     * a potential that curves less than the matrix says (x^4) keeps falling. */
     const double length = line->length;
     double curvature_estimate = (line->value - line->start) / (length * length) - line->slope / length, further, ignored;
     double longer = curvature_estimate > 0 ? fmin(-line->slope / (2 * curvature_estimate), 4 * length) : 4 * length;
@@ -121,14 +121,14 @@ static void lengthen(flesh_search *self, line *line, double too_long)
 
 typedef enum verdict { REFUSED, ACCEPTED, AGAIN } verdict;
 
-/* Whether the trial's value is low enough. AGAIN: the round-off of the potential turned out larger, so that the search
- * starts anew with that. */
+/* Judges whether the trial's value is low enough. AGAIN: the potential's round-off turned out larger, and the search starts
+ * anew with it. */
 static verdict judge(flesh_search *self, line *line)
 {
   const double slope = line->length * line->slope, rise = line->value - line->start;
   if (line->value <= line->start + flesh_armijo * line->length * line->slope) return ACCEPTED;
-  /* If round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
-   * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
+  /* If round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate Wolfe
+   * condition of Hager & Zhang 2005). Below their last digit the values show nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
   if (flesh_uses(self->equations->options, FLESH_TECHNIQUE_APPROXIMATE_WOLFE) && -slope <= line->round_off &&
@@ -136,8 +136,8 @@ static verdict judge(flesh_search *self, line *line)
       !flesh_equations_residual(self->equations, self->equations->trial, self->equations->work[0]) &&
       dot(self, self->equations->work[0], line->p) <= -(1 - 2 * flesh_armijo) * line->slope)
     return ACCEPTED;
-  /* If little decrease is expected, a rise may be round-off. The terms' sizes understate it where they cancel within
-   * (I_C - 3 near rest, or a load that hangs on a place far from the origin): the round-off is measured once. */
+  /* If little decrease is expected, a rise may be round-off. The sizes of the terms understate it where parts of a term
+   * cancel (I_C - 3 near rest, or a load attached far from the origin): the round-off is measured once. */
   if (!(rise > line->round_off && -slope < 1e-8 * line->magnitude)) return REFUSED;
   if (isnan(line->measured)) line->measured = 4 * flesh_equations_potential_round_off(self->equations, line->u);
   if (!(rise <= line->measured)) return REFUSED;
@@ -146,7 +146,7 @@ static verdict judge(flesh_search *self, line *line)
   return AGAIN;
 }
 
-/* Whether a solve of bodies that touch each other gets nowhere. A shorter step in time is easier, an equilibrium is not. */
+/* Watches for a solve with touching bodies that makes no progress. Only for steps in time, which can be shortened. */
 static void watch_progress(flesh_search *self, double value)
 {
   const flesh_equations *equations = self->equations;
@@ -157,7 +157,7 @@ static void watch_progress(flesh_search *self, double value)
   self->asked_potential = value;
 }
 
-/* Takes p to the accepted length, or a longer one, and compares it with the quadratic model. */
+/* Scales p to the accepted length, or a longer one, and compares the result with the quadratic model. */
 static void accept(flesh_search *self, line *line, flesh_step *step)
 {
   const flesh_solver_options *options = self->equations->options;
@@ -204,7 +204,7 @@ int flesh_search_run(flesh_search *self, flesh_step *step)
     double ignored;
     if (line.length != line.made) flesh_step_to(equations, step->u, line.length, step->p, trial);
     line.made = line.length;
-    /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
+    /* A first try is mostly accepted: evaluate the residual with it, which KINSOL asks for next. */
     status = line.length == line.first && !self->shortened
                  ? flesh_equations_evaluate(equations, trial, &line.value, &ignored)
                  : flesh_equations_potential(equations, trial, &line.value, &ignored);
@@ -217,7 +217,7 @@ int flesh_search_run(flesh_search *self, flesh_step *step)
     }
     self->equations->stats->backtracks++;
     line.refused = line.length;
-    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
+    /* Go to the minimum of the parabola through the known values, kept between a tenth and a half of the length. */
     const double parabola = status ? 0.5 : -line.slope * line.length /
                                                (2 * (line.value - line.start - line.length * line.slope));
     line.length *= fmin(fmax(parabola, 0.1), 0.5);

@@ -1,18 +1,18 @@
-/* mass_solve.c: what the mass matrix says at the start of a motion: accelerations that balance all effects, and what
- * jumps of the constrained dofs do to the free ones. */
+/* mass_solve.c: solves with the mass matrix at the start of a motion: for accelerations that balance all effects, and for
+ * jumps of the free dofs due to jumps of the constrained ones. */
 #include <string.h>
 
 #include "linear/block_matrix.h"
 #include "newton/stage.h"
 
-/* M, without constraints, into K; the caches are lost. */
+/* Assembles M, without constraints, into K; drops the caches. */
 static int assemble_mass(flesh_newton *self, double t, const double *x, const double *v)
 {
   flesh_newton_overwritten(self);
   return flesh_equations_assemble_mass(&self->equations, t, x, v);
 }
 
-/* M y = right on the free dofs, whose K is M; right is 0 on the others, and so becomes y. */
+/* Solves M y = right on the free dofs, K being M; right and y are 0 on the others. */
 static int solve_mass(flesh_newton *self, const double *right, double *y)
 {
   const int n = self->equations.n;
@@ -69,7 +69,7 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   return status;
 }
 
-/* Applies the jump to positions or velocities y. */
+/* Applies the jump of the constrained dofs to positions or velocities y. */
 static int apply_jump(flesh_newton *self, double t, const double *prescribed, double *y)
 {
   flesh_equations *equations = &self->equations;

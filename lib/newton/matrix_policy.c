@@ -1,4 +1,4 @@
-/* matrix_policy.c: what older matrices and preconditioners cost and spare. */
+/* matrix_policy.c: cost and savings of older matrices and preconditioners. */
 #include "newton/matrix_policy.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "base/team.h"
 #include "newton/mechanisms.h"
 
-/* The cost of a new preconditioner, in iterations: it is made after so many excess iterations with an old one. */
+/* Cost of a new preconditioner in iterations: it is made after that many excess iterations with an old one. */
 enum { NEW_ONE = 6 };
 
 static int uses(const flesh_matrix_policy *self, flesh_technique technique)
@@ -21,11 +21,12 @@ static int uses(const flesh_matrix_policy *self, flesh_technique technique)
 /* Drift of the stiff rows from which on the preconditioner is made anew. */
 static const double MOST_DRIFT = 0.1;
 
-/* The part of the target that solves aim at: one that ends lower gains nothing, as the target is met. */
+/* Fraction of the target that solves aim at; ending lower gains nothing. */
 static const double AIM = 0.5;
-/* The share of the residual's norm that a good iteration leaves at most: where more is left, it has stopped falling. */
+/* Largest fraction of the residual's norm that a good iteration leaves; if more is left, the residual has stopped falling. */
 static const double FALLING = 0.3;
-/* How far a prediction that has failed raises the safety of the next ones at most, and what of it stays at the next stage. */
+/* Largest factor by which a failed prediction raises the safety of later ones, and the fractions of safety factor and drift
+ * that remain at the next stage. */
 static const double MOST_RAISED = 8, STAYS = 0.95, DRIFT_STAYS = 0.97;
 
 int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
@@ -55,8 +56,8 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *self)
   memset(self, 0, sizeof *self);
 }
 
-/* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
- * body does not change much from step to step. So may the matrix of a slow motion, as long as it predicts residuals. */
+/* A stage that continues the one before keeps its preconditioner while step and constraints are the same, because a body
+ * changes little from step to step. It may also keep the matrix of a slow motion, while that predicts residuals. */
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_changed, const flesh_solve_stats *last)
 {
   const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
@@ -74,7 +75,7 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
   } else if (self->age >= 0) {
     self->age++;
   }
-  /* The model may have become better since; it is tried again slowly. */
+  /* The model may have become better since: trust it again, slowly. */
   self->safety_factor = fmax(1, STAYS * self->safety_factor);
   if (!self->kept) self->drift *= DRIFT_STAYS;
   self->stage_continues = 0;
@@ -95,18 +96,18 @@ void flesh_matrix_policy_assembled(flesh_matrix_policy *self) { self->kept = sel
 
 void flesh_matrix_policy_overwritten(flesh_matrix_policy *self) { self->age = -1; }
 
-/* Whether K of an earlier stage serves for a stage's first iteration: where what it will not predict ends at the target
- * by one iteration, or by two. */
+/* Whether K of an earlier stage serves for a stage's first iteration: the residual that it does not predict meets the
+ * target after one or two iterations. */
 static int drifts_little(const flesh_matrix_policy *self, double norm)
 {
-  static const double unknown = 1e5; /* so many targets are reached by two if it drifts little */
+  static const double unknown = 1e5; /* multiple of the target from which two iterations reach it if K drifts little */
   const double drift = self->drift * self->age, once = drift * norm, twice = self->safety_factor * drift * once;
   if (self->age < 1 || !(self->target > 0)) return 0;
   return drift > 0 ? fmin(4 * once, 5 * twice) <= self->target : norm < unknown * self->target;
 }
 
-/* Whether K, new in this stage, serves for two more iterations, of which the first ends where it does not predict: a
- * residual and a few linear iterations cost less than another matrix. */
+/* Whether K, new in this stage, serves for two more iterations, the second of which removes what the first did not predict:
+ * a residual and a few linear iterations cost less than another matrix. */
 static int serves_twice(const flesh_matrix_policy *self, double norm)
 {
   const double next = self->predicted_error;
@@ -122,7 +123,7 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
   } else if (!uses(self, FLESH_TECHNIQUE_KEPT_MATRICES)) {
     return 0;
   } else if (self->equations->evaluation.is_frozen) {
-    /* The prediction mostly fails because the frozen state has moved: another matrix would not predict that either. */
+    /* The prediction mostly fails because the frozen state has moved, which another matrix would not predict either. */
     if (!(norm < 0.1 * before)) return 0;
     self->predicted_error = norm * norm / before;
   } else {
@@ -131,8 +132,8 @@ int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double
     if (self->age > 0) self->drift = error / (before * self->age);
     else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), MOST_RAISED);
     else self->curvature = error / (before * before);
-    /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken; the step
-     * from here is shorter by norm / before, or less as residuals get softer, and meets |K'| step with its own
+    /* The error of the prediction from the last iterate is |K'| step^2 / 2, or more if another step was taken. The next
+     * step is shorter by norm / before, or by less if residuals get softer, and its error is |K'| step times its own
      * length. */
     self->predicted_error = 2 * self->safety_factor * error * norm / before;
     if (!(self->predicted_error <= AIM * self->target) && !serves_twice(self, norm)) return 0;
@@ -146,10 +147,10 @@ typedef struct search {
   _Atomic int found;
 } search;
 
-/* Round-off moves a row by few units in the last place of its diagonal, and inertia is what the softest displacements
- * have at least. Where the one is this many times the other, their stiffness changes by less than a hundredth (or
- * two where the mass is consistent, as that may be half of its diagonal). Steps take as many iterations up to 7e4,
- * and some hundredths more from 1e5 on, in less time all the same. */
+/* Round-off moves a row by a few units in the last place of its diagonal; inertia is a lower bound of the stiffness of the
+ * softest displacements. If the diagonal is this many times the inertia, their stiffness changes by less than a hundredth
+ * (or two where the mass is consistent, as it may be half of its diagonal). Steps take as many iterations up to 7e4, and
+ * some hundredths more from 1e5 on, still in less time. */
 static void seek_too_stiff(void *data, int k, int begin, int end)
 {
   (void)k;
@@ -164,7 +165,7 @@ static void seek_too_stiff(void *data, int k, int begin, int end)
   }
 }
 
-/* Whether K rounded to single precision is as good as K, on all ranks. */
+/* Whether solves with K in single precision are as good as with K, on all ranks. */
 static int may_be_rounded(const flesh_matrix_policy *self)
 {
   search s = {.policy = self};
@@ -194,17 +195,16 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   return flesh_matrix_policy_refresh(self);
 }
 
-/* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
+/* Linear tolerance with a kept matrix, relative to its predicted model error; a smaller tolerance gains nothing. */
 static const double KEPT_DEPTH = 0.8;
 
-/* Least tolerance of a stage's first solve, over the residual: single precision serves to 1e-5. */
+/* Least tolerance of a stage's first solve, relative to the residual: single precision serves down to 1e-5. */
 static const double DEEPEST_FIRST = 2e-5;
 
-/* The tolerance of a linear solve. If Newton's iteration converges fast, the tolerance follows it (Eisenstat & Walker
- * 1996, choice 2), so that the linear solve does not spoil the last step. It is never less than half the target,
- * because less gains nothing, and just that near the target. A residual that only comes back from a larger one does not
- * count as convergence. A stage's first solve goes as deep as what the last stages' new matrices have not predicted,
- * and no deeper than single precision. */
+/* Returns the tolerance of a linear solve. If Newton's iteration converges fast, the tolerance follows it (Eisenstat &
+ * Walker 1996, choice 2), so that the linear solve does not spoil the last step. It is at least half the target, because
+ * less gains nothing, and exactly that near the target. Recovering from an increase of the residual does not count as
+ * convergence. A stage's first solve is as exact as the new matrices of recent stages predicted, within single precision. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
 {
   const double before = self->smallest_norm, rate = norm / before, least = AIM * self->target;
@@ -220,12 +220,11 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }
 
-/* Round-off is not measured again where the residual is so many times what was measured last (in motion, at this shift).
- * */
+/* Multiple of the last measured round-off (in motion, at this shift) above which a residual is not measured again. */
 static const double AGAIN = 1e4;
 
-/* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling: below the
- * one before or, where it comes back from a larger one, below the smallest. */
+/* Measuring round-off costs a residual, so it is done only where the norm is suspiciously small or has stopped falling:
+ * compared with the one before or, while recovering from an increase, with the smallest. */
 int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, const double *u)
 {
   flesh_equations *equations = self->equations;

@@ -15,7 +15,7 @@ static const flesh_technique bits[] = {FLESH_MECHANISM_ROWS(BIT)};
 enum { COUNT = sizeof bits / sizeof *bits };
 static_assert(FLESH_TECHNIQUES_ALL == (1 << COUNT) - 1, "a row of every technique");
 
-/* The row of a technique; -1: there is none. */
+/* Returns the row of a technique; -1: there is none. */
 static int row_of(flesh_technique technique)
 {
   for (int k = 0; k < COUNT; k++)

@@ -1,12 +1,12 @@
 /* mechanisms.h: the mechanisms of a solve and of its recovery, one row each: the bit of flesh_technique, its name in a
- * scene, what it does. A row can be switched off (solver.techniques), and `flesh hardcases --ablation` measures what it is
- * worth. All are on by default. */
+ * scene, and a description. Each can be switched off (solver.techniques), and `flesh hardcases --ablation` measures what it
+ * is worth. All are on by default. */
 #ifndef FLESH_NEWTON_MECHANISMS_H
 #define FLESH_NEWTON_MECHANISMS_H
 
 #include "flesh/solver.h"
 
-/* In the order of the bits. */
+/* Rows in the order of the bits. */
 #define FLESH_MECHANISM_ROWS(ROW)                                                                                    \
   ROW(NEGATIVE_CURVATURE, "negative_curvature",                                                                      \
       "directions of negative curvature of the true Hessian are followed downhill after a filtered step "            \
@@ -48,10 +48,10 @@
   ROW(RIGID_GUESS, "rigid_guess",                                                                                    \
       "a free body's first iterate continues its rigid motion")
 
-/* Names in the order of the bits; NULL ends them. */
+/* Names in the order of the bits, ended by NULL. */
 extern const char *const flesh_mechanism_names[];
 
-/* Whether the options switch it on. */
+/* Whether the options switch the technique on. */
 static inline int flesh_uses(const flesh_solver_options *options, flesh_technique technique)
 {
   return (options->techniques & (unsigned)technique) != 0;

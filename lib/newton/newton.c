@@ -1,4 +1,4 @@
-/* newton.c: one Newton iteration, from a matrix over a direction to a step. */
+/* newton.c: one Newton iteration, from the matrix over the direction to the step. */
 #include "newton/newton.h"
 
 #include <float.h>
@@ -13,18 +13,18 @@
 #include "system/ranks.h"
 #include "system/velocity_scale.h"
 
-/* After a step that the line search has cut, so many matrices have friction's secant to rest. With none, one, two and three
- * of them, jelly_drop takes 919, 912, 949 and 976 iterations by backward Euler, 2692, 2444, 2489 and 2668 by bdf2. */
+/* Number of matrices that use friction's secant to rest after a step that the line search has cut. With none, one, two and
+ * three, jelly_drop takes 919, 912, 949 and 976 iterations by backward Euler, 2692, 2444, 2489 and 2668 by bdf2. */
 enum { SECANT_MATRICES = 2 };
 
-static const double most_operations = 1e10; /* of a tangent's factors: some 20 s */
+static const double most_operations = 1e10; /* limit for a tangent's factorisation: some 20 s */
 
-/* One iteration: from where, and the step as it comes about. */
+/* One iteration: its starting point, and the step in the making. */
 typedef struct iteration {
   flesh_step step;
   double tolerance; /* N, of the linear solve */
   int guarded;      /* the step is scaled by the line search, and may follow negative curvature */
-  int may_filter;   /* an indefinite matrix is filtered, not given up */
+  int may_filter;   /* an indefinite matrix is filtered, not refused */
 } iteration;
 
 int flesh_newton_asked_to_stop(void *data)
@@ -41,9 +41,9 @@ static int filters_always(const flesh_newton *self)
   return self->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;
 }
 
-/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a
- * tenth of the iterations in dynamics. In statics it saves none, and trusted to a fifth, which takes a third off a
- * shear, it tangles what is stretched. */
+/* Chooses the filter by the rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to within a
+ * hundredth. It saves a tenth of the iterations in dynamics and none in statics. Trusting it to within a fifth saves a
+ * third of a shear's, but tangles stretched bodies. */
 static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
 {
   flesh_eigenvalue_filter eigenvalue_filter = self->options.eigenvalue_filter;
@@ -75,26 +75,27 @@ static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter
   return status;
 }
 
-/* Whether the next solve uses a factorisation. It needs no new preconditioner, and volume arcs use the old one. */
+/* Whether the next solve uses a factorisation. It then needs no new preconditioner; volume arcs use the old one. */
 static int goes_by_factors(const flesh_newton *self)
 {
   return self->direction.fallback_state == FLESH_FALLBACK_IN_USE && !self->iterations.follow_curvature;
 }
 
-/* A matrix of the iterate's own, and what solves with it need. */
+/* Assembles a matrix at the iterate itself, and prepares the solves with it. */
 static int assemble_and_factor(flesh_newton *self, const iteration *it, flesh_eigenvalue_filter filter)
 {
   const int status = assemble(self, it->step.u, filter);
   return status || goes_by_factors(self) ? status : flesh_matrix_policy_refresh(&self->policy);
 }
 
-/* Solves with what was prepared. */
+/* Solves with the prepared matrix. */
 static int solve(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
-  /* Without inertia K may be singular: the iterations leave alone what a factor throws far away. */
+  /* Without inertia K may be singular: iterations leave directions alone that a factorisation would move far. */
   const int gives_way = self->equations.stage.shift.a != 0 && flesh_uses(&self->options, FLESH_TECHNIQUE_DIRECT_FALLBACK);
-  /* A filtered matrix bends down nowhere: where it is flat, as along what a static body is free to do, only that leads on. */
+  /* A filtered matrix has no negative curvature. Where it is flat, as along free motions of a static body, only following
+   * those directions leads on. */
   const int follows = self->iterations.follow_curvature || direction->filter != FLESH_FILTER_NONE;
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = flesh_newton_asked_to_stop, .stop_data = self,
                                            .max_iterations = self->options.max_linear,
@@ -107,7 +108,7 @@ static int solve(flesh_newton *self, iteration *it)
   return status;
 }
 
-/* Solves by a direct factorisation; if that costs too much, by the truncated solve, which still descends. */
+/* Solves by a direct factorisation; if that is too expensive, by the truncated solve, which still descends. */
 static int solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
@@ -121,7 +122,7 @@ static int solve_directly(flesh_newton *self, iteration *it)
 }
 
 /* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
- * followed had to be cut. From there on they crawl, where tets are stiff against changes of volume. */
+ * followed it had to be cut. From then on such steps crawl where tets are stiff against changes of volume. */
 static int choose_follow(const flesh_newton *self, const flesh_step *step)
 {
   if (filters_always(self) || !flesh_uses(&self->options, FLESH_TECHNIQUE_NEGATIVE_CURVATURE)) return 0;
@@ -129,8 +130,7 @@ static int choose_follow(const flesh_newton *self, const flesh_step *step)
   return self->iterations.follow_curvature && !(step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && step->length < 1);
 }
 
-/* Scales the direction so that the potential falls; FLESH_NOT_POSITIVE also where one along negative curvature leads
- * nowhere. */
+/* Scales the direction so that the potential falls; FLESH_NOT_POSITIVE also if following negative curvature leads nowhere. */
 static int search(flesh_newton *self, iteration *it)
 {
   flesh_step *step = &it->step;
@@ -146,7 +146,7 @@ static int search(flesh_newton *self, iteration *it)
   return FLESH_OK;
 }
 
-/* The step with the matrix at hand; FLESH_NOT_POSITIVE where that is indefinite. */
+/* Finds the step with the present matrix; FLESH_NOT_POSITIVE where that is indefinite. */
 static int find_step(flesh_newton *self, iteration *it)
 {
   int status = solve(self, it);
@@ -154,7 +154,7 @@ static int find_step(flesh_newton *self, iteration *it)
   return status ? status : search(self, it);
 }
 
-/* An iteration whose matrix was prepared with that status. One that turns out indefinite is filtered, once. */
+/* Makes an iteration whose matrix was prepared with `status`. A matrix that turns out indefinite is filtered, once. */
 static int run(flesh_newton *self, int status, iteration *it)
 {
   if (!status) status = find_step(self, it);
@@ -184,7 +184,7 @@ int flesh_newton_uses_elimination(const flesh_system *system, const flesh_solver
          flesh_uses(options, FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
 }
 
-/* Checks that ranks can share out the solves: they have conjugate gradients with a preconditioner on each rank. */
+/* Checks that ranks can share out the solves: that needs conjugate gradients with a preconditioner on each rank. */
 int flesh_newton_check_team(const flesh_system *system, const flesh_solver_options *options)
 {
   if (!flesh_system_team(system)) return FLESH_OK;
@@ -302,8 +302,8 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
   return self->iterations.must_filter ? FLESH_OK : status;
 }
 
-/* Whether the step has been a whole one of Newton's and so short that its inertia is a residual at the target. What is stiffer
- * than inertia, as contact and friction, leaves larger residuals, which would move nothing either. */
+/* Whether the step was a whole Newton step and so short that its inertia, as a residual, is at the target. Forces stiffer
+ * than inertia, as of contact and friction, leave larger residuals, which would move nothing either. */
 static int converges_by_step(flesh_newton *self, const flesh_step *step)
 {
   if (!(self->goal.target > 0 && self->goal.node_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
@@ -311,7 +311,7 @@ static int converges_by_step(flesh_newton *self, const flesh_step *step)
   return fmax(inertia * flesh_equations_norm(&self->equations, step->p), self->direction.residual) <= self->policy.target;
 }
 
-/* Whether the step had to be cut, although the whole of it is less than the last digit of positions: no other one leads on. */
+/* Whether the step had to be cut although even the whole of it is below the last digit of positions: no step helps. */
 static int moves_nothing(const flesh_newton *self, const flesh_step *step)
 {
   const flesh_equations *equations = &self->equations;
@@ -321,9 +321,10 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
   return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
 }
 
-/* Edges and loads that are so many times as large as at first are on the way to no equilibrium. */
+/* An equilibrium whose edges and loads grow by this factor has no solution. */
 static const double runaway = 10;
-static const double gone = 1000; /* lengths of the body, or times what is prescribed, from where an equilibrium began */
+/* distance from the start of an equilibrium, in lengths of the body or of prescribed displacements */
+static const double gone = 1000;
 
 static double squared_length(const double *x, size_t a, size_t b)
 {
@@ -331,7 +332,7 @@ static double squared_length(const double *x, size_t a, size_t b)
   return d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
 }
 
-/* Whether the edges at x are, in their root mean square, absurdly long beside those at rest or at the stage's start. */
+/* Whether the root mean square of the edges at x is absurdly large beside those at rest or at the stage's start. */
 static int is_overstretched(const flesh_equations *equations, const double *x)
 {
   const flesh_mesh *mesh = flesh_system_mesh(equations->system);
@@ -347,9 +348,9 @@ static int is_overstretched(const flesh_equations *equations, const double *x)
   return flesh_team_total(equations->team, now) > runaway * runaway * flesh_team_total(equations->team, before);
 }
 
-/* How the iterate of an equilibrium moves without bound; 0: it does not. FLESH_RUNS_FREE: a body that nothing holds falls where
- * nothing stops it. 1: loads that grow with the shape, as a balloon's pressure, stretch it: a node has gone farther than what
- * is prescribed asks for, edges are absurdly long, and the loads so many times larger. */
+/* Tells how the iterate of an equilibrium moves without bound; 0: it does not. FLESH_RUNS_FREE: a body that nothing holds
+ * falls where nothing stops it. 1: loads that grow with the shape, as a balloon's pressure, stretch it: a node has gone
+ * farther than prescribed motions ask for, edges are absurdly long, and the loads have grown by the factor `runaway`. */
 static int runs_away(flesh_newton *self)
 {
   flesh_equations *equations = &self->equations;
@@ -365,8 +366,8 @@ static int runs_away(flesh_newton *self)
          !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->iterations.first_load;
 }
 
-/* Depth of a linear solve below the residual's norm if that is mostly round-off and the potential still falls: it sees
- * the rest of the residual. */
+/* Relative tolerance of a linear solve if the residual is mostly round-off but the potential still falls: a solve this
+ * exact finds the rest of the residual. */
 static const double beneath_round_off = 1e-6;
 
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)

@@ -1,4 +1,4 @@
-/* round_off.c: how far round-off in the unknowns moves the residual and the potential, measured by moving the point by
+/* round_off.c: measures how much round-off in the unknowns changes the residual and the potential, by moving the point by
  * as much. */
 #include <float.h>
 #include <math.h>
@@ -7,8 +7,8 @@
 #include "newton/equations.h"
 #include "system/ranks.h"
 
-/* Moves the point of u by round-off: x by the last digit of the largest, as differences of places are what counts, and
- * rates by those of the terms they are sums of, which may be far larger than the sums. */
+/* Moves the point of u by round-off: x by the last digit of the largest position, as differences of positions are what
+ * counts, and v and a by that of the terms they are sums of, which may be far larger than the sums. */
 static void disturb(flesh_equations *self, const double *u, uint32_t *random)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -60,13 +60,14 @@ int flesh_equations_at_round_off(flesh_equations *self, const double *u, double 
   return norm <= 1e3 * guess && norm <= FLESH_ROUND_OFF_LEAVES * flesh_equations_residual_round_off(self, u);
 }
 
-/* Distances from the origin over a body's size from which on it is far away: x lacks three digits of its shape. */
+/* Ratio of the distance from the origin to the body's size from which on it is far away: x then lacks three digits of its
+ * shape. */
 static const double FAR = 1e3;
 
 void flesh_equations_find_far_away(flesh_equations *self)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
-  double largest[2] = {0}; /* distance from the origin along an axis, and from the first node */
+  double largest[2] = {0}; /* distances from the origin along an axis, and from the first node */
   for (int d = 0; d < self->n; d++) {
     largest[0] = fmax(largest[0], fabs(X[d]));
     largest[1] = fmax(largest[1], fabs(X[d] - X[d % 3]));

@@ -1,4 +1,4 @@
-/* solver_options.c: the defaults of the nonlinear solve, and what its options may be. */
+/* solver_options.c: defaults and limits of the nonlinear solve's options. */
 #include <limits.h>
 
 #include "base/error.h"

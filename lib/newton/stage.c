@@ -1,4 +1,4 @@
-/* stage.c: the first iterate, the convergence criterion and the result of a stage's solve. */
+/* stage.c: first iterate, convergence criterion and result of a stage's solve. */
 #include "newton/stage.h"
 
 #include <math.h>
@@ -10,8 +10,8 @@
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
-/* Changes the free dofs of u, the start, so that no effect limits the way there and none is much nearer to an obstacle than
- * before; FLESH_UNDEFINED where the others are in the way. */
+/* Changes the free dofs of u, the start, so that no effect limits the way there and no node is much nearer to an obstacle
+ * than before; FLESH_UNDEFINED where the constrained dofs are in the way. */
 static int push_out(flesh_equations *equations, double *u)
 {
   const flesh_stage *s = &equations->stage;
@@ -27,16 +27,16 @@ static int push_out(flesh_equations *equations, double *u)
   if (flesh_equations_is_feasible(equations, u, 0)) return FLESH_OK;
   if (reaches) flesh_equations_start(equations, u);
   if (reaches || !touches) return reaches ? FLESH_OK : FLESH_UNDEFINED;
-  /* Nothing is pushed out of other bodies: it stays where it was. */
+  /* Nodes are not pushed out of other bodies: they stay where they were. */
   flesh_equations_take_free(equations, s->x_from, u);
   return flesh_equations_is_feasible(equations, u, 0) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
-/* A guess is taken only where the straight way to it could go on by this share without touching. Nearer to an obstacle
+/* A guess is taken only if the straight way to it could be extended by this fraction without contact. Nearer to an obstacle
  * round-off hides the residual, and the guess would count as solved. */
 static const double clear_way = 1e-3;
 
-/* Takes the guess for the free dofs where that has a lower potential than *value, which becomes its own. */
+/* Takes the free dofs of the guess if its potential is lower than *value, which is then updated. */
 static void try_guess(flesh_newton *newton, const double *guess, double *value, double *u)
 {
   flesh_equations *equations = &newton->equations;
@@ -45,9 +45,9 @@ static void try_guess(flesh_newton *newton, const double *guess, double *value, 
   flesh_copy(newton->threads, equations->n, guess, trial);
   for (int k = 0; k < constrained->count; k++)
     trial[constrained->dofs[k]] = u[constrained->dofs[k]];
-  /* Guesses are better than the gaps before where errors choose the steps. */
+  /* Guesses are better than keeping the gaps where errors choose the steps. */
   if (!(newton->goal.target > 0)) flesh_equations_keep_gaps(equations, trial);
-  /* Between bodies the way costs more than the potential, once the first guess has had pairs searched for. */
+  /* With near bodies, checking the way costs more than the potential, once pairs have been searched for the first guess. */
   const int last = equations->evaluation.proximity.near && newton->iterations.began;
   if (!last && !flesh_equations_is_feasible(equations, trial, clear_way)) return;
   if (flesh_equations_evaluate(equations, trial, &guessed, &size) || !(guessed < *value)) return;
@@ -64,7 +64,7 @@ double flesh_equations_norm(flesh_equations *self, const double *r)
   return flesh_norm(self->threads, self->n, self->scratch);
 }
 
-/* Judges the iteration's end at u: FLESH_OK if it has converged or counts as such. */
+/* Judges the end of the iteration at u: FLESH_OK if it has converged or is accepted. */
 static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u, double target,
                  flesh_solve_stats *stats)
 {
@@ -77,7 +77,7 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   const double norm = flesh_equations_norm(equations, equations->evaluation.residual.r);
   stats->residual_last = norm;
   if (norm <= target || newton->iterations.converged_by_step) return FLESH_OK;
-  /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
+  /* The line search may have given up, or the iteration stopped, at a residual that cannot be made smaller. */
   if (newton->iterations.at_round_off ||
       (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_makes_progress(&newton->search, u))) {
     stats->at_rounding++;
@@ -90,16 +90,16 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   return FLESH_NOT_CONVERGED;
 }
 
-/* Target of a solve with a frozen state, over its first residual: a smaller one gains nothing, because the frozen state
- * will change. */
+/* Target of a solve with a frozen state, relative to its first residual: a smaller one gains nothing, because the frozen
+ * state will change. */
 static const double frozen_depth = 0.03;
 
-/* The residual's norm at u, the potential with it where that is wanted. */
+/* Evaluates the residual's norm at u, and the potential with it if that is needed. */
 static int evaluate(flesh_newton *newton, const double *u, double *norm)
 {
   flesh_equations *equations = &newton->equations;
   double phi, size;
-  /* If the potential has no value, the residual may have one all the same. */
+  /* The residual may have a value even where the potential has none. */
   if (newton->options.line_search == FLESH_LINE_SEARCH_POTENTIAL)
     flesh_equations_evaluate(equations, u, &phi, &size);
   int status = flesh_equations_residual(equations, u, equations->evaluation.residual.r);
@@ -107,7 +107,7 @@ static int evaluate(flesh_newton *newton, const double *u, double *norm)
   return status;
 }
 
-/* The tolerance; larger for a step with softened materials, whose end is only a first iterate for the true ones. */
+/* Returns the tolerance, larger for a step with softened materials, whose solution is only a first iterate. */
 static double tolerance_of(const flesh_newton *newton)
 {
   const flesh_equations *equations = &newton->equations;
@@ -115,15 +115,16 @@ static double tolerance_of(const flesh_newton *newton)
   return flesh_equations_is_softened(equations) && equations->stage.shift.a != 0 ? fmax(own, 1e-2) : own;
 }
 
-/* Wants iterations to the solve's target from a residual of that norm, less where what is frozen will change. */
+/* Asks for iterations to the solve's target from a residual of norm `norm`; to a larger one if the frozen state will
+ * change. */
 static int aim(flesh_stage_solve *self, double norm)
 {
   self->target = self->freezes ? fmax(self->last_target, frozen_depth * norm) : self->last_target;
   return 1;
 }
 
-/* Freezes what is frozen where the iterations have ended, and wants more of them unless the residual there is at the
- * target, or they would change nothing. */
+/* Freezes at the last iterate, and asks for more iterations unless the residual is then at the target or they would change
+ * nothing. */
 static int freeze(flesh_stage_solve *self)
 {
   enum { REPETITIONS = 60 };
@@ -146,12 +147,12 @@ static int freeze(flesh_stage_solve *self)
   return norm > self->last_target && !newton->iterations.converged_by_step && aim(self, norm);
 }
 
-/* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
- * in a body that comes to rest without a load: then nothing is left that the residual could be compared with. */
+/* Forces balance if their sum is less than this fraction of the largest. Otherwise they fade together, as in a body that
+ * comes to rest without a load: then there is nothing to compare the residual with. */
 static const double balanced = 0.1;
 
-/* 2-norm of what one effect does at `point`: over the free dofs and, where it couples nodes, the constrained ones, as
- * these are what passes reactions on. */
+/* Computes the 2-norm of one effect's residual at `point`: over the free dofs and, if it couples nodes, the constrained
+ * ones, through which reactions pass. */
 static int effect_norm(flesh_equations *self, int k, const flesh_point *point, double *norm)
 {
   flesh_constrained *constrained = &self->constrained;
@@ -163,8 +164,8 @@ static int effect_norm(flesh_equations *self, int k, const flesh_point *point, d
   return status;
 }
 
-/* The largest of the applied load, whose norm is given, and the norms of all other effects at u. Effects are evaluated,
- * the cheap ones first, until a norm reaches `enough`. */
+/* Finds the largest of the applied load, whose norm is given, and the norms of all other effects at u. Evaluates effects,
+ * cheap ones first, until a norm reaches `enough`. */
 static int largest_force(flesh_equations *self, const double *u, double load, double enough, double *size)
 {
   double norm;
@@ -174,7 +175,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
     for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
       const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
       if (!can->residual || can->role == FLESH_ROLE_LOAD || coupled != (can->cells != NULL)) continue;
-      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* it does nothing */
+      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* it has no force */
       int status = effect_norm(self, k, &point, &norm);
       if (status) return status;
       if (norm < INFINITY) *size = fmax(*size, norm);
@@ -182,7 +183,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
   return FLESH_OK;
 }
 
-/* The force that strains an edge by its own length, of the softest (system/edge_force.h). */
+/* Finds the force that strains the softest edge by its own length (system/edge_force.h). */
 static int find_edge_force(flesh_equations *self, double *softest)
 {
   const flesh_evaluation *e = &self->evaluation;
@@ -195,10 +196,10 @@ static int find_edge_force(flesh_equations *self, double *softest)
   return status;
 }
 
-/* Lowers the solve's target where the residual of this norm meets it, but is not small beside the forces that balance each
- * other there, inertia among them, as solver.h says of newton_tolerance. The first iterate's residual is no measure where
- * an obstacle has just moved into the barrier, a prescribed motion has jumped, or a short step begins with a jolt: it is
- * then far larger than any force at the end of the step. Effects are asked only as far as needed. */
+/* Lowers the solve's target if the residual, of this norm, meets it but is not small beside the forces that balance each
+ * other, inertia among them, as solver.h says of newton_tolerance. The first iterate's residual is a bad measure where an
+ * obstacle has just moved into the barrier, a prescribed motion has jumped, or a short step begins with a jolt: it is then
+ * far larger than any force at the end of the step. Evaluates effects only as far as needed. */
 static int lower_target(flesh_stage_solve *solve, double norm)
 {
   flesh_newton *newton = solve->newton;
@@ -207,7 +208,7 @@ static int lower_target(flesh_stage_solve *solve, double norm)
   double size, load;
   int status = flesh_equations_load_norm(self, solve->u, &load);
   if (status || load >= enough) return status;
-  if (solve->first < enough) { /* the load was larger */
+  if (solve->first < enough) { /* the load was larger than the first residual */
     solve->last_target = tolerance * fmax(solve->first, load);
     return FLESH_OK;
   }
@@ -222,14 +223,14 @@ static int lower_target(flesh_stage_solve *solve, double norm)
   return FLESH_OK;
 }
 
-/* Wants more iterations where the forces that balance each other at their end call for a smaller target. */
+/* Asks for more iterations if the forces that balance each other at the last iterate call for a smaller target. */
 static int sharpen(flesh_stage_solve *self)
 {
   flesh_newton *newton = self->newton;
   const double norm = self->stats->residual_last;
   if (self->status || norm > self->last_target || newton->iterations.converged_by_step) return 0; /* failed, or solved */
   if (newton->goal.target > 0 || !flesh_uses(&newton->options, FLESH_TECHNIQUE_BALANCED_TARGET)) return 0;
-  /* An equilibrium of softened materials is on the way to another. */
+  /* An equilibrium of softened materials is only a start for another. */
   if (flesh_equations_is_softened(&newton->equations) && newton->equations.stage.shift.a == 0) return 0;
   self->status = lower_target(self, norm);
   if (self->status || norm <= self->last_target) return 0;
@@ -246,7 +247,7 @@ int flesh_stage_continue(flesh_stage_solve *self, int status, flesh_iteration_en
   return (self->freezes && freeze(self)) || sharpen(self);
 }
 
-/* Target of a solve with that first residual and load. */
+/* Target of a solve with this first residual and load. */
 static double first_target(const flesh_newton *newton, double first, double load)
 {
   const double given = newton->goal.target;
@@ -254,7 +255,7 @@ static double first_target(const flesh_newton *newton, double first, double load
   return fmin(fmin(given, newton->goal.of_first * first), load > 0 ? newton->goal.of_load * fmax(first, load) : INFINITY);
 }
 
-/* So many targets are a residual from which no iterations start that u = 0 would spare. */
+/* Multiple of the target up to which the residual of a guess is near: evaluating u = 0 would then save no iterations. */
 static const double near_enough = 1e3;
 
 /* Whether u, a first guess that was taken, is near the solution. */
@@ -265,8 +266,8 @@ static int is_near(flesh_newton *newton, const double *u)
          flesh_equations_norm(&newton->equations, r) <= near_enough * newton->goal.target;
 }
 
-/* u = 0, pushed out, or the guess that has the lowest potential. Where errors choose steps, a guess is seldom worse than
- * u = 0, which is not evaluated where the last solve was easy or the first guess is near the solution. */
+/* Starts from u = 0, pushed out, or from the guess with the lowest potential. Where errors choose steps, a guess is seldom
+ * worse than u = 0, which is then skipped if the last solve was easy or the first guess is near the solution. */
 static int find_start(flesh_newton *newton, const double *const *guesses, int easy, double *u)
 {
   flesh_equations *equations = &newton->equations;
@@ -278,7 +279,7 @@ static int find_start(flesh_newton *newton, const double *const *guesses, int ea
   if (trusts && !alone) flesh_equations_start(equations, u), newton->iterations.began = NULL;
   int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
   if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
-  if (alone) guesses++; /* it was tried */
+  if (alone) guesses++; /* it has been tried */
   for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
   if (newton->iterations.began) status = FLESH_OK;
   else if (alone) status = push_out(equations, u);

@@ -1,9 +1,10 @@
-/* subdomain.c: nonlinear elimination's small system. The elements around the nodes that carry a residual become a body
+/* subdomain.c: the small system of nonlinear elimination. The elements around the nodes that carry a residual become a body
  * of their own with its outer nodes constrained, whose stage is solved like any other. Effects that are no sum over
  * elements (inertia, loads, contact ...) are replaced by their quadratic models, which are exact for most of them.
  *
- * Of a body that ranks share out, each rank frees such nodes alone as no other rank has: their residual and their rows of
- * K are all here, and no element has free nodes of two ranks, so that what the ranks find is a step of the body. */
+ * On a body shared out among ranks, each rank frees only nodes that no other rank has: their residual and their rows of K
+ * are complete here, and no element has free nodes of two ranks, so that the ranks' corrections together are a step of the
+ * body. */
 #include <math.h>
 #include <string.h>
 
@@ -15,29 +16,29 @@
 #include "newton/newton.h"
 
 enum {
-  RINGS = 2,       /* of neighbours around the nodes that carry the residual; of tets of ten nodes half as many */
+  RINGS = 2,       /* rings of neighbours around the nodes that carry the residual; half as many with ten-node tets */
   ITERATIONS = 60, /* at most */
-  WORTH = 2        /* and no more than cost about as much as so many of the whole */
+  WORTH = 2        /* most Newton iterations, as a multiple of those of the whole body at the same cost */
 };
 static const double carries = 1e-2;   /* of the largest residual of a node */
-static const double largest_fraction = 0.25; /* of the nodes */
+static const double largest_fraction = 0.25; /* of the body's nodes */
 static const double tolerance = 1e-2; /* of the subdomain's residual */
 
 typedef struct subdomain {
   flesh_newton *parent;
   const flesh_equations *whole; /* its equations */
-  const flesh_effect *sum;  /* over the whole's elements, ... */
-  const flesh_cells *cells; /* ... which are these */
+  const flesh_effect *sum;  /* an effect that sums over the whole body's elements */
+  const flesh_cells *cells; /* these elements */
   uint8_t *state;     /* [nodes of the whole] OUTSIDE, CONSTRAINED or FREE */
-  int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
+  int *local;         /* [nodes of the whole] number in the subdomain, if not OUTSIDE */
   int nodes, *global; /* [nodes] number in the whole */
-  int tets, *tet;     /* [tets] which of the cells */
-  int per_cell;       /* 4 or 10 nodes, of cells that have fewer the last one again */
-  double *x;          /* [3*nodes] where it starts */
+  int tets, *tet;     /* [tets] their numbers in `cells` */
+  int per_cell;       /* 4 or 10 nodes; cells with fewer repeat the last one */
+  double *x;          /* [3*nodes] positions at the start */
   flesh_mesh *mesh;
   flesh_system *system;
-  flesh_background *others; /* one of the system's effects */
-  double largest;           /* square of the residual at a node, of all ranks */
+  flesh_background *others; /* quadratic models of the other effects, owned by the system */
+  double largest;           /* largest square of a node's residual, on all ranks */
   int solved, newton;       /* whether it was solved, and its iterations */
 } subdomain;
 
@@ -64,15 +65,15 @@ static double largest_square(int nodes, const double *r)
   return largest;
 }
 
-/* Nodes that several ranks have are not free but `state`. */
+/* Sets free nodes that several ranks have to `state`. */
 static void leave_shared_nodes(subdomain *self, const double *ranks, uint8_t state)
 {
   for (int i = 0; i < self->whole->n / 3; i++)
     if (ranks[3 * i] > 1 && self->state[i] == FREE) self->state[i] = state;
 }
 
-/* Frees the nodes that carry the residual and their neighbours, RINGS deep, and holds the next. Returns how many are
- * free. */
+/* Frees the nodes that carry the residual and their neighbours, RINGS deep, and constrains the next ring. Returns the
+ * number of free nodes. */
 static int choose_nodes(subdomain *self, const double *r, const double *ranks)
 {
   const int nodes = self->whole->n / 3;
@@ -95,7 +96,7 @@ static int choose_nodes(subdomain *self, const double *r, const double *ranks)
   return count;
 }
 
-/* Numbers its nodes, and makes its mesh of its elements. */
+/* Numbers the subdomain's nodes, and makes a mesh of its elements. */
 static int make_mesh(subdomain *self)
 {
   const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
@@ -124,7 +125,7 @@ static int make_mesh(subdomain *self)
   return status;
 }
 
-/* Whether an effect is a sum over the subdomain's elements, which are the mesh's tets, and others. */
+/* Whether an effect is a sum over the subdomain's elements, which are the mesh's tets, and can be restricted to some. */
 static int is_sum(const subdomain *self, const flesh_effect *effect)
 {
   if (!flesh_effect_private_of(effect)->restrict_to_cells || effect->operations->internal) return 0;
@@ -142,7 +143,7 @@ static int add_part(subdomain *self, const flesh_effect *effect)
   return status ? status : flesh_system_add_effect(self->system, &part);
 }
 
-/* Writes the pairs of free nodes that K couples; NULL: counts them. */
+/* Writes the pairs of free nodes that K couples; NULL: only counts them. */
 static int list_pairs(const subdomain *self, int *pair)
 {
   const flesh_block_matrix *K = self->whole->K;
@@ -158,7 +159,7 @@ static int list_pairs(const subdomain *self, int *pair)
   return pairs;
 }
 
-/* The background with nothing in it yet. `couples`: it has pairs. */
+/* Adds an empty background. `couples`: it has pairs. */
 static int add_background(subdomain *self, int couples)
 {
   flesh_effect *effect = NULL;
@@ -202,7 +203,7 @@ static int make_system(subdomain *self)
   return status ? status : flesh_system_finalize(self->system);
 }
 
-/* The subdomain's nodes are where u puts them. */
+/* Sets the subdomain's nodes to their positions at u. */
 static void place(subdomain *self, const double *u)
 {
   const flesh_equations *whole = self->whole;
@@ -214,7 +215,8 @@ static void place(subdomain *self, const double *u)
     }
 }
 
-/* The whole's residual at u and its K, less the elements': K with the same filter and at the same place. */
+/* Fills the background with the whole body's residual at u and its K, less the elements' own: K has the same filter and is
+ * at the same u. */
 static int fill_background(subdomain *self, const double *u, const double *r, flesh_block_matrix *K, double *work)
 {
   const flesh_equations *whole = self->whole;
@@ -260,7 +262,7 @@ static int solve(subdomain *self, double *w)
   options.accept_unconverged = 1;
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   options.threads = 1;
-  /* Constrained all around, a subdomain has no smooth displacements that would be worth a coarse level. */
+  /* A subdomain constrained all around has no smooth displacements that would need a coarse level. */
   if (options.preconditioner == FLESH_PRECONDITIONER_AUTO) options.preconditioner = FLESH_PRECONDITIONER_IC;
   /* All constrained nodes stay where they are. */
   const flesh_stage stage = {
@@ -271,7 +273,7 @@ static int solve(subdomain *self, double *w)
   int status = parent->solver.solve(parent->solver.data, self->system, &options, &stage, parent->stop, &stats, du);
   self->solved = 1;
   self->newton = stats.newton;
-  if (status >= 0) { /* an iterate that has not converged has come down too */
+  if (status >= 0) { /* an iterate that has not converged also lowers the potential */
     for (int i = 0; i < self->nodes; i++) memcpy(w + 3 * (size_t)self->global[i], du + 3 * i, 3 * sizeof *w);
     status = FLESH_OK;
   }
@@ -279,8 +281,8 @@ static int solve(subdomain *self, double *w)
   return status;
 }
 
-/* All of it in the reserve that the thread is in, which is emptied afterwards. w begins as how many ranks have each
- * node. */
+/* Makes and solves the subdomain in the thread's reserve, which is emptied afterwards. On entry w has the number of ranks
+ * that have each node. */
 static int make_and_solve(subdomain *self, const double *u, const double *r, double *w)
 {
   const size_t nodes = (size_t)self->whole->n / 3;
@@ -303,7 +305,7 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   return status;
 }
 
-/* Adds up the counts of all ranks. FLESH_OK if any of them has found a correction; the step is then taken by all. */
+/* Adds up the counts of all ranks. Returns FLESH_OK if any rank has found a correction; all then take the step. */
 static int meet(const subdomain *self, int status)
 {
   const flesh_team *team = self->whole->team;
@@ -340,8 +342,8 @@ int flesh_subdomain_solve(flesh_newton *parent, const double *u, const double *r
   return meet(&self, status);
 }
 
-/* A body that is solved for as a whole takes 1222 bytes for each tet of a block of 20 736, of ten nodes several times
- * that; these are addresses, which cost nothing where they are not used. */
+/* A whole body takes 1222 bytes for each tet of a block of 20 736, several times that with ten nodes. The reserve is only
+ * address space, which costs nothing where it is not used. */
 flesh_reserve *flesh_subdomain_reserve(const flesh_system *system)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);

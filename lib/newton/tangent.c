@@ -1,5 +1,5 @@
-/* tangent.c: linear systems with the derivative of the residual itself, of which sensitivities are made: exact, of one
- * matrix for many right-hand sides, where an iteration is content with approximations. */
+/* tangent.c: linear systems with the exact derivative of the residual, for sensitivities: solved exactly, with one matrix
+ * for many right-hand sides, where an iteration is content with approximations. */
 #include <math.h>
 #include <string.h>
 
@@ -8,10 +8,10 @@
 #include "linear/block_matrix.h"
 #include "newton/newton.h"
 
-/* After an old preconditioner has failed, so many matrices get new ones: contact then changes from step to step. */
+/* Number of matrices that get new preconditioners after an old one has failed: contact then changes from step to step. */
 enum { REFRESHES = 8 };
 
-/* The share of a right-hand side that factors may leave: sensitivities are asked for to 1e-6. */
+/* Residual of a factored solve, relative to the right-hand side, that counts as round-off: sensitivities need 1e-6. */
 static const double rounding = 1e-8;
 
 /* Factors K by KLU with pivots, which an indefinite K needs, unless that takes too long. */
@@ -44,7 +44,7 @@ int flesh_newton_factor_tangent(flesh_newton *self, const double *u)
   int status = flesh_direction_assemble(&self->direction, u, FLESH_FILTER_NONE);
   environment->tangents = before;
   flesh_matrix_policy_assembled(&self->policy);
-  const double *usual = self->direction.iterations_per_decade; /* 0 of a new preconditioner */
+  const double *usual = self->direction.iterations_per_decade; /* 0 for a new preconditioner */
   const int anew = self->tangent.refreshes > 0;
   if (!status) status = anew ? flesh_matrix_policy_refresh(&self->policy) : flesh_matrix_policy_prepare(&self->policy);
   self->tangent.refreshes -= anew;
@@ -65,8 +65,8 @@ static double residual_of(flesh_newton *self, const double *b, const double *p)
   return flesh_norm(self->threads, equations->n, r);
 }
 
-/* Refined, as KLU's pivots are those of an earlier matrix. What stiff parts leave by rounding, up to `most`, is no reason to
- * refuse. */
+/* Solves with iterative refinement, because KLU's pivots are those of an earlier matrix. Accepts a residual up to `most`,
+ * which rounding leaves in stiff parts. */
 static int solve_with_pivots(flesh_newton *self, const double *b, double tolerance, double most, double *p)
 {
   const flesh_equations *equations = &self->equations;
@@ -85,7 +85,7 @@ static int solve_with_pivots(flesh_newton *self, const double *b, double toleran
                                      "%.2g is left", left, flesh_norm(self->threads, n, b));
 }
 
-/* Vectors of MINRES; of v, z and w the last few, by their number. */
+/* Vectors of MINRES: the last two or three of v, z and w, by their number. */
 typedef struct minres {
   double *v[3], *z[2], *w[3], *image, *room;
 } minres;
@@ -99,7 +99,7 @@ static int make_minres(size_t n, minres *m)
   return m->room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for solves of %zu unknowns", n);
 }
 
-/* gamma = the norm of v [n] by the preconditioner P, whose product P^-1 v is z. */
+/* Computes z = P^-1 v with the preconditioner P, and gamma, the norm of v [n] by P^-1. */
 static int precondition(flesh_newton *self, const double *v, double *z, double *gamma)
 {
   const int n = self->equations.n;
@@ -109,8 +109,9 @@ static int precondition(flesh_newton *self, const double *v, double *z, double *
   return status || *gamma < INFINITY ? status : FLESH_NONFINITE;
 }
 
-/* Minimal residuals (Paige & Saunders 1975; Elman, Silvester & Wathen 2014, algorithm 4.1) with the preconditioner, by whose
- * norm the residual r [n] is reduced by `reduction`, or for `*left` iterations, which fall. p += K^-1 r. */
+/* Solves by minimal residuals (Paige & Saunders 1975; Elman, Silvester & Wathen 2014, algorithm 4.1): p += K^-1 r, until
+ * the norm of the residual r [n] by the preconditioner has fallen by `reduction`, or `*left` iterations, counted down, are
+ * used up. */
 static int minimise(flesh_newton *self, const double *r, double reduction, minres *m, int *left, double *p)
 {
   const flesh_equations *equations = &self->equations;
@@ -144,10 +145,11 @@ static int minimise(flesh_newton *self, const double *r, double reduction, minre
   return status;
 }
 
-/* Solves with K by minimal residuals, begun anew from what is left: the preconditioner is rounded. */
+/* Solves with an indefinite K by minimal residuals, restarted with the remaining residual because the preconditioner is
+ * rounded. */
 static int solve_indefinite(flesh_newton *self, const double *b, double tolerance, double most, double *p)
 {
-  enum { TIMES = 4 }; /* as many iterations as conjugate gradients may take */
+  enum { TIMES = 4 }; /* multiple of conjugate gradients' iteration limit */
   static const double reduction = 1e-5;
   const size_t n = (size_t)self->equations.n;
   int left = TIMES * self->options.max_linear;
@@ -168,7 +170,7 @@ static int solve_indefinite(flesh_newton *self, const double *b, double toleranc
                                      "operations", flesh_direct_operations(self->tangent.pivots));
 }
 
-/* Beyond so many iterations a kept preconditioner costs more than a new one. */
+/* Number of iterations beyond which a kept preconditioner costs more than a new one. */
 static int most_iterations(const flesh_newton *self, double tolerance)
 {
   enum { NEW_ONE = 12 };

@@ -1,9 +1,9 @@
 /* volume_arc.c: second-order corrections (Nocedal & Wright 2006, section 18.3) of the volumes that stiff rows measure,
  * along the arc that they make of a step (Mayne & Polak 1982).
  *
- * With b the rows, a step q changes volumes by b.q to first order, as Newton's model has it. A rotation also changes
- * them to second order, which costs so much energy that straight steps are cut to almost nothing. As volumes are cubic
- * in positions, Simpson's rule gives their exact change from b at three points. */
+ * With b the rows, a step q changes volumes by b.q to first order, as in Newton's model. A rotation also changes them to
+ * second order, which costs so much energy that straight steps are cut to almost nothing. As volumes are cubic in
+ * positions, Simpson's rule gives their exact change from b at three points. */
 #include "newton/volume_arc.h"
 
 #include <math.h>
@@ -17,12 +17,11 @@
 
 enum { LENGTHS = 5, CORRECTIONS = 12 };
 
-/* Straight steps are kept where the energy of their volumes' error is less than this fraction of the predicted
- * decrease. */
+/* A straight step is kept if the energy of its volume error is less than this fraction of the predicted decrease. */
 static const double SMALL = 0.01;
-/* Corrections end where the error's energy is this small beside the straight step's. */
+/* Corrections end when the error's energy is this small relative to the straight step's. */
 static const double CORRECTED = 1e-6;
-/* The energy of a start's error that is not corrected, over the potential's terms. */
+/* Energy of a start's error, relative to the potential's terms, below which it is not corrected. */
 static const double NOTHING = 1e-10;
 
 int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
@@ -48,7 +47,7 @@ void flesh_volume_arc_clear(flesh_volume_arc *self)
   *self = (flesh_volume_arc){0};
 }
 
-/* y += weight b.q of every row, over the dofs that are not constrained. */
+/* Adds weight b.q of every row to y, over the free dofs. */
 static void add_products(const flesh_volume_arc *self, const float *values, double weight, const double *q, float *y)
 {
   const uint8_t *constrained = self->equations->constrained.is;
@@ -64,7 +63,7 @@ static void add_products(const flesh_volume_arc *self, const float *values, doub
   }
 }
 
-/* The rows at u + scale q. */
+/* Computes the rows at u + scale q. */
 static void find_rows(flesh_volume_arc *self, const double *u, double scale, const double *q)
 {
   double *at = self->equations->trial;
@@ -73,7 +72,7 @@ static void find_rows(flesh_volume_arc *self, const double *u, double scale, con
   flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
 }
 
-/* Finds the error of the volumes at u + q; returns its energy. `known`: the rows at u are K's. */
+/* Computes the error of the volumes at u + q; returns its energy. `known`: the rows at u are K's. */
 static double find_error(flesh_volume_arc *self, const double *u, int known, const double *q)
 {
   static const struct {
@@ -91,7 +90,7 @@ static double find_error(flesh_volume_arc *self, const double *u, int known, con
   return square / 2;
 }
 
-/* Corrects the step q from u where the energy of its error exceeds `enough`. Returns whether it did. */
+/* Corrects the step q from u if the energy of its error exceeds `enough`. Returns whether it did. */
 static int correct(flesh_volume_arc *self, const double *u, int known, double enough, double *q)
 {
   double first = 0;
