@@ -1,10 +1,10 @@
-/* bisection.c: the order of Cuthill & McKee 1969 from one far end of the mesh to the other, eliminated from both ends (a
- * "twisted" factorisation). Incomplete Cholesky needs as many iterations in it as in Cuthill & McKee's order, half of
- * those in the order of a mesh generator, and two threads can work on it.
+/* bisection.c: orders nodes by Cuthill & McKee 1969 from one far end of the mesh to the other, and eliminates them from
+ * both ends (a "twisted" factorisation). Incomplete Cholesky needs as many iterations as in Cuthill & McKee's order, half
+ * as many as in the order of a mesh generator, and two threads can work on it.
  *
- * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
- * preconditioner stays the same, but neighbours in the order no longer wait for each other. Runs are short, as
- * products go through vectors in this order, too. */
+ * Short runs of nodes are sorted by the length of the chain of neighbours that must come before each: the preconditioner
+ * stays the same, but neighbours in the order no longer wait for each other. Runs are short because products go through
+ * vectors in this order, too. */
 #include "linear/bisection.h"
 
 #include <string.h>
@@ -35,7 +35,7 @@ static int graph_create(const flesh_block_matrix *A, const int *numbers, graph *
       g->start[A->column[k] + 2]++;
     }
   for (int i = 0; i < A->rows; i++) g->start[i + 2] += g->start[i + 1];
-  for (int i = 0; i < A->rows; i++) /* start[i + 1] is where i's next neighbour goes */
+  for (int i = 0; i < A->rows; i++) /* start[i + 1] becomes the place of i's next neighbour */
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int j = A->column[k];
       g->neighbour[g->start[i + 1]++] = j;
@@ -53,8 +53,8 @@ static void graph_clear(graph *g)
 
 static int degree(const graph *g, int node) { return g->start[node + 1] - g->start[node]; }
 
-/* Whether a comes before b where both are neighbours of one node. Mesh generators number from end to end, and where
- * the larger number goes first, incomplete Cholesky takes a fifth fewer iterations. */
+/* Whether a comes before b where both are neighbours of one node: fewer neighbours first, then the larger number. Mesh
+ * generators number from end to end, and incomplete Cholesky then takes a fifth fewer iterations. */
 static int before(const graph *g, int a, int b)
 {
   const int da = degree(g, a), db = degree(g, b);
@@ -62,11 +62,11 @@ static int before(const graph *g, int a, int b)
   return g->numbers ? g->numbers[a] > g->numbers[b] : a > b;
 }
 
-/* Nodes reached from `first` that are not marked `as`, level by level; returns how many, and in *last where the last of
- * the *levels begins. */
+/* Lists the nodes that are reached from `first` and not marked `as`, level by level. Returns their number, and in *last
+ * where the last of the *levels begins. */
 static int spread(graph *g, int first, int as, int *order, int *last, int *levels)
 {
-  int count = 1, end = 1; /* of the level at hand */
+  int count = 1, end = 1; /* end of the current level */
   order[0] = first;
   g->mark[first] = as;
   *last = *levels = 0;
@@ -89,7 +89,7 @@ static int spread(graph *g, int first, int as, int *order, int *last, int *level
   return count;
 }
 
-/* Every component from an end of it, as far from the other as the search of George & Liu 1979 finds. */
+/* Orders every component from one of its ends, as far from the other as the search of George & Liu 1979 finds. */
 static void cuthill_mckee(graph *g, int *order)
 {
   for (int first = 0, count = 0, as = 0; first < g->rows; first++) {
@@ -109,7 +109,7 @@ static void cuthill_mckee(graph *g, int *order)
   }
 }
 
-/* Stable sort of order[begin..end) by chain length; `length` [3*(rows+1)] is room. */
+/* Sorts order[begin..end) stably by chain length; `length` [3*(rows+1)] is work space. */
 static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place, int *length)
 {
   const int most = end - begin;
@@ -130,7 +130,7 @@ static void sort_by_chains(const graph *g, int *order, int begin, int end, const
   memcpy(order + begin, room + begin, (size_t)(end - begin) * sizeof *order);
 }
 
-/* Halves of `line`, a line of nodes from end to end, into order and begin. */
+/* Splits `line`, a line of nodes from end to end, into the halves and the separator of `bisection`. */
 static void split(const graph *g, const int *line, const int *place, flesh_bisection *bisection)
 {
   const int rows = g->rows, middle = rows / 2;

@@ -1,4 +1,4 @@
-/* bisection.h: parts a body's nodes into two halves that share no block and a separator, the few nodes between them
+/* bisection.h: splits a body's nodes into two halves that share no block and a separator, the few nodes between them
  * (George & Liu 1981). In this order incomplete factorisations need few iterations, and two threads can work at once. */
 #ifndef FLESH_LINEAR_BISECTION_H
 #define FLESH_LINEAR_BISECTION_H
@@ -13,9 +13,9 @@ typedef struct flesh_bisection {
   int begin[4];
 } flesh_bisection;
 
-/* Depends on the pattern, and on `numbers` [rows], all different, which decide between neighbours of as many neighbours:
- * on a rank those of the body, where ghosts have the place that a mesh generator gave them and not the last. NULL: the
- * rows' own. Second half and separator are empty where the separator would be too large. */
+/* Makes the bisection of A's pattern. `numbers` [rows], all different, decide between neighbours with equally many
+ * neighbours: on a rank they are the body's numbers, so that ghosts have their place from the mesh generator and not the
+ * last. NULL: the rows' own numbers. Second half and separator are empty where the separator would be too large. */
 int flesh_bisection_create(const flesh_block_matrix *A, const int *numbers, flesh_bisection *bisection);
 void flesh_bisection_clear(flesh_bisection *bisection);
 

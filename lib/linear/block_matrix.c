@@ -47,7 +47,7 @@ void flesh_block_multiply_of_team(const flesh_team *team, const flesh_block_matr
   flesh_block_sum_of_team(team, 1, &(flesh_block_term){1, A, x}, NULL, y);
 }
 
-/* Row i of a matrix with fixed dofs. */
+/* Fixes row i of a matrix with fixed dofs. */
 static inline void fix_row(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int i)
 {
   const uint8_t *row = fixed + 3 * (size_t)i;
@@ -69,7 +69,7 @@ int flesh_block_rows_to_fix(const flesh_block_matrix *A, const uint8_t *fixed, i
   for (int i = 0; i < A->rows; i++) {
     int any = 0;
     for (int k = A->row_start[i]; k < A->row_end[i] && !any; k++) {
-      const uint8_t *col = fixed + 3 * (size_t)A->column[k]; /* the first is the row's own */
+      const uint8_t *col = fixed + 3 * (size_t)A->column[k]; /* the first one is the row's own */
       any = col[0] | col[1] | col[2];
     }
     if (any) rows[count++] = i;
@@ -88,7 +88,7 @@ typedef struct fixing {
   double diagonal;
 } fixing;
 
-enum { FIXED_ROWS = 512 /* of a task */ };
+enum { FIXED_ROWS = 512 /* rows of a task */ };
 
 static void fix_rows(void *data, int task)
 {
@@ -146,7 +146,7 @@ double flesh_block_mean_diagonal(const flesh_block_matrix *A)
 
 int flesh_block_invert(const double A[9], double B[9])
 {
-  /* Cholesky by hand; the entries below the diagonal are not read. */
+  /* Cholesky factor, by hand; the entries below the diagonal are not read. */
   if (!(A[0] > 0)) return 0;
   double i00 = 1 / sqrt(A[0]), l10 = A[1] * i00, l20 = A[2] * i00;
   double d1 = A[4] - l10 * l10;

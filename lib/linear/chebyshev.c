@@ -1,4 +1,4 @@
-/* chebyshev.c: rows in the order of a dissection, and the recurrence. */
+/* chebyshev.c: rows in the order of a dissection, and the polynomial's recurrence. */
 #include "linear/chebyshev.h"
 
 #include <math.h>
@@ -14,10 +14,10 @@
 
 enum {
   ROW_SLACK = 16,
-  HIGHEST_DEGREE = 200 /* the highest degree */
+  HIGHEST_DEGREE = 200 /* largest degree */
 };
 
-/* The degree over the root of the largest eigenvalue. 0.6 takes a fifth more iterations, 1.2 as many. */
+/* Degree over the square root of the largest eigenvalue. 0.6 takes a fifth more iterations, 1.2 as many. */
 static const double DEGREE = 0.9;
 
 static void make_rows(flesh_chebyshev *self, const int *starts, const int *neighbours)
@@ -89,7 +89,7 @@ size_t flesh_chebyshev_entry(const flesh_chebyshev *self, int row, int other)
   return (size_t)from;
 }
 
-/* Unit diagonal, and both triangles. */
+/* Scales the rows to unit diagonal, and fills in both triangles. */
 static void scale_rows(flesh_chebyshev *self)
 {
   float *values = self->values, *diagonal = values + self->start[self->n];
@@ -99,7 +99,7 @@ static void scale_rows(flesh_chebyshev *self)
     self->root[p] = 1 / sqrtf(diagonal[p]);
     next[p] = start[p];
   }
-  /* Rows ascend, and so do the columns of each: what is above the diagonal comes in order. */
+  /* Rows ascend, and so do the columns of each, so that the entries above the diagonal are found in order. */
   for (int q = 0; q < self->n; q++)
     for (int k = start[q]; k < start[q + 1] && column[k] < q; k++) {
       const int p = column[k];
@@ -109,7 +109,7 @@ static void scale_rows(flesh_chebyshev *self)
     }
 }
 
-/* Data of a pass over the rows that threads share out. */
+/* Data of a pass over the rows, which threads share. */
 typedef struct polynomial_pass {
   flesh_chebyshev *self;
   const float *d;
@@ -134,7 +134,7 @@ static inline float product_row(const int *restrict column, const float *restric
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* r -= A d. */
+/* Computes r -= A d. */
 static void subtract_product(void *data, int part, int begin, int end)
 {
   const polynomial_pass *now = data;
@@ -145,7 +145,7 @@ static void subtract_product(void *data, int part, int begin, int end)
                                    now->d, now->d[p]);
 }
 
-/* The next direction; x += it. */
+/* Computes the next direction, and adds it to x. */
 static void move(void *data, int part, int begin, int end)
 {
   const polynomial_pass *now = data;
@@ -156,7 +156,7 @@ static void move(void *data, int part, int begin, int end)
   }
 }
 
-/* Both at once. */
+/* Does subtract_product and move in one pass. */
 static void add_power(void *data, int part, int begin, int end)
 {
   const polynomial_pass *now = data;
@@ -171,7 +171,7 @@ static void add_power(void *data, int part, int begin, int end)
   }
 }
 
-/* The mean of the diagonal, which is that of all ranks if others have rows, too; 0 where it is not positive. */
+/* Returns the mean of the diagonal, over all ranks if others have rows, too; 0 where it is not positive. */
 static double mean_diagonal(const flesh_chebyshev *self)
 {
   const float *diagonal = self->values + self->start[self->n];
@@ -215,7 +215,7 @@ static void end_part(void *data, int part, int begin, int end)
   for (int p = begin; p < end; p++) self->x[p] *= self->root[p];
 }
 
-/* Lottes 2023, algorithm 1, from zero. */
+/* Implements algorithm 1 of Lottes 2023, from zero. */
 void flesh_chebyshev_solve(flesh_chebyshev *self)
 {
   const flesh_chebyshev_others *others = self->others;

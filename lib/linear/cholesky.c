@@ -1,19 +1,19 @@
 /* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that or less.
  *
  * The factorisation is A + shift |diag A| ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is final,
- * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
- * pattern alone and is worked out once.
+ * every pair (j,l) of its neighbours that is itself in the pattern is updated. These pairs depend on the pattern alone and
+ * are found once.
  *
- * What falls outside the pattern is not dropped altogether: it goes to the diagonal, as in the modified factorisation
- * of Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that
- * stiffens; where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
+ * Updates outside the pattern are not dropped altogether: they are added to the diagonal, as in the modified factorisation
+ * of Gustafsson 1978, so that smooth displacements have nearly the right stiffness. They are added fully where they
+ * stiffen; where they soften, by no more than SOFTENED, or rotations of few irregular tets would have too little stiffness.
  *
  * Pairs of nodes that both have more than CROWDED neighbours are left out: a joint or a spring couples each of its nodes
  * with every other, and its factor would cost the cube of their number, for a term of low rank.
  *
- * Rows follow the order of bisection.h, each half by a task of its own. What the second half adds to the separator's
- * rows goes to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in
- * columns a row of the separator has blocks of both halves side by side (triangle.h). */
+ * Rows are in the order of bisection.h, each half by a task of its own. Updates by the second half to the separator's rows
+ * go to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in columns a
+ * row of the separator has blocks of both halves side by side (triangle.h). */
 #include "linear/cholesky.h"
 
 #include <math.h>
@@ -28,34 +28,34 @@
 #include "linear/three.h"
 #include "linear/triangle.h"
 
-/* The share of its diagonal block's trace that a node may lose to what is dropped. */
+/* Largest part of the trace of its diagonal block that a node may lose to dropped updates. */
 static const double SOFTENED = 0.05;
 
 enum {
   BLOCK_SLACK = 4, /* a block's last row is loaded with the number after it */
-  /* Factors beyond the caches (MANY_PAIRS pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
+  /* Factors beyond the caches (MANY_PAIRS pairs) are prefetched far ahead, in lines of 64 bytes: FAR lines are some thirty
    * rows, a row is about LINES. */
   MANY_PAIRS = 60000, FAR = 64, LINES = 3, CROWDED = 300
 };
 
 struct flesh_cholesky {
-  int rows, begin[4]; /* of the halves and the separator */
+  int rows, begin[4]; /* bounds of the halves and the separator */
   int *order;   /* [rows] nodes in the order of elimination */
   flesh_threads *threads;
-  int *start, *column;             /* of U above the diagonal, in the order of elimination */
-  int *source;                     /* A's block of each, or ~ of its transpose's */
-  int *target;                     /* U's block updated by each pair of each row's neighbours, -1: dropped */
-  int *pairs;                      /* [rows+1] where each row's targets begin */
-  int *lower_place;                /* of each block of U in `lower` */
-  double *diagonal;                /* [9*rows] of A, then D */
+  int *start, *column;             /* U above the diagonal, in the order of elimination */
+  int *source;                     /* number of A's block of each, or ~ of its transpose's */
+  int *target;                     /* U's block that each pair of each row's neighbours updates, -1: dropped */
+  int *pairs;                      /* [rows+1] first target of each row */
+  int *lower_place;                /* place of each block of U in `lower` */
+  double *diagonal;                /* [9*rows] diagonal blocks of A, then D */
   double *diagonal_spill;          /* [9*separator] */
-  three *dropped;                  /* [rows] what every diagonal block would lose to what falls outside the pattern */
+  three *dropped;                  /* [rows] dropped updates of every diagonal block */
   three *dropped_spill;            /* [separator] */
-  int longest;                     /* of U's rows, in blocks */
-  three *partners;                 /* [3 parts][longest] sums of a row's blocks, by those whose product is dropped */
+  int longest;                     /* largest number of blocks in a row of U */
+  three *partners;                 /* [3 parts][longest] sums of a row's blocks, over those whose products are dropped */
   float *work, *spill;             /* [12*blocks], [12*separator_blocks]: blocks of four-lane rows */
   flesh_triangle upper, lower;     /* U; U^T */
-  float *inverse, *y;              /* [9*rows] of D; [4*rows] */
+  float *inverse, *y;              /* [9*rows] inverse of D; [4*rows] */
 };
 
 static int separator_blocks(const flesh_cholesky *self)
@@ -63,8 +63,8 @@ static int separator_blocks(const flesh_cholesky *self)
   return self->start[self->rows] - self->start[self->begin[2]];
 }
 
-/* An order in which substitutions may take the rows: of those side by side none waits for another, and the longer ones
- * come first. `latest` [rows]: the last row before each that it waits for, -1: none. */
+/* Orders the rows for substitutions: none of those side by side waits for another, and longer ones come first. `latest`
+ * [rows]: the last row before each that it waits for, -1: none. */
 static void order_rows(const flesh_cholesky *self, const int *latest, const int *blocks, int *order)
 {
   for (int part = 0; part < 3; part++)
@@ -75,8 +75,8 @@ static void order_rows(const flesh_cholesky *self, const int *latest, const int 
     }
 }
 
-/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks]
- * and `below` [4*rows], which is zero, are room. */
+/* Makes U's pattern, the sources of its blocks and the targets of their products. `place` [rows]: place of each node in the
+ * order. `sorted` [blocks] and `below` [4*rows], which is zero, are work space. */
 static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, int split,
                         long long *sorted, int *below)
 {
@@ -99,7 +99,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
   order_rows(self, latest, below, order);
   if (flesh_triangle_create(rows, below, order, split, &self->lower)) return FLESH_ERR_MEMORY;
   int blocks = 0;
-  for (int p = 0; p < rows; p++) { /* where each row's blocks begin, and where its next one goes */
+  for (int p = 0; p < rows; p++) { /* first block of each row, and place of its next one */
     const int own = self->start[p];
     self->start[p] = below[p] = blocks;
     blocks += own;
@@ -235,7 +235,7 @@ typedef struct factorisation {
   int failed[3];
 } factorisation;
 
-/* The rows of a part from A. */
+/* Loads the rows of a part from A. */
 static void load_rows(const factorisation *f, int part)
 {
   flesh_cholesky *self = f->cholesky;
@@ -257,7 +257,7 @@ static void load_rows(const factorisation *f, int part)
   }
 }
 
-/* Takes from D of row p its part of what was dropped: D is final. */
+/* Takes the dropped updates off D of row p, which is then final. */
 static void modify_pivot(flesh_cholesky *self, int p)
 {
   double *D = self->diagonal + 9 * (size_t)p;
@@ -265,11 +265,11 @@ static void modify_pivot(flesh_cholesky *self, int p)
   const double loss = (double)(C->row[0][0] + C->row[1][1] + C->row[2][2]) / (D[0] + D[4] + D[8]);
   const double share = loss > 0 ? SOFTENED / (SOFTENED + loss) : 1;
   for (int r = 0; r < 3; r++)
-    for (int c = 0; c < 3; c++) /* of a fixed component C's row is zero, its column is not */
+    for (int c = 0; c < 3; c++) /* for a fixed component, the row of C is zero, the column is not */
       if (C->row[r][r] != 0 && C->row[c][c] != 0) D[3 * r + c] -= share * (C->row[r][c] + C->row[c][r]) / 2;
 }
 
-/* D's inverse. 0 when it is not positive definite, or too nearly so for single precision. */
+/* Inverts D. Returns 0 when it is not positive definite, or too nearly so for single precision. */
 static int invert_diagonal(flesh_cholesky *self, int p)
 {
   const double *D = self->diagonal + 9 * (size_t)p;
@@ -281,7 +281,7 @@ static int invert_diagonal(flesh_cholesky *self, int p)
   return 1;
 }
 
-/* Rows of a part, one by one: scale, then subtract from the rows that follow. */
+/* Factors the rows of a part, one by one: scales, then subtracts from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
   const int *start = self->start, *column = self->column, first_separator = self->begin[2];
@@ -358,7 +358,7 @@ typedef struct substitution {
   flesh_cholesky *cholesky;
   flesh_coarse *coarse;
   const float *r;
-  double products[3]; /* of r and z, part by part */
+  double products[3]; /* products of r and z, part by part */
 } substitution;
 
 static inline void expect_pairs(const flesh_triangle *triangle, int pair, int lines)
@@ -367,7 +367,7 @@ static inline void expect_pairs(const flesh_triangle *triangle, int pair, int li
   for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(words + 16 * line);
 }
 
-/* y = (I + U^T)^-1 r on the rows of a part, whose r then goes to the coarse level. */
+/* Computes y = (I + U^T)^-1 r on the rows of a part, and passes their r to the coarse level. */
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
@@ -383,7 +383,7 @@ static void forward(const substitution *s, int part)
   if (s->coarse) flesh_coarse_restrict(s->coarse, part == 1, self->begin[part], self->begin[part + 1], s->r);
 }
 
-/* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part; r.z = y.D^-1 y. */
+/* Computes z = (I + U)^-1 D^-1 y, in y, on the rows of a part; r.z = y.D^-1 y. */
 static void backward(substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;

@@ -22,25 +22,25 @@
 enum {
   CORNERS = FLESH_COARSE_CORNERS,
   SLOTS = 4,  /* vertices of a patch */
-  PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
+  PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, summed in this order for any number of threads */
   MOST_VERTICES = 16384 /* vertices */
 };
 
-/* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them,
- * here and below. */
+/* A block of A that couples the cells of a pair: `node` is in the first cell. Here and below, nodes are numbered by their
+ * place in vectors. */
 typedef struct term {
   int pair, node, other;
-  int block; /* ~: of the transpose */
+  int block; /* ~: its transpose */
 } term;
 
 /* Two cells that A couples, or one with itself. */
 typedef struct pair {
-  int low, high, first;           /* of its terms */
+  int low, high, first;           /* first of the pair's terms */
   /* Places of the blocks of corners a of `low` and b of `high`, at 8 a + b; ~: transposed. */
   int entry[CORNERS * CORNERS];
 } pair;
 
-/* Sums of r over the nodes of a cell: by corner, component by component. */
+/* Sums of r over the nodes of a cell, for each corner, component by component. */
 typedef struct sums {
   flesh_float8 of[3];
 } sums;
@@ -53,19 +53,19 @@ typedef struct moves {
 struct flesh_coarse {
   int rows;
   flesh_threads *threads;
-  const flesh_team *team; /* the threads'; NULL: none */
-  flesh_coarse_grid grid; /* its corners by their ranks */
+  const flesh_team *team; /* the threads' team; NULL: none */
+  flesh_coarse_grid grid; /* its corners are given by their ranks */
   int *stored;            /* [rows] the mesh's number of each node */
   sums *sums[PARTS];      /* [cells] zero between solves */
   moves *moves;           /* [cells] */
-  term *terms;             /* [blocks] by pair, then by node */
+  term *terms;             /* [blocks] sorted by pair, then by node */
   pair *pairs;             /* [pair_count+1] */
   int pair_count, entry_count;
-  int *ranks;              /* [2*entry_count] of the two vertices of each entry, the lower first */
+  int *ranks;              /* [2*entry_count] ranks of the two vertices of each entry, the lower first */
   double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
   float *load; /* [12*patches] P^T r */
   flesh_coarse_cholesky matrix;
-  flesh_coarse_sums summed; /* over the ranks */
+  flesh_coarse_sums summed; /* blocks that are summed over the ranks of the team */
 };
 
 static int compare_names(const void *a, const void *b)
@@ -74,7 +74,8 @@ static int compare_names(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* Blocks sorted by the pair of cells that they couple; `place` [rows]: where each of the mesh's nodes is stored. */
+/* Sorts the blocks by the pair of cells that they couple; `place` [rows]: the place of each of the mesh's nodes in
+ * vectors. */
 static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *place)
 {
   const int *cell = self->grid.cell;
@@ -102,7 +103,7 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   return FLESH_OK;
 }
 
-/* A factor for the patches that A couples; none where any rank has failed before. */
+/* Makes a factor for the patches that A couples; none if any rank has failed before. */
 static int make_factor(flesh_coarse *self, int status)
 {
   const int *corner = self->grid.corner, *patch = self->grid.patch;
@@ -119,10 +120,10 @@ static int make_factor(flesh_coarse *self, int status)
   return status;
 }
 
-/* The lower rank first. */
+/* Names an entry by its ranks, the lower first. */
 static int64_t name_of_entry(int a, int b) { return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a; }
 
-/* Which blocks of P^T A P there are, and which of them each pair of cells adds to. */
+/* Lists the blocks of P^T A P, and to which of them each pair of cells adds. */
 static int make_entries(flesh_coarse *self)
 {
   const int *corner = self->grid.corner;
@@ -158,7 +159,7 @@ static int make_entries(flesh_coarse *self)
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
-/* From the grid; ranks call each other even if one of them has failed before, or has no memory. */
+/* Builds the level from the grid; ranks call each other even if one of them has failed before, or has no memory. */
 static int build(flesh_coarse *self, const flesh_block_matrix *A, const int *stored, int status)
 {
   const size_t rows = (size_t)A->rows;
@@ -224,7 +225,7 @@ typedef struct assembly {
   const flesh_block_matrix *A;
 } assembly;
 
-/* T[3 c + d] += A[c][d] w_other. */
+/* Computes T[3 c + d] += A[c][d] w_other. */
 static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first,
                             flesh_aside T[9])
 {
@@ -234,13 +235,13 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
   const int constrained = (int)self->grid.local[t->node][3];
-  if (t->node == t->other) /* half, as the transpose is added in the end; fixed dofs have no part in it */
+  if (t->node == t->other) /* half, as the transpose is added in the end; without fixed dofs */
     for (int e = 0; e < 9; e++) a[e] *= constrained >> e / 3 & 1 || constrained >> e % 3 & 1 ? 0 : 0.5;
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
-/* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
- * cell and corners of the second from `first` on are in sum[a]. */
+/* Sums up a pair's terms, first over the nodes of one cell, then over those of the other: sum[a] is for corner a of the
+ * first cell and corners of the second from `first` on. */
 static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, int first,
                      flesh_aside sum[CORNERS][9])
 {
@@ -256,7 +257,7 @@ static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, cons
   }
 }
 
-/* A part of the pairs: what couples two vertices, once, and what couples one with itself, with its transpose. */
+/* Assembles a part of the pairs: what couples two vertices, once; what couples one with itself, with its transpose. */
 static void assemble_part(void *data, int part)
 {
   const assembly *s = data;
@@ -285,7 +286,7 @@ static void assemble_part(void *data, int part)
   }
 }
 
-/* The entries into the matrix that is factored. */
+/* Copies the entries to the matrix that is factored. */
 static void load_matrix(flesh_coarse *self, double scale)
 {
   flesh_coarse_cholesky_zero(&self->matrix);
@@ -315,7 +316,7 @@ int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double s
   return flesh_coarse_cholesky_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
-/* Sets the fixed components of a node at `local` to 0: they have no part in the coarse space. Few nodes have any. */
+/* Sets the fixed components of a node at `local` to 0: they are not in the coarse space. Few nodes have any. */
 static inline flesh_float4 without_constrained(flesh_float4 x, flesh_float4 local)
 {
   for (int c = 0; local[3] > 0 && c < 3; c++)
@@ -336,7 +337,7 @@ void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, con
 
 int flesh_coarse_unknowns(const flesh_coarse *self) { return self->grid.patches * FLESH_BLOCK12; }
 
-/* Into `load`; what was restricted is forgotten. */
+/* Adds up the restricted residual in `load`, and clears it. */
 static void take(flesh_coarse *self)
 {
   const int *corner = self->grid.corner;
@@ -357,7 +358,7 @@ void flesh_coarse_take(flesh_coarse *self, double scale, double *load)
   for (int k = 0; k < flesh_coarse_unknowns(self); k++) load[k] = scale * self->load[k];
 }
 
-/* With what the matrix's x has, its load. */
+/* Solves for the load that the matrix's x has. */
 static void solve(flesh_coarse *self)
 {
   const int *corner = self->grid.corner;

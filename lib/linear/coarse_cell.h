@@ -1,5 +1,5 @@
-/* coarse_cell.h: trilinear displacements within a cell of the coarse level's grid. Corner a lies at x, y, z = the
- * bits of a. */
+/* coarse_cell.h: trilinear displacements within a cell of the coarse level's grid. Bits 0, 1 and 2 of a corner's number a
+ * are its x, y and z. */
 #ifndef FLESH_LINEAR_COARSE_CELL_H
 #define FLESH_LINEAR_COARSE_CELL_H
 
@@ -9,7 +9,7 @@
 
 enum { FLESH_COARSE_CORNERS = 8 };
 
-/* How much each corner moves a node. */
+/* Returns the weight of each corner in a node's displacement. */
 static inline flesh_float8 flesh_coarse_weights(flesh_float4 local)
 {
   const flesh_float8 x0 = {1, 0, 1, 0, 1, 0, 1, 0}, x1 = {-1, 1, -1, 1, -1, 1, -1, 1};
@@ -18,10 +18,11 @@ static inline flesh_float8 flesh_coarse_weights(flesh_float4 local)
   return (x0 + x1 * local[0]) * (y0 + y1 * local[1]) * (z0 + z1 * local[2]);
 }
 
-/* Corners of a pair's second cell go side by side, as many as a register holds: there is room for nine of these. */
+/* Corners of a pair's second cell are stored side by side, as many as a register holds; the type has room for nine numbers
+ * of each. */
 typedef float flesh_coarse_floats __attribute__((vector_size(4 * FLESH_ASIDE)));
 
-/* Weights of the corners from `first` on. */
+/* Returns the weights of the corners from `first` on. */
 static inline flesh_aside flesh_coarse_some_weights(flesh_float4 local, int first)
 {
   const flesh_float8 all = flesh_coarse_weights(local);
@@ -30,7 +31,7 @@ static inline flesh_aside flesh_coarse_some_weights(flesh_float4 local, int firs
   return __builtin_convertvector(some, flesh_aside);
 }
 
-/* From displacements of the corners to those of 1, x, y, xy, z, xz, yz, xyz. */
+/* Converts displacements of the corners to coefficients of 1, x, y, xy, z, xz, yz, xyz. */
 static inline void flesh_coarse_to_products(flesh_float4 u[FLESH_COARSE_CORNERS])
 {
   for (int bit = 1; bit < FLESH_COARSE_CORNERS; bit *= 2)

@@ -1,4 +1,4 @@
-/* coarse_cholesky.c: right-looking block Cholesky in the order of SuiteSparse's AMD or in the rows' own. */
+/* coarse_cholesky.c: right-looking block Cholesky in the order of SuiteSparse's AMD or in the given order of the rows. */
 #include "linear/coarse_cholesky.h"
 
 #include <amd.h>
@@ -16,11 +16,12 @@
 enum {
   N = FLESH_BLOCK12,
   SIZE = FLESH_BLOCK12_SIZE,
-  BLOCKS_AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
+  BLOCKS_AHEAD = 16 /* blocks to prefetch, as other data goes through the caches between two solves */
 };
 
-/* Rows of the factor's columns: a column has those of the matrix and, but for the first, those of the columns that end
- * up in it (Liu 1990). `order`: rows by place; `mark` [3*n]: room. Returns how many; -1: more than `room`. */
+/* Lists the rows of the factor's columns: a column has those of the matrix and, without their first, those of the columns
+ * whose first row it is (Liu 1990). `order`: rows by place; `mark` [3*n]: work space. Returns their number; -1: more than
+ * `room`. */
 static int columns_of_factor(flesh_coarse_cholesky *self, const int *starts, const int *neighbours, const int *order,
                              int *mark, int room)
 {
@@ -56,7 +57,7 @@ static int columns_of_factor(flesh_coarse_cholesky *self, const int *starts, con
   return count;
 }
 
-/* The blocks' products that the factorisation takes. */
+/* Returns the number of block products in the factorisation. */
 static double work_of(const flesh_coarse_cholesky *self)
 {
   double work = 0;
@@ -67,7 +68,8 @@ static double work_of(const flesh_coarse_cholesky *self)
   return work;
 }
 
-/* The factor's columns in an order; `room` [3*n]. Returns how many blocks they have, -1 where there is no memory. */
+/* Makes the factor's columns in an order; `room` [3*n] is work space. Returns the number of their blocks, -1 without
+ * memory. */
 static int order_columns(flesh_coarse_cholesky *self, const int *starts, const int *neighbours, const int *order,
                          int *room)
 {
@@ -82,7 +84,7 @@ static int order_columns(flesh_coarse_cholesky *self, const int *starts, const i
   return blocks;
 }
 
-/* In AMD's order, or in the rows' own where that takes less: from end to end, what is long is hard to beat. */
+/* Takes AMD's order, or the rows' own if that needs less work: for long bodies, an order from end to end is hard to beat. */
 static int make_columns(flesh_coarse_cholesky *self, const int *starts, const int *neighbours, int *room)
 {
   const size_t n = (size_t)self->n;
@@ -146,8 +148,8 @@ double *flesh_coarse_cholesky_at(flesh_coarse_cholesky *self, int low, int high)
   return self->blocks + SIZE * (size_t)(found - self->row);
 }
 
-/* L of a diagonal block, L[m][r] its row r, column m, and 1 / L[m][m]; 0 when it is indefinite. What is left of a
- * direction's stiffness `whole` is taken for nothing below a billionth of it, and its inverse is then 0. */
+/* Computes L of a diagonal block, L[m][r] being row r of column m, and 1 / L[m][m]; returns 0 when the block is indefinite.
+ * A pivot below a billionth of the direction's stiffness `whole` counts as zero, and its inverse is then 0. */
 static int factor_pivot(double *L, double inverse[N], const double whole[N])
 {
   for (int m = 0; m < N; m++) {
@@ -164,7 +166,7 @@ static int factor_pivot(double *L, double inverse[N], const double whole[N])
   return 1;
 }
 
-/* X = L^-1, likewise; 0 when it is too large for single precision. */
+/* Computes X = L^-1, with inverses of 0 like factor_pivot; returns 0 when it is too large for single precision. */
 static int invert_pivot(const double *L, const double inverse[N], float *X)
 {
   int fits = 1;
@@ -196,8 +198,8 @@ static void divide(double *restrict B, const double *restrict L, const double *i
 #ifdef __AVX512F__
 enum { PAIRS = 6 }; /* of columns whose sums fit the registers */
 
-/* Two columns of twelve are three vectors of eight: eight of the first, its last four and four of the second, and that
- * one's other eight. The rows of either, repeated so: */
+/* Two columns of twelve are three vectors of eight: eight of the first column, its last four and four of the second, and
+ * the other eight of the second. The rows of either column are repeated in the same way: */
 typedef struct twelve_doubles {
   flesh_double8 first, middle, last;
 } twelve_doubles;
@@ -208,7 +210,8 @@ static inline twelve_doubles load_twelve(const double *x)
   return (twelve_doubles){first, __builtin_shufflevector(last, first, 4, 5, 6, 7, 8, 9, 10, 11), last};
 }
 
-/* C -= P Q^T, several pairs of columns at a time: P's are loaded once for them, and their sums stay in registers. */
+/* Computes C -= P Q^T, several pairs of columns at a time: P's are loaded once for all of them, and sums stay in
+ * registers. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
   for (int s = 0; s < N; s += 2 * PAIRS) {
@@ -230,7 +233,7 @@ static void subtract(double *restrict C, const double *restrict P, const double 
   }
 }
 #else
-/* C -= P Q^T, three registers' rows of four columns at a time: their sums stay in registers. */
+/* Computes C -= P Q^T, three registers of rows and four columns at a time: their sums stay in registers. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
   for (int s = 0; s < N; s += 4)
@@ -280,7 +283,7 @@ int flesh_coarse_cholesky_factor(flesh_coarse_cholesky *self)
   return fits;
 }
 
-/* A column's twelve numbers, or those of an unknown, in single precision. */
+/* Twelve numbers in single precision, of a column or of an unknown. */
 typedef struct twelve_floats {
   flesh_float4 part[N / 4];
 } twelve_floats;
@@ -290,7 +293,7 @@ static inline twelve_floats load12_floats(const float *x)
   return (twelve_floats){{FLESH_LANES_FLOAT(x), FLESH_LANES_FLOAT(x + 4), FLESH_LANES_FLOAT(x + 8)}};
 }
 
-/* sum + B x. */
+/* Returns sum + B x. */
 static inline twelve_floats add_product(twelve_floats sum, const float *B, const float x[N])
 {
 #pragma GCC unroll 12
@@ -299,7 +302,7 @@ static inline twelve_floats add_product(twelve_floats sum, const float *B, const
   return sum;
 }
 
-/* sums[m] += B^T y by lanes. */
+/* Adds B^T y to sums[m], lane by lane. */
 static inline void add_transposed(flesh_float4 sums[N], const float *B, twelve_floats y)
 {
 #pragma GCC unroll 12
@@ -307,7 +310,7 @@ static inline void add_transposed(flesh_float4 sums[N], const float *B, twelve_f
     for (int p = 0; p < N / 4; p++) sums[m] += FLESH_LANES_FLOAT(B + N * m + 4 * p) * y.part[p];
 }
 
-/* Adds up the lanes in which add_transposed left its sums. */
+/* Adds up the lanes of the sums of add_transposed. */
 static inline twelve_floats gathered(const flesh_float4 sums[N])
 {
   twelve_floats all;

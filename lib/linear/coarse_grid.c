@@ -1,6 +1,5 @@
-/* coarse_grid.c: makes the grid of the coarse level: the finest one with few enough vertices near nodes; vertices are
- * split where the nodes that they would move are not connected, and grouped in patches of 2 x 2 across the longest
- * axis. */
+/* coarse_grid.c: makes the grid of the coarse level, the finest one with few enough vertices near nodes. Vertices are split
+ * where the nodes that they would move are not connected, and grouped in patches of 2 x 2 across the longest axis. */
 #include "linear/coarse_grid.h"
 
 #include <math.h>
@@ -15,23 +14,24 @@
 
 enum { CORNERS = 8 };
 
-/* Cells of all the box around a body are at most so many, SPARSE to a node, and EMPTY to a vertex: most may be empty. */
+/* Largest number of cells in the box around a body: ALWAYS, plus the smaller of SPARSE for each node and EMPTY for each
+ * vertex, as most cells may be empty. */
 enum { ALWAYS = 4096, SPARSE = 64, EMPTY = 4096 };
 
-enum { MARKS = 1024 /* that ranks exchange at a time */ };
+enum { MARKS = 1024 /* marks that ranks exchange at a time */ };
 
 typedef struct layout {
-  double low[3], size[3]; /* of a cell */
+  double low[3], size[3]; /* origin of the grid, and size of a cell */
   int count[3];           /* cells along each axis */
 } layout;
 
-/* A thing to be sorted by what it is named. */
+/* A thing to be sorted by its name. */
 typedef struct named {
   int64_t name;
   int thing;
 } named;
 
-/* A node by its cell. */
+/* A node, to be sorted by its cell. */
 typedef struct located {
   int64_t cell;
   int corner[CORNERS];
@@ -44,13 +44,14 @@ typedef struct builder {
   const int *stored;
   layout grid;
   int (*at)[3];  /* [rows] cell of each node along each axis */
-  int *parent;   /* [8*rows] of the corners of each node's cell, towards the one that stands for their vertex */
-  int *vertex;   /* [8*rows] numbers of those */
-  int (*where)[3]; /* [8*rows], of a team [vertices+8] place of each vertex along each axis */
+  /* [8*rows] union-find of the corners of each node's cell: next corner towards the one that represents their vertex */
+  int *parent;
+  int *vertex;   /* [8*rows] numbers of these vertices */
+  int (*where)[3]; /* [8*rows], with a team [vertices+8]: place of each vertex along each axis */
   const flesh_team *team;
-  int64_t most;    /* names that a grid may have */
-  uint8_t *marks;  /* [most] of the names that vertices have */
-  int *number;     /* [most], of a team alone: the vertex of each name */
+  int64_t most;    /* largest number of names that a grid may have */
+  uint8_t *marks;  /* [most] marks of the names that vertices have */
+  int *number;     /* [most], only with a team: the vertex of each name */
 } builder;
 
 static int by_name(const void *a, const void *b)
@@ -80,7 +81,7 @@ static layout layout_of(const double low[3], const double high[3], double size)
   return grid;
 }
 
-/* The cell of x, and where in it. */
+/* Finds the cell of x, and the position of x in it. */
 static void locate(const layout *grid, const double *x, int at[3], flesh_float4 *local)
 {
   *local = (flesh_float4){0};
@@ -106,7 +107,7 @@ static void corner_at(const int at[3], int a, int place[3])
   for (int k = 0; k < 3; k++) place[k] = at[k] + (a >> k & 1);
 }
 
-/* Unites the ranks' marks; returns how many there are. */
+/* Unites the ranks' marks; returns their number. */
 static int mark_in_team(const flesh_team *team, int64_t count, uint8_t *marks)
 {
   double room[MARKS];
@@ -120,7 +121,7 @@ static int mark_in_team(const flesh_team *team, int64_t count, uint8_t *marks)
   return marked;
 }
 
-/* How many vertices have nodes in a cell around them; `marks` [names]. */
+/* Returns the number of vertices with nodes in a cell around them; `marks` [names] is work space. */
 static int count_vertices(const builder *b, const layout *grid, uint8_t *marks)
 {
   int count = 0;
@@ -165,7 +166,7 @@ static void choose_layout(builder *b, int vertices)
   }
 }
 
-/* Corners of two neighbours' cells that are the same vertex. */
+/* Unites the corners of two neighbours' cells that are the same vertex. */
 static void join(builder *b, int p, int q)
 {
   for (int a = 0; a < CORNERS; a++) {
@@ -179,7 +180,7 @@ static void join(builder *b, int p, int q)
   }
 }
 
-/* Corners at one place are the same vertex, whatever is connected. */
+/* Unites all corners at one place, whether connected or not. */
 static int join_all(builder *b)
 {
   int *first = flesh_malloc((size_t)names(&b->grid) * sizeof *first);
@@ -196,8 +197,7 @@ static int join_all(builder *b)
   return FLESH_OK;
 }
 
-/* Numbers the vertices, twice as many as `vertices` at most; `place` [rows]: where each of the mesh's nodes is
- * stored. */
+/* Numbers the vertices, at most twice `vertices`; `place` [rows]: the place of each of the mesh's nodes in vectors. */
 static int find_vertices(builder *b, const flesh_block_matrix *A, const int *place, int vertices,
                          flesh_coarse_grid *grid)
 {
@@ -241,7 +241,7 @@ static void find_vertices_of_team(builder *b, flesh_coarse_grid *grid)
   }
 }
 
-/* Cells by their corners; `nodes` [rows]. */
+/* Makes the cells and their corners; `nodes` [rows] is work space. */
 static int find_cells(const builder *b, located *nodes, flesh_coarse_grid *grid)
 {
   for (int p = 0; p < b->rows; p++) {
@@ -260,8 +260,8 @@ static int find_cells(const builder *b, located *nodes, flesh_coarse_grid *grid)
   return FLESH_OK;
 }
 
-/* Patches of 2 x 2 vertices across the longest axis, numbered along it; of those at one place, each its own. Room for
- * `sorted` [vertices]. */
+/* Groups vertices in patches of 2 x 2 across the longest axis, numbered along it; vertices at one place are in different
+ * patches. `sorted` [vertices] is work space. */
 static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *grid)
 {
   const int *count = b->grid.count;

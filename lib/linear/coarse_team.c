@@ -1,4 +1,4 @@
-/* coarse_team.c: exchanges of the coarse level's pattern, matrix and loads, some numbers at a time. */
+/* coarse_team.c: exchanges the coarse level's pattern, matrix and loads, some numbers at a time. */
 #include "linear/coarse_team.h"
 
 #include <string.h>
@@ -22,7 +22,7 @@ static int unite(const flesh_team *team, size_t n, uint8_t *touch)
   return status;
 }
 
-/* Lists the blocks by rising place in the factor; `order` [n] is room. */
+/* Lists the blocks by rising place in the factor; `order` [n] is work space. */
 static int list_blocks(const flesh_coarse_cholesky *matrix, const uint8_t *touch, int couplings, int *order,
                        flesh_coarse_sums *self)
 {
@@ -69,7 +69,7 @@ void flesh_coarse_sums_clear(flesh_coarse_sums *self)
   *self = (flesh_coarse_sums){0};
 }
 
-/* Leaves 0 where it was. */
+/* Moves a block and leaves 0 in its place. */
 static void move_block(double *blocks, int from, int to)
 {
   double *block = blocks + FLESH_BLOCK12_SIZE * (size_t)from;
@@ -77,7 +77,7 @@ static void move_block(double *blocks, int from, int to)
   memset(block, 0, FLESH_BLOCK12_SIZE * sizeof *block);
 }
 
-/* Sums up the blocks over the ranks; they move to the front of the array for that. */
+/* Sums up the blocks over the ranks, after moving them to the front of the array. */
 void flesh_coarse_sum_matrix(const flesh_team *team, const flesh_coarse_sums *self, flesh_coarse_cholesky *matrix)
 {
   if (!team) return;

@@ -12,7 +12,7 @@ typedef struct diagonal {
   double largest[FLESH_PARALLEL_PARTS_MAX];
 } diagonal;
 
-/* The largest entry of some rows' diagonals; infinite where one is NaN. */
+/* Finds the largest entry of some rows' diagonals; infinite where one is NaN. */
 static void largest_of_part(void *data, int k, int begin, int end)
 {
   diagonal *d = data;
@@ -34,7 +34,7 @@ double flesh_diagonal_largest(const flesh_block_matrix *A, flesh_threads *thread
   return largest;
 }
 
-/* The largest entry of an inverse block: products with them stay in the range of single precision. */
+/* Largest entry of an inverse block: products with it stay in the range of single precision. */
 static const double LARGEST = 1e30;
 
 static void invert(const double *of_A, double scale, float *to)

@@ -15,10 +15,10 @@
 struct flesh_direct {
   flesh_linear_solver kind;
   flesh_scalar_view view;
-  double *values; /* [entries] that were factored last */
-  int factored;   /* they have been */
-  double *first;  /* [entries] of KLU: those that the pivots in use were chosen for */
-  int refactored; /* `values` were factored with them since */
+  double *values; /* [entries] factored last */
+  int factored;   /* 1: `values` have been factored */
+  double *first;  /* [entries], KLU: the values for which the present pivots were chosen */
+  int refactored; /* 1: `values` were factored with these pivots since */
   klu_l_common klu;
   klu_l_symbolic *symbolic;
   klu_l_numeric *numeric;
@@ -29,7 +29,7 @@ struct flesh_direct {
 };
 
 #ifdef FLESH_HAVE_CHOLMOD
-/* CHOLMOD reads the upper triangle of the full matrix. */
+/* Views the full matrix as its upper triangle for CHOLMOD. */
 static cholmod_sparse cholmod_view(flesh_direct *self)
 {
   return (cholmod_sparse){.nrow = (size_t)self->view.n, .ncol = (size_t)self->view.n,
@@ -106,14 +106,14 @@ double flesh_direct_operations(const flesh_direct *direct)
   return direct->symbolic->est_flops;
 }
 
-/* The values with the pivots of the factor that there is; 0 where that cannot be. */
+/* Factors the values with the pivots of the present factor; returns 0 where that is not possible. */
 static int refactor(flesh_direct *self)
 {
   return self->refactored = klu_l_refactor(self->view.starts, self->view.indices, self->values, self->symbolic,
                                            self->numeric, &self->klu);
 }
 
-/* The values with pivots that they call for. */
+/* Factors the values with new pivots. */
 static void factor_anew(flesh_direct *self)
 {
   if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
@@ -124,7 +124,7 @@ static void factor_anew(flesh_direct *self)
 
 static int factor_by_klu(flesh_direct *self)
 {
-  /* Pivots of the last factorisation serve as long as they stay usable. */
+  /* Pivots of the last factorisation are kept as long as they are usable. */
   if (self->numeric && refactor(self) && klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)
     return FLESH_OK;
   factor_anew(self);
@@ -171,7 +171,7 @@ int flesh_direct_solve(flesh_direct *self, const double *b, double *x)
   return FLESH_OK;
 }
 
-/* Factors the loaded values: the first matrix anew, then the last by its pivots. */
+/* Factors the loaded values: the first matrix with new pivots, then the last one with these. */
 static int factor_loaded(flesh_direct *self, double *last)
 {
 #ifdef FLESH_HAVE_CHOLMOD

@@ -14,19 +14,20 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* About how many operations a factor of FLESH_LINEAR_KLU takes, which nothing stops; negative: not known. */
+/* Returns about how many operations a factorisation by FLESH_LINEAR_KLU takes, which cannot be interrupted; negative: not
+ * known. */
 double flesh_direct_operations(const flesh_direct *direct);
 
-/* Factors. FLESH_NOT_POSITIVE where the matrix is singular or, as CHOLMOD sees, not positive definite. */
+/* Factors A. FLESH_NOT_POSITIVE where it is singular or, with CHOLMOD, not positive definite. */
 int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 
-/* x = A^-1 b [3*rows]; x and b must not overlap. */
+/* Computes x = A^-1 b [3*rows]; x and b must not overlap. */
 int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
 
 /* Drops the factors. */
 void flesh_direct_forget(flesh_direct *direct);
-/* Archives the factors. Their pivots are those that the first matrix called for, so that both that matrix and the last
- * are kept; loading factors both anew. FLESH_ERR_MEMORY. */
+/* Archives the factors. Their pivots were chosen for the first matrix, so that both this and the last one are kept; loading
+ * factors both again. FLESH_ERR_MEMORY. */
 int flesh_direct_archive(flesh_direct *direct, flesh_archive *archive);
 
 #endif

@@ -1,5 +1,5 @@
-/* dissection.c: halves by the median of a coordinate, and between them the rows of one half that meet the other. Of the
- * three coordinates the one is taken that leaves the fewest. */
+/* dissection.c: halves the rows at the median of a coordinate; the separator is the rows of one half that meet the other.
+ * The coordinate is the one of the three that gives the smallest separator. */
 #include "linear/dissection.h"
 
 #include <stdint.h>
@@ -9,7 +9,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 
-/* So few rows are a part of their own. */
+/* Number of rows that are not dissected further. */
 enum { FEW = 24 };
 
 typedef struct place {
@@ -22,8 +22,8 @@ typedef struct cut {
   const int *starts, *neighbours;
   const double *points;
   flesh_dissection *to;
-  int *rows;     /* [n] of the ranges that are yet to be dissected */
-  uint8_t *side; /* [n] of a row: OUT, or in which half of the range at hand */
+  int *rows;     /* [n] rows of the ranges that are yet to be dissected */
+  uint8_t *side; /* [n] half of the current range in which a row is, or OUT */
   place *places; /* [n] */
   int *trial;    /* [n] */
 } cut;
@@ -44,7 +44,7 @@ static int meets(const cut *c, int row, int side)
   return 0;
 }
 
-/* Parts rows [count] at the median of a coordinate. Returns how many lie between, and sides. */
+/* Parts rows [count] at the median of a coordinate. Sets their sides, and returns the size of the separator. */
 static int try_axis(const cut *c, const int *rows, int count, int axis)
 {
   int between[2] = {0, 0};
@@ -75,7 +75,7 @@ static void add_part(cut *c, const int *rows, int count, int first_below)
     if (to->parent[k] < 0) to->parent[k] = part;
 }
 
-/* Rows [count] of c->rows from `from` on, none of which meets others that are not ordered after them. */
+/* Dissects rows [count] of c->rows from `from` on, none of which meets others that are not ordered after them. */
 static void dissect(cut *c, int from, int count)
 {
   int *rows = c->rows + from, numbers[3] = {0}, best = 0, least = count;
@@ -89,7 +89,7 @@ static void dissect(cut *c, int from, int count)
     if (between < least) least = between, best = axis;
   }
   try_axis(c, rows, count, best);
-  /* Low ones first, then high ones, then those between. */
+  /* Low rows first, then high ones, then the separator. */
   for (int k = 0; k < count; k++) numbers[c->side[rows[k]] - LOW]++;
   int next[3] = {0, numbers[0], numbers[0] + numbers[1]};
   for (int k = 0; k < count; k++) c->trial[next[c->side[rows[k]] - LOW]++] = rows[k];

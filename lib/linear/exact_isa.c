@@ -1,4 +1,4 @@
-/* exact_isa.c: a factor in double precision, by the supernodal Cholesky of numbers. */
+/* exact_isa.c: a factor in double precision, by the supernodal Cholesky factorisation of numbers. */
 #define FLESH_CHOLESKY_NUMBER double
 #include "linear/exact.h"
 
@@ -11,10 +11,11 @@
 
 struct flesh_exact {
   flesh_sparse_cholesky L;
-  double scale; /* of the matrix in it */
+  double scale; /* factor on the matrix in it */
 };
 
-/* Lists what each number's row meets, itself among it, and where its node is. Not for matrices whose entries int cannot count. */
+/* Lists the rows that each scalar row meets, itself among them, and the place of its node. Not for matrices with more
+ * entries than int can count. */
 static int list(const flesh_block_matrix *A, const double *points, int **starts, int **neighbours, double **places)
 {
   flesh_scalar_view view;
@@ -58,8 +59,8 @@ static int create(const flesh_block_matrix *A, const double *points, double most
 
 static double operations(const flesh_exact *exact) { return exact->L.operations; }
 
-/* The power of two that brings the largest number that couples two rows near 1: roots of pivots are rounded alike in all
- * units then. */
+/* Returns the power of two that brings the largest entry off the diagonal near 1: square roots of pivots are then rounded
+ * alike in all units. */
 static double scale_of(const flesh_block_matrix *A)
 {
   double largest = 0;

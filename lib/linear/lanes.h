@@ -1,7 +1,7 @@
-/* lanes.h: vectors of four lanes, three for a node's components and one that pads, in the compiler's own vector types.
+/* lanes.h: vectors of four lanes, three for a node's components and one for padding, in the compiler's own vector types.
  *
- * Blocks are nine numbers without padding. A row of one is loaded as four lanes, the fourth of which is the number
- * after it in memory: it meets only other fourth lanes, and those are dropped in the end. */
+ * Blocks are nine numbers without padding. A row of a block is loaded as four lanes, the fourth of which is the next number
+ * in memory: it meets only other fourth lanes, which are dropped in the end. */
 #ifndef FLESH_LINEAR_LANES_H
 #define FLESH_LINEAR_LANES_H
 
@@ -12,10 +12,10 @@
 
 typedef double flesh_double4 __attribute__((vector_size(32)));
 typedef float flesh_float4 __attribute__((vector_size(16)));
-/* One for each of eight corners. */
+/* Vectors with one lane for each of eight corners. */
 typedef double flesh_double8 __attribute__((vector_size(64)));
 typedef float flesh_float8 __attribute__((vector_size(32)));
-/* Vectors of bits, of numbers in single precision or nearly. */
+/* Vectors of bits of numbers, in single precision or nearly. */
 typedef uint32_t flesh_word4 __attribute__((vector_size(16)));
 typedef uint32_t flesh_word16 __attribute__((vector_size(64)));
 typedef float flesh_float16 __attribute__((vector_size(64)));
@@ -47,7 +47,7 @@ typedef double flesh_aside_loose __attribute__((vector_size(8 * FLESH_ASIDE), al
 #define FLESH_LANES_REPEATED(pointer) ((flesh_float16)_mm512_broadcast_f32x4(_mm_load_ps(pointer)))
 #endif
 
-/* Keeps lanes in their register: compilers load again what is used twice, and loads are what products are made of. */
+/* Keeps lanes in their register: compilers would load again what is used twice, and products are limited by loads. */
 #if defined(__AVX512VL__) /* one register holds four */
 #define FLESH_LANES_KEEP(lanes) __asm__("" : "+v"(lanes))
 #elif defined(__AVX__)
@@ -56,8 +56,8 @@ typedef double flesh_aside_loose __attribute__((vector_size(8 * FLESH_ASIDE), al
 #define FLESH_LANES_KEEP(lanes) ((void)0)
 #endif
 
-/* Asks for a line of what is read once in a pass: it is not to push what is used again, vectors above all, out of the
- * caches. */
+/* Prefetches a line that is read once in a pass, so that it does not push data that is used again, such as vectors, out of
+ * the caches. */
 #define FLESH_EXPECT_ONCE(pointer) __builtin_prefetch(pointer, 0, 0)
 
 /* Four lanes in double precision. */
@@ -65,7 +65,7 @@ typedef double flesh_aside_loose __attribute__((vector_size(8 * FLESH_ASIDE), al
 /* Four lanes in single precision. */
 #define FLESH_LANES_NARROW(lanes) __builtin_convertvector(lanes, flesh_float4)
 
-/* {sum of a's, of b's, of c's first three lanes, anything}; either type. */
+/* {sum of a's, of b's, of c's first three lanes, anything}, in either precision. */
 #define FLESH_LANES_SUMS(a, b, c)                                                                  \
   (__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 0, 1, 4, 4) +             \
    __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 2, 3, 5, 5) +             \

@@ -1,4 +1,4 @@
-/* linear.c: which of the linear solvers a machine uses. */
+/* linear.c: chooses the linear solver for a machine's instructions. */
 #include "linear/linear.h"
 
 const flesh_linear *flesh_linear_for(flesh_instructions instructions)

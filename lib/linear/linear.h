@@ -1,5 +1,5 @@
-/* linear.h: conjugate gradients, their preconditioners and products, as compiled for each instruction set. The
- * functions are those of pcg.h, preconditioner.h and product.h; what one set has made only that set may use. */
+/* linear.h: conjugate gradients, their preconditioners and products, compiled for each instruction set. The functions are
+ * those of pcg.h, preconditioner.h and product.h; an object made by one set may only be used by that set. */
 #ifndef FLESH_LINEAR_LINEAR_H
 #define FLESH_LINEAR_LINEAR_H
 
@@ -41,7 +41,7 @@ typedef struct flesh_linear {
 
 extern const flesh_linear flesh_linear_portable, flesh_linear_avx2, flesh_linear_avx512;
 
-/* The functions for instructions that this machine has; AUTO: the best. */
+/* Returns the functions for instructions that this machine has; AUTO: the best. */
 const flesh_linear *flesh_linear_for(flesh_instructions instructions);
 
 #endif

@@ -1,5 +1,5 @@
-/* linear_isa.c: the linear solver of one instruction set, in one translation unit: its functions have no names outside,
- * and rooms call them by the table. The names of what is static in these files have to differ. */
+/* linear_isa.c: the linear solver of one instruction set, in one translation unit: its functions have no external names,
+ * and rooms call them through the table. Static names in these files must differ from each other. */
 #include "linear/linear.h"
 
 #include "linear/chebyshev.c"

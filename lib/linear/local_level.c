@@ -1,4 +1,4 @@
-/* local_level.c: a coarse level over a rank's overlap: places and constraints come from the nodes' owners. */
+/* local_level.c: a coarse level over a rank's overlap, which gets positions and constraints from the nodes' owners. */
 #include "linear/local_level.h"
 
 #include <string.h>

@@ -1,4 +1,4 @@
-/* overlap.c: the pattern of the overlap's matrix, and the exchange of blocks. */
+/* overlap.c: the pattern of the overlap's matrix, and exchanges of its blocks. */
 #include "linear/overlap.h"
 
 #include <math.h>
@@ -19,15 +19,15 @@ int flesh_overlap_narrow(const flesh_block_matrix *A, const flesh_team *team, in
 
 void flesh_overlap_update_vector(const flesh_overlap *self) { flesh_team_update_overlap(self->team, 3, self->vector); }
 
-/* Blocks of A that other ranks get. */
+/* Blocks of A that are sent to other ranks. */
 typedef struct listing {
   int count;
-  int *first;     /* [ranks+1] where those of each rank begin */
+  int *first;     /* [ranks+1] first block of each rank */
   int *blocks;    /* NULL: they are only counted */
-  double *places; /* [2] of each, its row and column in the list of nodes that the rank gets */
+  double *places; /* [2] for each block: its row and column in the list of nodes that the rank gets */
 } listing;
 
-/* `place` [rows] is room. */
+/* Lists the blocks given to other ranks; `place` [rows] is work space. */
 static void list_given(const flesh_block_matrix *A, const flesh_team_neighbours *neighbours, int *place, listing *list)
 {
   memset(place, -1, (size_t)A->rows * sizeof *place);
@@ -52,7 +52,7 @@ static void list_given(const flesh_block_matrix *A, const flesh_team_neighbours 
   list->first[neighbours->count] = list->count;
 }
 
-/* So many numbers for each block of `sent`, and into `received`. */
+/* Sends `width` numbers for each block from `sent`, and receives into `received`. */
 static void exchange(const flesh_overlap *self, int width)
 {
   flesh_exchange_now(self->team,
@@ -64,7 +64,7 @@ typedef struct entry {
   int row, column;
 } entry;
 
-/* The place of a received block; `flipped` if it is to be transposed. */
+/* Returns the place of a received block; sets `flipped` if the block must be transposed. */
 static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
 {
   const int *nodes = self->team->neighbours.taken + self->team->neighbours.first_taken[rank];
@@ -73,7 +73,7 @@ static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipp
   return *flipped ? (entry){column, row} : (entry){row, column};
 }
 
-/* The matrix's pattern: A's, and `extra` blocks, which are sorted, that A has not. */
+/* Makes the pattern of the matrix: that of A, and `extra` sorted blocks that A does not have. */
 static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int extra, const entry *entries)
 {
   const size_t rows = (size_t)self->team->overlap, blocks = (size_t)A->row_start[A->rows] + (size_t)extra;
@@ -100,13 +100,13 @@ static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int ex
   return FLESH_OK;
 }
 
-/* Whether this rank has nodes that others have, too, or ghosts without any: the matrix is another one than A. */
+/* Whether the matrix differs from A: this rank has nodes that others have, too, or ghosts that are left out. */
 static int has_others(const flesh_overlap *self)
 {
   return self->team && (self->team->neighbours.count > 0 || self->team->left_out);
 }
 
-/* From the places that were received; A itself where it serves. */
+/* Makes the matrix from the places received; uses A itself where that is possible. */
 static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
 {
   if (!has_others(self)) {
@@ -136,14 +136,14 @@ static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
   return status;
 }
 
-/* For so many blocks or nodes, of which one or the other are sent. */
+/* Returns the room for a message with this many blocks, or with this many nodes. */
 static size_t room_for(int blocks, int nodes)
 {
   const size_t of_blocks = 9 * (size_t)blocks, of_nodes = 3 * (size_t)nodes;
   return (of_blocks > of_nodes ? of_blocks : of_nodes) + 1;
 }
 
-/* Numbers of all vectors. */
+/* Returns the room for all vectors, in numbers. */
 static size_t vector_room(const flesh_team *team)
 {
   return 6 * (size_t)team->overlap + 6 * (size_t)(team->overlap - team->own);
@@ -183,7 +183,7 @@ static int allocate_taken(flesh_overlap *self)
   return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Lists the nodes that are given or taken, rising. */
+/* Lists the nodes that are given or taken, ascending. */
 static int list_shared(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
@@ -199,9 +199,9 @@ static int list_shared(flesh_overlap *self)
   return is_shared && self->shared ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Sets the weights from the number of ranks k whose overlaps have each node, as k^(-1/4) on either side. Weights 1 would count
- * corrections twice where two ranks overlap, k^(-1/2) would average them; the middle took fewer iterations than either
- * (lib/parallel/README.md). */
+/* Sets the weights to k^(-1/4) on either side, k being the number of ranks whose overlaps have the node. Weights 1 would
+ * count corrections twice where two ranks overlap, k^(-1/2) would average them; the middle took fewer iterations than
+ * either (lib/parallel/README.md). */
 static void set_weights(flesh_overlap *self)
 {
   const flesh_team *team = self->team;
@@ -262,7 +262,7 @@ void flesh_overlap_clear(flesh_overlap *self)
   *self = (flesh_overlap){0};
 }
 
-/* Rows of ghosts that ranks leave out have nothing to solve for, and no diagonal. */
+/* Sets unit diagonals for ghosts that ranks leave out: their rows have nothing to solve for. */
 static void set_left_out(flesh_overlap *self)
 {
   const uint8_t *left_out = self->team->left_out;

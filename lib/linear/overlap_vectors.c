@@ -1,4 +1,4 @@
-/* overlap_vectors.c: vectors to those whose overlap has a node, and sums of what ranks have of it. */
+/* overlap_vectors.c: sends vectors to the ranks whose overlap has a node, and sums up what ranks have at it. */
 #include "linear/overlap_vectors.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@ void flesh_overlap_widen(const flesh_overlap *self, const int *overlap_order, fl
       wide[4 * p + c] = self->weight[overlap_order[p]] * (float)self->vector[3 * (size_t)overlap_order[p] + c];
 }
 
-/* Copies the values at the nodes of a rank's tets, by their numbers. */
+/* Copies the values at the nodes of a rank's tets into the order of their numbers. */
 static void unwind(const flesh_overlap *self, const int *nodes, const float *from, double *to)
 {
   for (size_t p = 0; p < (size_t)self->team->nodes; p++)
@@ -52,7 +52,7 @@ void flesh_overlap_restrict_kept(const flesh_overlap *self, const float *r, doub
   }
 }
 
-/* Sends `found` at the nodes that the neighbours have as given, or as taken, to those who have them the other way. */
+/* Sends `found` at the nodes that are given to neighbours, or taken from them. */
 static void send(const flesh_overlap *self, int taken)
 {
   const flesh_team_neighbours *neighbours = &self->team->neighbours;
@@ -69,8 +69,8 @@ static void add_received(const flesh_overlap *self, int rank, const int *first, 
     for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[k] + c] += self->received[3 * (size_t)k + c];
 }
 
-/* `vector` where ranks share nodes, from `found` and what was received at nodes that are given, or taken, by rising rank:
- * all who have the sum have the same bits. */
+/* Sums up `found` and what was received, at nodes that are given, or taken, into `vector` where ranks share nodes. Adds by
+ * rising rank, so that the sum has the same bits on all ranks. */
 static void add_up(const flesh_overlap *self, int taken)
 {
   const flesh_team *team = self->team;
@@ -108,7 +108,7 @@ void flesh_overlap_add_end(const flesh_overlap *self, const float *wide, float *
   }
 }
 
-/* Numbers of a node, where vectors of four lanes have them. */
+/* Reads a node's three numbers from a vector of four lanes. */
 static void read_node(const flesh_overlap *self, int single, const void *vector, int node, double *to)
 {
   const size_t at = 4 * (size_t)self->place[node];
@@ -121,7 +121,7 @@ void flesh_overlap_keep(const flesh_overlap *self, int single, const void *r)
   const flesh_team *team = self->team;
   const size_t own = 3 * (size_t)team->own, others = 3 * (size_t)team->overlap - own;
   for (int i = 0; i < team->own; i++) read_node(self, single, r, i, self->vector + 3 * (size_t)i);
-  memset(self->vector + own, 0, others * sizeof *self->vector); /* also what is left out */
+  memset(self->vector + own, 0, others * sizeof *self->vector); /* nodes that are left out, too */
   flesh_overlap_update_vector(self);
   memcpy(self->r, self->vector + own, others * sizeof *self->r);
   memset(self->s, 0, others * sizeof *self->s);

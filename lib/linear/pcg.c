@@ -1,9 +1,9 @@
 /* pcg.c: preconditioned conjugate gradients (Hestenes & Stiefel 1952) on vectors of four lanes per node, the fourth of
- * which is padding that no sum takes in.
+ * which is padding that no sum includes.
  *
- * The residual, the direction and its product with A are in double or in single precision. In single precision they are
- * those of a scaled system, whose right-hand side and largest entry are about 1; what is done node by node is done in
- * double precision all the same, and rounded when it is stored. */
+ * Residual, direction and its product with A are in double or in single precision. In single precision they are those of a
+ * scaled system, whose right-hand side and largest entry are about 1; operations node by node are still done in double
+ * precision, and rounded when they are stored. */
 #include "linear/pcg.h"
 
 #include <math.h>
@@ -17,11 +17,11 @@
 #include "linear/pcg_space.h"
 #include "linear/pcg_team.h"
 
-/* In single precision residuals cannot be distinguished from rounding where they are this small beside the first; those
- * of a team gather more of it, as A p is a recurrence, too. */
+/* Ratio of the residual to the first one below which it is round-off in single precision. In a team more round-off gathers,
+ * because A p is a recurrence, too. */
 static const double DEEPEST = 1e-5, DEEPEST_OF_TEAM = 1e-4;
 
-/* Joins the threads' team; one of a single rank counts as none. */
+/* Joins the threads' team; a team of one rank counts as none. */
 static int join(flesh_pcg_space *self)
 {
   const flesh_team *team = flesh_threads_team(self->threads);
@@ -33,7 +33,7 @@ static int join(flesh_pcg_space *self)
   return FLESH_OK;
 }
 
-/* With a team two more. */
+/* Returns the number of vectors; a team needs two more. */
 static size_t vectors_of(const flesh_pcg_space *self) { return self->team ? 8 : 6; }
 
 int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space)
@@ -71,7 +71,7 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
   if (!space || !*space) return;
   flesh_pcg_space *self = *space;
   flesh_product_clear(&self->product);
-  flesh_free(self->x); /* and the other vectors with it */
+  flesh_free(self->x); /* the other vectors are in the same allocation */
   flesh_free(self->sums);
   flesh_free(self->place);
   flesh_free(self);
@@ -115,7 +115,8 @@ static void store(void *data, int chunk)
   }
 }
 
-/* x += downhill p, which is late, then p = z + beta p, while p is at hand; z the preconditioner's result. */
+/* Adds downhill p to x, one iteration late, while p is at hand, then sets p = z + beta p; z is the preconditioner's
+ * result. */
 static inline __attribute__((always_inline)) void turn_nodes(const flesh_pcg_work *w, int begin, int end, int single)
 {
   flesh_float4 result[FLESH_PCG_CHUNK];
@@ -139,7 +140,7 @@ static void turn(void *data, int begin, int end)
   else turn_nodes(w, begin, end, 0);
 }
 
-/* r -= alpha A p; the square of r and the weighted one. */
+/* Computes r -= alpha A p, the square of r and the weighted one. */
 static inline __attribute__((always_inline)) void descend_nodes(const flesh_pcg_work *w, int begin, int end, int single,
                                                                 const flesh_double4 *weights, double *square,
                                                                 double *weighted_square)
@@ -170,7 +171,7 @@ static void descend(void *data, int chunk)
   else descend_nodes(w, begin, end, 0, w->weights ? self->weights : NULL, square, weighted);
 }
 
-/* The residual after a step; returns its weighted norm, and its own as `norm`. */
+/* Updates the residual after a step; returns its weighted norm, and its plain one as `norm`. */
 static double run_descent(const flesh_pcg_space *self, flesh_pcg_work *w, double *norm)
 {
   double sum = 0, square = 0;
@@ -194,11 +195,11 @@ static int iterate(flesh_pcg_space *self, flesh_pcg_work *w, flesh_pcg_result *r
     w->back = self->single ? 1 : scale / w->to_round;
     const double rz =
         flesh_preconditioner_solve(request->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
-    /* After a direction without curvature there is no next one. */
+    /* A direction without curvature is the last one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
     const double curvature =
-        flesh_pcg_product(self, request->A, scale, &(flesh_product_maker){turn, w}, self->p); /* of the next p */
+        flesh_pcg_product(self, request->A, scale, &(flesh_product_maker){turn, w}, self->p); /* A times the next p */
     w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
@@ -253,7 +254,7 @@ double flesh_pcg_model_error(const flesh_pcg_space *self, const double *weights,
   return sqrt(sum);
 }
 
-/* The common value of n numbers; 0: they differ. */
+/* Returns the common value of n numbers; 0: they differ. */
 static double common_to(int n, const double *numbers)
 {
   int same = 0;
@@ -261,7 +262,8 @@ static double common_to(int n, const double *numbers)
   return n > 0 && same == n ? numbers[0] : 0;
 }
 
-/* Whether a solve that may be rounded is, with what all weights are, and that on all ranks; 0: they differ. */
+/* Whether a solve that may be in single precision is, given the common value of all weights (0: they differ), on all
+ * ranks. */
 static int is_rounded(const flesh_pcg_space *self, const flesh_pcg_request *request, double common, double norm)
 {
   double weights[2] = {common, -common};

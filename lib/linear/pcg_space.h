@@ -1,5 +1,4 @@
-/* pcg_space.h: what a solve by conjugate gradients has in memory, for a rank by itself (pcg.c) and for teams
- * (pcg_team.c). */
+/* pcg_space.h: memory of a solve by conjugate gradients, for a single rank (pcg.c) and for teams (pcg_team.c). */
 #ifndef FLESH_LINEAR_PCG_SPACE_H
 #define FLESH_LINEAR_PCG_SPACE_H
 
@@ -11,24 +10,24 @@
 typedef struct flesh_pcg_space flesh_pcg_space;
 
 enum {
-  FLESH_PCG_CHUNK = 512,                  /* nodes of a task: what is summed up does not depend on the threads */
-  FLESH_PCG_PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
+  FLESH_PCG_CHUNK = 512,                  /* nodes of a task; fixed, so that sums do not depend on the threads */
+  FLESH_PCG_PARTS = FLESH_PRODUCT_PADDING /* partial sums, so that additions need not wait for each other */
 };
 
 struct flesh_pcg_space {
   int rows, chunks;
   flesh_threads *threads;
   const flesh_team *team; /* NULL: none */
-  int *place;             /* [rows] where vectors hold each node; NULL without a team */
+  int *place;             /* [rows] place of each node in vectors; NULL without a team */
   flesh_product product;
-  int single;     /* the precision of r, p and z in the last solve */
-  double unit;    /* of its r: what they are to be multiplied by */
-  double holds;   /* the product's rounded matrix is A, scaled by this; 0: it is not */
-  flesh_double4 *x, *weights; /* [rows] and up to a multiple of FLESH_PCG_PARTS zeros */
-  void *r, *p, *z;            /* likewise, in either precision; z is A p, with a team A u */
-  void *u, *s;                /* with a team: what the preconditioner finds, and A p */
-  flesh_float4 *rounded;      /* r as the preconditioner takes it; r itself in single precision */
-  flesh_float4 *room;         /* likewise, where r is in double precision */
+  int single;     /* precision of r, p and z in the last solve */
+  double unit;    /* factor that restores the units of its r */
+  double holds;   /* scale of the product's rounded matrix, which is this times A; 0: it is another matrix */
+  flesh_double4 *x, *weights; /* [rows], then zeros up to a multiple of FLESH_PCG_PARTS */
+  void *r, *p, *z;            /* likewise, in either precision; z is A p, or A u with a team */
+  void *u, *s;                /* with a team: result of the preconditioner, and A p */
+  flesh_float4 *rounded;      /* r for the preconditioner; r itself in single precision */
+  flesh_float4 *room;         /* likewise, memory of `rounded` for r in double precision */
   double *sums, *squares;     /* [chunks] */
 };
 
@@ -37,11 +36,11 @@ typedef struct flesh_pcg_work {
   const flesh_pcg_request *request;
   const double *weights; /* NULL: all are `common` */
   double *x, common;
-  double scale, unscale; /* of b to the system that is solved, and from that to x */
-  double alpha;    /* of z, to be taken from r */
-  double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
+  double scale, unscale; /* scale from b to the system that is solved, and from its solution to x */
+  double alpha;    /* r is reduced by alpha z */
+  double to_round, back; /* scale of r for the preconditioner, and of its result */
   double beta;
-  double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
+  double downhill; /* length that x has yet to go along p: alpha, except after negative curvature */
 } flesh_pcg_work;
 
 static inline void flesh_pcg_range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
@@ -50,7 +49,7 @@ static inline void flesh_pcg_range(const flesh_pcg_space *self, int chunk, int *
   *end = *begin + FLESH_PCG_CHUNK < self->rows ? *begin + FLESH_PCG_CHUNK : self->rows;
 }
 
-/* Node i of a vector in either precision. */
+/* Returns node i of a vector in either precision. */
 static inline flesh_double4 flesh_pcg_get(const void *vector, int single, int i)
 {
   return single ? FLESH_LANES_WIDE(((const flesh_float4 *)vector)[i]) : ((const flesh_double4 *)vector)[i];
@@ -62,7 +61,7 @@ static inline void flesh_pcg_put(void *vector, int single, int i, flesh_double4 
   else ((flesh_double4 *)vector)[i] = value;
 }
 
-/* v.A v, and A v into the space's z, in the precision of the solve; in single precision of scale A. `maker` as of
+/* Computes v.A v, and A v in the space's z, in the precision of the solve; in single precision with scale A. `maker` as in
  * flesh_product_multiply. */
 static inline double flesh_pcg_product(flesh_pcg_space *self, const flesh_block_matrix *A, double scale,
                                        const flesh_product_maker *maker, void *v)

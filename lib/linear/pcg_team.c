@@ -1,17 +1,17 @@
-/* pcg_team.c: conjugate gradients of several ranks, arranged so that an iteration has one sum of all ranks (Chronopoulos
- * & Gear 1989): the product is that of u = M^-1 r and not that of the direction p, and A p follows as s = A u + beta s.
+/* pcg_team.c: conjugate gradients of several ranks, arranged so that an iteration has one sum over all ranks (Chronopoulos
+ * & Gear 1989): it multiplies A by u = M^-1 r and not by the direction p, and A p follows as s = A u + beta s.
  *
- * That sum has all that an iteration asks for:
- * - r.u, u.A u and u.s, from which p.A p follows for the p at hand, also where M's rounding leaves directions not quite
+ * The sum has all that an iteration needs:
+ * - r.u, u.A u and u.s, from which p.A p follows for the present p, also where rounding of M leaves directions not quite
  *   conjugate;
- * - products of r, A u and s with each other, from which the next residual's norm follows before it is made. It is
- *   summed up itself where it decides that the solve is over;
- * - P^T A u, from which the coarse level's next load P^T r follows: it, too, is a recurrence. Errors of single precision
- *   in it are relative to residuals of the past, so it is made anew where r has become much smaller than these.
+ * - products of r, A u and s with each other, from which the next residual's norm follows before that residual is made. The
+ *   norm itself is summed up where it decides that the solve is over;
+ * - P^T A u, from which the coarse level's next load P^T r follows: it is a recurrence, too. Its errors of single precision
+ *   are relative to past residuals, so it is computed anew when r has become much smaller than these.
  *
- * u is consistent, so that x and p are. r, A u and s are collected, zero at ghosts. An iteration has two exchanges: what
- * the ranks' factors have found of u, and A u, which goes to all whose overlap has a node, so that r follows there as it does at
- * its owner. While the first is on its way, the coarse level is solved; its next load, while the second is.
+ * u is consistent, and so are x and p. r, A u and s are collected, zero at ghosts. An iteration has two exchanges: the
+ * ranks' parts of u, and A u, which is sent to all whose overlap has a node, so that r follows there as it does at its
+ * owner. While the first is on its way, the coarse level is solved; while the second is, its next load is made.
  *
  * In single precision vectors are those of a scaled system, as on one rank (pcg.c). */
 #include "linear/pcg_team.h"
@@ -21,24 +21,24 @@
 
 #include "linear/overlap_vectors.h"
 
-/* Products of r, A u and s; those that are weighted come after them. */
+/* Products of r, A u and s; the weighted ones come after them. */
 enum { RR, RW, RS, WW, WS, SS, PRODUCTS, RU = 2 * PRODUCTS, US, UW, STOPS, SUMS };
 
 static_assert((int)SUMS <= (int)FLESH_PCG_SUMS, "room for all sums");
 
-/* The coarse load is made anew once r is this small beside what it was then. */
+/* Ratio of r to its size when the coarse load was computed, at which the load is computed anew. */
 static const double FRESH = 1e-3;
 
 typedef struct iteration {
   flesh_pcg_work *work;
   double *sums;                   /* [SUMS], followed by [unknowns] of P^T A u */
   double *load, *load_of_s;       /* [unknowns] P^T r, P^T s */
-  const flesh_overlap *overlap;   /* the preconditioner's, where r is kept, too; NULL: it has none */
-  int unknowns;                   /* of the coarse level; 0: it has no part in this, or there is none */
-  double norm, largest;           /* of r; since the load was made */
+  const flesh_overlap *overlap;   /* the preconditioner's, in which r is kept, too; NULL: it has none */
+  int unknowns;                   /* unknowns of the coarse level; 0: it has no part in this, or there is none */
+  double norm, largest;           /* norm of r, and its largest since the load was computed */
 } iteration;
 
-/* r, x and p one step on: from the last u and A u. */
+/* Advances r, x and p by one step, with the last u and A u. */
 static inline __attribute__((always_inline)) void advance_nodes(const flesh_pcg_work *w, int begin, int end, int single)
 {
   const flesh_pcg_space *self = w->space;
@@ -61,7 +61,7 @@ static void advance(void *data, int chunk)
   else advance_nodes(w, begin, end, 0);
 }
 
-/* The preconditioner's result into u. */
+/* Receives the preconditioner's result in u. */
 static void receive(void *data, int chunk)
 {
   const flesh_pcg_work *w = data;
@@ -137,7 +137,7 @@ static void sum_up(iteration *now, double curvature, int stops)
   flesh_team_sum(self->team, SUMS + now->unknowns, sums);
 }
 
-/* The square of r - alpha (A u + beta s), plain or weighted, before it is made. */
+/* Predicts the square of r - alpha (A u + beta s), plain or weighted. */
 static double predicted(const double *products, double alpha, double beta)
 {
   const double rs = products[RW] + beta * products[RS],
@@ -145,7 +145,7 @@ static double predicted(const double *products, double alpha, double beta)
   return fmax(0, products[RR] + alpha * (alpha * ss - 2 * rs));
 }
 
-/* The residual's norms and the coarse load as they are. A u is not needed any more. */
+/* Computes the residual's norms and the coarse load anew; overwrites A u, which is no longer needed. */
 static double look(iteration *now)
 {
   flesh_preconditioner_load(now->work->request->preconditioner, (const float *)now->work->space->rounded,
@@ -156,7 +156,7 @@ static double look(iteration *now)
   return sqrt(now->sums[PRODUCTS + RR]);
 }
 
-/* A u, which is partial, to its owners, and to all whose overlap has it; and what the coarse level gets of it. */
+/* Sends A u, which is partial, to its owners and to all whose overlap has it; meanwhile restricts it to the coarse level. */
 static void collect(iteration *now)
 {
   flesh_pcg_work *w = now->work;
@@ -174,7 +174,7 @@ static void collect(iteration *now)
   flesh_overlap_collect_end(now->overlap, self->single, self->z);
 }
 
-/* u, A u and the iteration's sums. */
+/* Computes u, A u and the iteration's sums. */
 static void precondition(iteration *now, int stops)
 {
   flesh_pcg_work *w = now->work;
@@ -191,7 +191,7 @@ static void precondition(iteration *now, int stops)
   sum_up(now, curvature, stops);
 }
 
-/* To the next residual; returns its weighted norm. */
+/* Advances to the next residual; returns its weighted norm. */
 static double descend_in_team(iteration *now)
 {
   flesh_pcg_work *w = now->work;
@@ -234,7 +234,7 @@ int flesh_pcg_in_team(flesh_pcg_work *w, flesh_pcg_result *result)
     if (now.sums[STOPS] > 0) return flesh_team_agree(w->space->team, asked);
     const double rz = now.sums[RU], beta = w->beta = result->iterations ? rz / rz_before : 0;
     pAp = now.sums[UW] + beta * (2 * now.sums[US] + beta * pAp);
-    /* After a direction without curvature there is no next one. */
+    /* A direction without curvature is the last one. */
     if (!(fabs(rz) < INFINITY && fabs(pAp) < INFINITY))
       return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + beta * beta * pMp;
@@ -248,7 +248,7 @@ int flesh_pcg_in_team(flesh_pcg_work *w, flesh_pcg_result *result)
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(pAp), pMp) : w->alpha;
     result->iterations++;
     result->residual = descend_in_team(&now);
-    w->downhill = 0; /* x has it */
+    w->downhill = 0; /* x already includes it */
     if (result->residual <= request->tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }

@@ -1,4 +1,4 @@
-/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
+/* preconditioner.c: makes block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
 #include "linear/preconditioner.h"
 
 #include <limits.h>
@@ -12,15 +12,15 @@
 #include "linear/diagonal_blocks.h"
 #include "linear/preconditioner_data.h"
 
-/* Numbers of coarse vertices that pay for this matrix of a body of so many nodes; the blocks of a team's matrices are
- * added up. */
+/* Returns the numbers of coarse vertices that pay off for this matrix of a body with `nodes` nodes; blocks are counted over
+ * the team. */
 static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team, double nodes)
 {
   return flesh_levels_for(nodes, flesh_team_total(team, A->row_start[A->rows]), team ? team->ranks : 1);
 }
 
-/* The factor of the overlap, which has an order of its own; `own` nodes to a vertex of the rank's own level, 0:
- * there is none. `positions` NULL: there is no coarse level at all. */
+/* Makes the factor of the overlap, which has an order of its own. `own`: nodes per vertex of the rank's own level, 0: there
+ * is none. `positions` NULL: there is no coarse level at all. */
 static int create_wide(flesh_preconditioner_data *self, const double *positions, double own)
 {
   const flesh_block_matrix *A = &self->overlap.matrix;
@@ -59,7 +59,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   return flesh_preconditioner_create_levels(kind, A, positions, NULL, threads, preconditioner);
 }
 
-/* Makes what a rank has by itself, and the team for solves with A, on all ranks or none. */
+/* Makes the rank's own parts, and the team for solves with A, on all ranks or none. */
 static int create_here(flesh_preconditioner kind, const flesh_block_matrix *A, flesh_threads *threads,
                        flesh_bisection *bisection, flesh_preconditioner_data **preconditioner)
 {
@@ -161,7 +161,7 @@ static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix
   flesh_diagonal_invert(A, self->rows, self->scale, self->inverse);
 }
 
-/* A without its stiff terms, where the projection takes care of them. */
+/* Returns A without its stiff terms, if the projection takes care of them, else A. */
 static const flesh_block_matrix *project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                          const uint8_t *fixed)
 {
@@ -174,15 +174,15 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
   return self->projects ? soft : A;
 }
 
-/* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
- * not negative make a poor preconditioner. */
+/* Range of shifts, which are tried one by one, each twice the last. The first is not zero, where zero might do: pivots that
+ * are just not negative make a poor preconditioner. */
 static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 
-/* Incomplete Cholesky with the shift that it needs; the diagonal blocks where none helps. */
+/* Makes incomplete Cholesky with the shift that it needs; the diagonal blocks if no shift helps. */
 static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  /* The next shift is about the last one: half of it is tried first, or nine tenths where blocks of nodes that came near
-   * each other have the factor made again and again, and much less where that serves. */
+  /* The next shift is about the last one. Half of it is tried first, or nine tenths if blocks of nodes that came near each
+   * other require new factors again and again, and much less once that has worked. */
   const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
   double shift = first;
   while (shift <= LARGEST_SHIFT && flesh_cholesky_factor(self->cholesky, A, self->scale, shift))
@@ -190,12 +190,12 @@ static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matr
   self->shift = shift;
   self->less = shift == first ? self->less * self->less : A->own ? 0.9 : 0.5;
   if (shift <= LARGEST_SHIFT) return;
-  /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
+  /* The diagonal is zero or negative somewhere: fall back to the diagonal alone, made positive. */
   self->shift = 0;
   set_jacobi(self, A);
 }
 
-/* The coarse level is that of all ranks, or of none; and so is the factor. */
+/* Uses the coarse level on all ranks or on none; likewise the factor. */
 static void choose_levels(flesh_preconditioner_data *self, int coarse)
 {
   double without[] = {!coarse, self->by_diagonal};

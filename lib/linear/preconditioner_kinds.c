@@ -1,31 +1,32 @@
-/* preconditioner_kinds.c: what preconditioners are called and which is the default. */
+/* preconditioner_kinds.c: names of preconditioners, and the choice of AUTO. */
 #include <assert.h>
 #include <math.h>
 #include <stddef.h>
 
 #include "linear/preconditioner.h"
 
-/* From so many nodes on there is a coarse level. */
+/* Number of nodes from which on there is a coarse level. */
 enum { FEWEST_NODES = 600 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
-/* From these stiffness ratios of rows on they are taken out: those of nu = 0.489 and 0.493. An equilibrium takes as much
- * work with as without at 0.475 to 0.493, the larger mesh and load are, a step in motion at about 0.495 (README.md). */
+/* Stiffness ratios of rows from which on they are projected out: those of nu = 0.489 and 0.493. An equilibrium takes as
+ * much work with as without the projection at 0.475 to 0.493, depending on mesh and load, a step in motion at about 0.495
+ * (README.md). */
 static const double STIFF = 6, STIFF_IN_MOTION = 10;
-/* In motion is what inertia stiffens by this share of what remains without the rows, or more. */
+/* Share of the stiffness of the rest, without the rows, from which on inertia counts as motion. */
 static const double HEAVY = 1e-3;
 
-/* From so many rows on polynomials take less time than an exact factor, and from so many for each unit of the stiffness
- * ratio: 11 000 at nu = 0.499, 120 000 at 0.4999. */
+/* Numbers of rows, and of rows per unit of the stiffness ratio, from which on polynomials take less time than an exact
+ * factor: 11 000 rows at nu = 0.499, 120 000 at 0.4999. */
 enum { MANY_ROWS = 12000, ROWS_OF_RATIO = 170 };
 
-/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
- * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. Where rows are long, those of
- * ten-node tets, all else costs more: there from MORE_NODES on. */
+/* Nodes per vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster than
+ * the number of vertices: from MANY_NODES on the nodes per vertex rise with the square root of the nodes. Where rows are
+ * long, as with ten-node tets, all else costs more, and they rise from MORE_NODES on. */
 enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
-/* All ranks factor all of the level that they share. With SAME nodes^POWER vertices, of the nodes of a rank, that takes
- * as long as all else that the rank does in a Newton iteration, with TENFOLD of them ten times as long. FEW vertices,
- * whose factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
+/* Size of the level that all ranks share, and all of them factor. With SAME nodes^POWER vertices, for the nodes of one
+ * rank, that takes as long as everything else that the rank does in a Newton iteration; with TENFOLD, ten times as long.
+ * FEW vertices, whose factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
 static const double SAME = 42, TENFOLD = 95, POWER = 0.36;
 enum { FEW = 1600 };
 
@@ -46,7 +47,7 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia)
 {
-  if (!rows->count && !rows->nodes_per_row) return 0; /* of no rank */
+  if (!rows->count && !rows->nodes_per_row) return 0; /* on no rank */
   const double stiff = inertia >= HEAVY * rows->modulus && inertia > 0 ? STIFF_IN_MOTION : STIFF;
   return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= stiff);
 }

@@ -1,4 +1,4 @@
-/* preconditioner_solve.c: solves with what preconditioner.c has made, by a rank by itself or by a team. */
+/* preconditioner_solve.c: solves with what preconditioner.c has made, on a single rank or in a team. */
 #include "linear/preconditioner_data.h"
 
 #include <math.h>
@@ -29,7 +29,7 @@ static int by_blocks(const flesh_preconditioner_data *self)
   return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
 }
 
-/* r.z of the z that self->z has. */
+/* Returns r.z for the z in self->z. */
 static double product_of(const flesh_preconditioner_data *self, const float *r)
 {
   double product = 0;
@@ -38,13 +38,13 @@ static double product_of(const flesh_preconditioner_data *self, const float *r)
   return product;
 }
 
-/* The weight of the coarse level's correction. Ranks' factors end where the ranks do, so that smooth displacements are
- * left to it more than on one rank (lib/parallel/README.md). */
+/* Returns the weight of the coarse level's correction. It is larger in a team: each rank's factor ends where the rank does,
+ * which leaves more of smooth displacements to the coarse level (lib/parallel/README.md). */
 static float share_of(const flesh_team *team) { return team->ranks > 1 ? 1 : FLESH_COARSE_SHARE; }
 
-/* Applies all ranks' factors, each in its rank's overlap, to the residual that `wide` has there. The coarse level's
- * solve hides the exchange: it is for `scale` times `load`, which the ranks have summed up; NULL: for r, which it then
- * sums up, after. */
+/* Applies all ranks' factors, each in its rank's overlap, to the residual in `wide`. The coarse level's solve hides the
+ * exchange: it is for `scale` times `load`, which the ranks have summed up; with `load` NULL, it comes afterwards and is
+ * for r, which it sums up. */
 static void solve_in_team(flesh_preconditioner_data *self, const float *r, const double *load, double scale)
 {
   flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
@@ -63,7 +63,7 @@ static void solve_in_team(flesh_preconditioner_data *self, const float *r, const
   if (coarse) flesh_coarse_add(coarse, 0, self->rows, share_of(team), self->z, self->z);
 }
 
-/* Solves with the matrix without its stiff terms, or with all of it. */
+/* Solves with the matrix, or with that without its stiff terms. */
 static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (by_blocks(self)) return solve_blocks(self, r);
@@ -73,8 +73,8 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
   return product_of(self, r);
 }
 
-/* With a team's projection, of the residual that the overlap's vector has. What the coarse level
- * gets is known only once the rows are taken out of it, so that its load takes a sum of its own. */
+/* Solves with a team's projection, for the residual in the overlap's vector. The coarse level's right-hand side is known
+ * only after the projection, so that its load needs a sum of its own. */
 static void solve_projected(flesh_preconditioner_data *self)
 {
   const int own = self->overlap.team->own;
@@ -164,7 +164,7 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
   for (size_t p = 0; p < (size_t)self->rows; p++)
     for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);
   flesh_preconditioner_solve(self, self->r);
-  float *result = self->r; /* not needed any more */
+  float *result = self->r; /* no longer needed */
   flesh_preconditioner_result(self, 0, self->rows, result);
   for (size_t p = 0; p < (size_t)self->rows; p++) {
     for (size_t c = 0; c < 3; c++) z[3 * (size_t)self->order[p] + c] = back * (double)result[4 * p + c];

@@ -1,10 +1,10 @@
-/* product.c: the rows of each half by one task, then those of the separator.
+/* product.c: multiplies the rows of each half in a task of its own, then those of the separator.
  *
- * Both halves add to the separator's nodes: the first half in place, the second to copies (twins) of these nodes behind
- * the vectors, which are added at the end.
+ * Both halves add to the separator's nodes: the first half in place, the second to copies (twins) of these nodes behind the
+ * vectors, which are added at the end.
  *
  * In single precision rows go side by side, as many as a register has lanes, and their blocks in columns: the first of
- * each, the second, and so on. Rows of about one length lie together, so that few lanes are empty. */
+ * each, the second, and so on. Rows of about the same length are grouped, so that few lanes are empty. */
 #include "linear/product.h"
 
 #include <limits.h>
@@ -16,7 +16,7 @@
 #include "base/sort_by_length.h"
 #include "linear/sliced_ell.h"
 
-/* The place in x and y of the first twin of a separator's node, behind the padding. */
+/* Returns the place in x and y of the first twin of a separator's node, behind the padding. */
 static int first_twin(const flesh_product *product)
 {
   const int padding = FLESH_PRODUCT_PADDING;
@@ -24,33 +24,35 @@ static int first_twin(const flesh_product *product)
 }
 
 enum {
-  WINDOW = 256, /* rows, of whole slices, that are sorted by their lengths: they stay near each other */
+  WINDOW = 256, /* rows, in whole slices, that are sorted by length together, so that they stay near each other */
   BEHIND = 1,   /* numbers: three are loaded with the one behind them */
   DIAGONAL = 6  /* vectors of a slice's diagonal blocks, which are symmetric: xx, xy, xz, yy, yz, zz */
 };
 
 _Static_assert(WINDOW % FLESH_SLICE == 0, "a slice lies in one window");
 
-/* Index of a slice's first rounded block, nine vectors for each column. */
+/* Returns the index of a slice's first rounded block, nine vectors for each column. */
 static size_t rounded_at(const flesh_product *product, int slice)
 {
   return FLESH_SLICE * 9 * (size_t)product->column[slice];
 }
 
-/* Its diagonal blocks are behind all the others: processors prefetch what is read with one stride. */
+/* Returns the index of a slice's diagonal blocks, which are behind all the others: processors prefetch data that is read
+ * with one stride. */
 static size_t diagonal_at(const flesh_product *product, int slice)
 {
   return rounded_at(product, product->slices[3]) + FLESH_SLICE * DIAGONAL * (size_t)slice;
 }
 
-/* How many lanes of a slice of `part` have a row. */
+/* Returns how many lanes of a slice of `part` have a row. */
 static int rows_of_slice(const flesh_product *product, int part, int slice)
 {
   const int left = product->begin[part + 1] - product->begin[part] - FLESH_SLICE * (slice - product->slices[part]);
   return left < FLESH_SLICE ? left : FLESH_SLICE;
 }
 
-/* Which rows lie in slices, and where the slices' columns begin. `length`: of each row, in blocks. `sorted`: room. */
+/* Distributes the rows to slices, and finds where the slices' columns begin. `length`: blocks of each row. `sorted`: work
+ * space. */
 static void place_slices(flesh_product *product, const int *length, int *sorted)
 {
   int slice = 0, columns = 0;
@@ -72,8 +74,8 @@ static void place_slices(flesh_product *product, const int *length, int *sorted)
   product->column[slice] = columns;
 }
 
-/* Slices and their places. A lane without a row, or past its row's end, is where its row, or the first one, is: zero is
- * added to that. FLESH_ERR_MEMORY: the caller clears the product. */
+/* Makes the slices and their places. A lane without a row, or past its row's end, has the place of its row, or of the first
+ * one: zero is added there. FLESH_ERR_MEMORY: the caller clears the product. */
 static int make_slices(flesh_product *product)
 {
   const size_t rows = (size_t)product->begin[3], most = rows / FLESH_SLICE + 3;
@@ -151,14 +153,14 @@ void flesh_product_clear(flesh_product *product)
 }
 
 enum {
-  MANY_BLOCKS = 200000, /* blocks of a matrix beyond the caches, which is fetched AHEAD */
+  MANY_BLOCKS = 200000, /* blocks of a matrix beyond the caches, which is prefetched AHEAD */
   AHEAD = 9216,  /* bytes */
-  SOON = 2,      /* slices: how far ahead rows are asked for that are to be rounded */
-  WRITTEN = 8,   /* columns: how far ahead of what is being written */
+  SOON = 2,      /* slices by which rows to be rounded are prefetched */
+  WRITTEN = 8,   /* columns by which written data is prefetched */
   LINE = 64      /* bytes */
 };
 
-/* Asks for `bytes` of what is AHEAD. */
+/* Prefetches `bytes` of the matrix, AHEAD. */
 static inline void expect(const void *matrix, int bytes)
 {
   for (int b = 0; b < bytes; b += LINE) FLESH_EXPECT_ONCE((const char *)matrix + AHEAD + b);
@@ -166,16 +168,16 @@ static inline void expect(const void *matrix, int bytes)
 
 typedef struct multiplication {
   flesh_product *product;
-  const flesh_block_matrix *A; /* NULL: its rounded blocks */
+  const flesh_block_matrix *A; /* NULL: its rounded blocks are used */
   double scale;
-  int single; /* which x and y are */
+  int single; /* 1: x and y are in single precision */
   void *x, *y;
   double curvature[3];
   const flesh_product_maker *maker; /* NULL: x is ready */
 } multiplication;
 
-/* Four times a number, and the sums of three vectors' first three lanes. Where a register holds two, compilers would
- * take each lane through memory by itself, and what is then loaded as two waits until both have arrived there. */
+/* Functions for four times a number, and for the sums of three vectors' first three lanes. With AVX they avoid a detour
+ * that compilers would make: each lane through memory by itself, so that loading two of them waits for both. */
 #ifdef __AVX__
 static inline flesh_double4 all_of(double number) { return number - (flesh_double4){0}; }
 static inline flesh_double4 sums_of(const flesh_double4 s[3]) { return FLESH_LANES_SUMS(s[0], s[1], s[2]); }
@@ -202,8 +204,8 @@ static inline flesh_double4 sums_of(const flesh_double4 s[3])
 }
 #endif
 
-/* A part's rows of y += A x; returns its share of x.A x. Where A does not lie beyond the caches, the processor fetches
- * itself what comes next. */
+/* Multiplies a part's rows, y += A x; returns its share of x.A x. If A fits the caches, the processor prefetches by
+ * itself. */
 static __attribute__((noinline)) double rows_double(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
@@ -239,7 +241,7 @@ static __attribute__((noinline)) double rows_double(const multiplication *m, int
   return (curvature[0] + curvature[1]) + curvature[2];
 }
 
-/* Blocks side by side, each `offset` behind where it begins, scaled and rounded, entry by entry. */
+/* Rounds blocks of several rows side by side, `offset` behind the beginnings of the rows, scaled, entry by entry. */
 static inline __attribute__((always_inline)) void round_blocks(const double *const begin[FLESH_SLICE], size_t offset,
                                                                double scale, flesh_sliced_ell entry[9])
 {
@@ -253,11 +255,11 @@ static inline __attribute__((always_inline)) void round_blocks(const double *con
 
 /* A slice that is being rounded. */
 typedef struct rounding {
-  const double *block[FLESH_SLICE], *soon[FLESH_SLICE]; /* where rows begin, and such that come SOON */
-  int length[FLESH_SLICE], left;                        /* the first lanes have blocks left, the longest first */
+  const double *block[FLESH_SLICE], *soon[FLESH_SLICE]; /* first blocks of its rows, and of rows that come SOON */
+  int length[FLESH_SLICE], left;                        /* lengths; number of lanes with blocks left, which come first */
 } rounding;
 
-/* Begins with slice s of a part; rounds its diagonal blocks. */
+/* Begins to round slice s of a part, with its diagonal blocks. */
 static void begin_rounding(const multiplication *m, int part, int s, rounding *now)
 {
   const flesh_product *product = m->product;
@@ -277,7 +279,7 @@ static void begin_rounding(const multiplication *m, int part, int s, rounding *n
     for (int c = r; c < 3; c++) diagonal[e++] = entry[3 * r + c];
 }
 
-/* Rounds its b-th blocks, b > 0. */
+/* Rounds the slice's b-th blocks, b > 0. */
 static inline __attribute__((always_inline)) void round_column(rounding *now, int b, double scale,
                                                                const double *nothing, flesh_sliced_ell to[9])
 {
@@ -290,7 +292,7 @@ static inline __attribute__((always_inline)) void round_column(rounding *now, in
   for (int e = 0; e < 9; e++) to[e] = entry[e];
 }
 
-/* Does what rows_double does, in slices; `anew`: from A's own blocks. */
+/* Multiplies like rows_double, in slices; `anew`: from A's own blocks, which it rounds. */
 static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int anew)
 {
   const flesh_product *product = m->product;
@@ -335,7 +337,7 @@ static inline __attribute__((always_inline)) double rows_single(const multiplica
   return (curvature[0] + curvature[1]) + (curvature[2] + curvature[3]);
 }
 
-/* Functions of their own leave these loops enough registers. */
+/* These loops have enough registers as functions of their own. */
 static __attribute__((noinline)) double rows_rounded_anew(const multiplication *m, int part)
 {
   return rows_single(m, part, 1);
@@ -352,7 +354,7 @@ static double multiply_rows(const multiplication *m, int part)
   return m->A ? rows_rounded_anew(m, part) : rows_rounded_before(m, part);
 }
 
-/* Bytes of a node in vectors. */
+/* Returns the bytes of a node in vectors. */
 static size_t size_of(const multiplication *m) { return 4 * (m->single ? sizeof(float) : sizeof(double)); }
 
 static void *at(const multiplication *m, void *vector, int place)
@@ -360,7 +362,7 @@ static void *at(const multiplication *m, void *vector, int place)
   return (char *)vector + size_of(m) * (size_t)place;
 }
 
-/* x of a part before its rows are multiplied, and y = 0. */
+/* Makes x of a part ready before its rows are multiplied, and sets y = 0. */
 static void make_ready(const multiplication *m, int part)
 {
   const int begin = m->product->begin[part], end = m->product->begin[part + 1];

@@ -9,40 +9,40 @@
 #include "flesh/threads.h"
 #include "linear/bisection.h"
 
-/* Nodes that vectors are padded to a multiple of, so that they can be summed up as many at a time. */
+/* Vectors are padded to a multiple of this number of nodes, so that as many can be summed up at a time. */
 enum { FLESH_PRODUCT_PADDING = 4 };
 
 typedef struct flesh_product {
-  int *rows;    /* [begin[3]] the bisection's order: x and y hold node rows[p] at p */
-  int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
+  int *rows;    /* [begin[3]] order of the bisection: x and y hold node rows[p] at p */
+  int *first;   /* [begin[3]+1] first block of each of these rows; the rows follow one another */
   int begin[4];
   int blocks;
   unsigned *place; /* [blocks] four times the place in x and y of each block's column */
-  int nodes;    /* that x and y have room for */
-  /* In single precision, where it was asked for: rows side by side in slices of as many as a register has lanes. */
-  int slices[4];   /* where those of each part begin */
-  int *column;     /* [slices+1] where the columns of blocks of each begin */
+  int nodes;    /* number of nodes for which x and y have room */
+  /* For single precision, if asked for: rows side by side in slices of as many as a register has lanes. */
+  int slices[4];   /* first slice of each part */
+  int *column;     /* [slices+1] first column of blocks of each slice */
   unsigned *own;   /* [slices][lanes] four times the place of each row */
-  unsigned *other; /* [columns][lanes] of each block's column */
-  float *rounded;  /* the last matrix, scaled: columns of blocks, then the diagonal ones; NULL: not asked for */
-  double *nothing; /* [9*longest] zero: a row */
-  int longest;     /* row, in blocks */
+  unsigned *other; /* [columns][lanes] four times the place of each block's column */
+  float *rounded;  /* last matrix, scaled: columns of blocks, then the diagonal ones; NULL: not asked for */
+  double *nothing; /* [9*longest] a row of zeros */
+  int longest;     /* largest number of blocks in a row */
 } flesh_product;
 
-/* For matrices of A's pattern, whose rows lie in the order of `bisection`, which may be freed then. `single`: products
- * in single precision will be asked for. */
+/* Makes a product for matrices of A's pattern, whose rows lie in the order of `bisection`, which may be freed then.
+ * `single`: products in single precision will be asked for. */
 FLESH_PER_ISA int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
                                        flesh_product *product);
 FLESH_PER_ISA void flesh_product_clear(flesh_product *product);
 
-/* Makes x ready for begin <= p < end; every p is asked for once, by the thread that will need it next. */
+/* Makes x ready for begin <= p < end; called once for every p, by the thread that will need it next. */
 typedef struct flesh_product_maker {
   void (*make)(void *data, int begin, int end);
   void *data;
 } flesh_product_maker;
 
-/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that
- * of y anything, and the last belong to the product. Returns x.A x. `maker` NULL: x is ready. */
+/* Computes y = A x, both [4*nodes]: the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of y
+ * anything; the rest belongs to the product. Returns x.A x. `maker` NULL: x is ready. */
 FLESH_PER_ISA double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A,
                                             flesh_threads *threads, const flesh_product_maker *maker, double *x,
                                             double *y);

@@ -1,4 +1,4 @@
-/* row_coupling.c: the pattern of S, its assembly node by node, and which solve is taken. */
+/* row_coupling.c: the pattern of S, its assembly node by node, and the choice of the solver. */
 #include "linear/row_coupling.h"
 
 #include <math.h>
@@ -9,13 +9,14 @@
 #include "base/memory.h"
 #include "base/sort.h"
 
-/* The rows that share a main node with each; returns how many in all. `mark` [rows]; `neighbours` NULL: only counts. */
+/* Lists the rows that share a main node with each row; returns their number. `mark` [rows] is work space; `neighbours`
+ * NULL: only counts. */
 static size_t find_neighbours(const flesh_row_lists *lists, int *mark, int *starts, int *neighbours)
 {
   const int m = lists->m;
   size_t count = 0;
   for (int e = 0; e < lists->rows; e++) mark[e] = -1;
-  starts[0] = 0; /* also without rows, as a rank may have none */
+  starts[0] = 0; /* without rows, too, as a rank may have none */
   for (int e = 0; e < lists->rows; e++) {
     mark[e] = e;
     if (neighbours) starts[e] = (int)count;
@@ -35,7 +36,7 @@ static size_t find_neighbours(const flesh_row_lists *lists, int *mark, int *star
   return count;
 }
 
-/* The middle of a row's nodes. */
+/* Computes the centre of each row's nodes. */
 static void find_middle(const flesh_stiff_rows *rows, const double *positions, double *middle)
 {
   const int m = rows->nodes_per_row;
@@ -69,7 +70,7 @@ static int make_pairs(flesh_row_coupling *self, const flesh_row_lists *lists)
   return FLESH_OK;
 }
 
-/* The solver of a pattern. */
+/* Makes the solver for a pattern. */
 static int make_solver(flesh_row_coupling *self, const flesh_stiff_rows *rows, const double *positions,
                        flesh_threads *threads, const int *starts, const int *neighbours)
 {
@@ -114,7 +115,7 @@ void flesh_row_coupling_clear(flesh_row_coupling *self)
   *self = (flesh_row_coupling){0};
 }
 
-/* B^T d of this rank's rows at the nodes that it shares, d by place. */
+/* Sends B^T d of this rank's rows at the nodes that it shares; d is indexed by place. */
 static void send_shared(void *data, const float *d)
 {
   const flesh_row_coupling *self = data;
@@ -131,7 +132,7 @@ static void send_shared(void *data, const float *d)
   flesh_shared_rows_begin(self->shared, 3);
 }
 
-/* From r B D^-1 of what the others have there. */
+/* Subtracts from r B D^-1 times what the other ranks have sent. */
 static void take_shared(void *data, float *r)
 {
   const flesh_row_coupling *self = data;
@@ -161,7 +162,7 @@ void flesh_row_coupling_share(flesh_row_coupling *self, const flesh_shared_rows 
   self->polynomial.others = &self->others;
 }
 
-/* X += sum b w^T / b.w over a node's rows, w = D^-1 b. */
+/* Adds to X the sum of b w^T / b.w over a node's rows, w = D^-1 b. */
 static void add_share(const float *inverse, const float *by_node, int count, double *X)
 {
   for (int k = 0; k < count; k++) {
@@ -172,9 +173,9 @@ static void add_share(const float *inverse, const float *by_node, int count, dou
   }
 }
 
-/* The largest eigenvalue of a node's share of S, B D^-1 B^T of that node alone, with unit diagonal, or a little more. It
- * is that of X, to which `others` of other ranks belong, too (NULL: there are none), and below the eighth root of the sum
- * of the eigenvalues' eighth powers. */
+/* Returns the largest eigenvalue of a node's share of S, B D^-1 B^T of that node alone, with unit diagonal, or a little
+ * more. It is that of X, to which `others` adds other ranks' parts (NULL: none), and at most the eighth root of the sum of
+ * the eigenvalues' eighth powers. */
 static double largest_of_node(const float *inverse, const float *by_node, int count, const double *others)
 {
   double X[2][9] = {{0}}, sum = 0;
@@ -190,7 +191,7 @@ static double largest_of_node(const float *inverse, const float *by_node, int co
   return pow(sum, 0.125);
 }
 
-/* Exchanges X with other ranks at the nodes that are shared. */
+/* Exchanges X with other ranks at the shared nodes. */
 static void exchange_shares(const flesh_row_coupling *self)
 {
   const flesh_shared_rows *shared = self->shared;
@@ -204,8 +205,8 @@ static void exchange_shares(const flesh_row_coupling *self)
   flesh_shared_rows_end(shared, 9);
 }
 
-/* A bound of S's eigenvalues with unit diagonal: as S is shift I and the sum of nodes' shares, the largest mean of the
- * bounds of a row's nodes, weighed by what each adds to the diagonal. */
+/* Returns a bound of S's eigenvalues with unit diagonal: as S is shift I plus the nodes' shares, this is the largest mean
+ * of the bounds of a row's nodes, weighted by what each adds to the diagonal. */
 static double bound_largest(const flesh_row_coupling *self, const flesh_row_lists *lists, float shift,
                             const float *inverse, const float *by_node)
 {
@@ -213,7 +214,7 @@ static double bound_largest(const flesh_row_coupling *self, const flesh_row_list
   const flesh_shared_rows *shared = self->shared;
   float *sum = self->polynomial.r;
   double largest = 1;
-  int next = 0; /* of the shared nodes */
+  int next = 0; /* next shared node */
   if (shared) exchange_shares(self);
   for (int e = 0; e < self->rows; e++) sum[e] = shift;
   for (int p = 0; p < lists->nodes; p++) {

@@ -14,14 +14,14 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
   view->starts = flesh_malloc(((size_t)view->n + 1) * sizeof *view->starts);
   view->indices = flesh_malloc((size_t)view->entries * sizeof *view->indices);
   view->place = flesh_malloc((2 * blocks + 1) * sizeof *view->place);
-  /* Entries of each block column so far. */
+  /* Counts the entries of each block column so far. */
   int *length = flesh_calloc((size_t)A->rows + 1, sizeof *length);
   if (!view->starts || !view->indices || !view->place || !length) {
     flesh_free(length);
     flesh_scalar_view_clear(view);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
   }
-  /* Column j holds first the blocks (i,j), i < j, in the order of i, then its row transposed. */
+  /* Column j first has the blocks (i,j), i < j, in the order of i, then its row, transposed. */
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       view->place[2 * (size_t)k] = length[A->column[k]];

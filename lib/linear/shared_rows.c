@@ -1,4 +1,4 @@
-/* shared_rows.c: which main nodes ranks share, and the exchange of what they have there. */
+/* shared_rows.c: main nodes that ranks share, and exchanges of their values. */
 #include "linear/shared_rows.h"
 
 #include <string.h>
@@ -6,16 +6,16 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Nodes that this rank and another have, in an order that both know: those of the team's lists that are given and taken. */
+/* Nodes that this rank and another have, in an order that both know: those in the team's lists of given and taken nodes. */
 typedef struct common {
   const flesh_team_neighbours *neighbours;
-  int nodes;  /* of this rank */
-  int *given; /* [nodes] 1 + the last of the ranks at hand that is given each */
-  int *first; /* [ranks+1] where those of each rank begin */
-  double *here, *there; /* [first[ranks]] 1: this rank has rows at the node; the other has */
+  int nodes;  /* number of this rank's nodes */
+  int *given; /* [nodes] 1 + the last rank so far that is given the node */
+  int *first; /* [ranks+1] first node of each rank */
+  double *here, *there; /* [first[ranks]] 1: this rank has rows at the node; 1: the other rank has */
 } common;
 
-/* Before is_common for a rank. */
+/* Prepares is_common for a rank. */
 static void turn_to(const common *c, int rank)
 {
   for (int k = c->neighbours->first_given[rank]; k < c->neighbours->first_given[rank + 1]; k++)
@@ -43,7 +43,7 @@ static void exchange_flags(const flesh_row_lists *lists, const int *place_of, co
   flesh_exchange_now(team, &(flesh_exchange){1, c->first, c->first, c->here, c->there});
 }
 
-/* Calls add(self, rank of the list, place) for every node that both ranks have rows at. */
+/* Calls add(self, rank of the list, place) for every node at which both ranks have rows. */
 static void for_shared(flesh_shared_rows *self, const int *place_of, const common *c, int *marks,
                        void (*add)(flesh_shared_rows *self, int rank, int place, int *marks))
 {
@@ -82,7 +82,7 @@ static int allocate(flesh_shared_rows *self)
   return FLESH_OK;
 }
 
-/* The lists, from the flags that were exchanged. marks [nodes] is zero. */
+/* Makes the lists from the exchanged flags; marks [nodes] is zero. */
 static int make(flesh_shared_rows *self, const flesh_row_lists *lists, const int *place_of, const common *c, int *marks)
 {
   for_shared(self, place_of, c, marks, mark);
@@ -94,13 +94,13 @@ static int make(flesh_shared_rows *self, const flesh_row_lists *lists, const int
     self->nodes[count] = p;
     marks[p] = count++;
   }
-  /* first[r + 1] is where the next of rank r is put, and ends where those of the rank do. */
+  /* Before this loop first[r + 1] is the place of the next node of rank r; afterwards it is the end of the rank's nodes. */
   for (int r = self->ranks; r > 0; r--) self->first[r] = self->first[r - 1];
   for_shared(self, place_of, c, marks, list);
   return FLESH_OK;
 }
 
-/* main [nodes] is room. */
+/* Makes a node that is main to one rank main to all; main [nodes] is work space. */
 static void unite_main(const flesh_row_lists *lists, const int *place_of, const flesh_team *team, double *main)
 {
   for (int i = 0; i < team->nodes; i++) main[i] = lists->main[place_of[i]];

@@ -1,5 +1,5 @@
-/* sliced_ell.h: nodes side by side in single precision, one vector for each component, and the way to there and back
- * from four lanes per node. */
+/* sliced_ell.h: nodes side by side in single precision, one vector for each component, with conversions from and to four
+ * lanes per node. */
 #ifndef FLESH_LINEAR_SLICED_ELL_H
 #define FLESH_LINEAR_SLICED_ELL_H
 
@@ -8,7 +8,7 @@
 #include <immintrin.h>
 #endif
 
-/* FLESH_SLICE nodes. SHUFFLE: within every four lanes, i, j, k and l of a's or, less four, of b's. */
+/* Number of nodes side by side, and SHUFFLE, which takes from every four lanes i, j, k and l of a's or, less four, of b's. */
 #ifdef __AVX__
 enum { FLESH_SLICE = 8 }; /* sixteen are no faster, and more of them are empty */
 #define FLESH_SLICE_SHUFFLE(a, b, i, j, k, l)                                                              \
@@ -22,7 +22,7 @@ enum { FLESH_SLICE = 4 };
 #define FLESH_SLICE_OF(lane) ((lane) < 4 ? (lane) : (lane) + 4)
 typedef float flesh_sliced_ell __attribute__((vector_size(4 * FLESH_SLICE)));
 
-/* The four lanes of one of every four nodes, side by side; `more` is not needed where a slice has but four nodes. */
+/* Joins the four lanes of one of every four nodes, side by side; `more` is not needed if a slice has only four nodes. */
 static inline __attribute__((always_inline)) flesh_sliced_ell flesh_sliced_ell_join(flesh_float4 first,
                                                                                     flesh_float4 more)
 {
@@ -34,7 +34,7 @@ static inline __attribute__((always_inline)) flesh_sliced_ell flesh_sliced_ell_j
 #endif
 }
 
-/* The four lanes of the g-th of the nodes that were joined. */
+/* Returns the four lanes of the g-th of the joined nodes. */
 static inline __attribute__((always_inline)) flesh_float4 flesh_sliced_ell_part(flesh_sliced_ell joined, int g)
 {
 #ifdef __AVX__
@@ -58,7 +58,7 @@ flesh_sliced_ell_rounded(double scale, const double *first, const double *more)
 #endif
 }
 
-/* The components of the nodes that have been joined. */
+/* Converts the joined nodes to vectors of components. */
 static inline __attribute__((always_inline)) void flesh_sliced_ell_turn(const flesh_sliced_ell node[4],
                                                                         flesh_sliced_ell component[3])
 {
@@ -82,7 +82,8 @@ static inline __attribute__((always_inline)) void flesh_sliced_ell_gather(const 
   flesh_sliced_ell_turn(node, component);
 }
 
-/* Adds to them, one after the other; several may be at one place. Adds 0 to fourth lanes. */
+/* Adds components to the nodes in `vectors`, one node after the other, as several may be at one place. Adds 0 to fourth
+ * lanes. */
 static inline __attribute__((always_inline)) void flesh_sliced_ell_add(float *vectors, const unsigned *place,
                                                                   const flesh_sliced_ell component[3])
 {

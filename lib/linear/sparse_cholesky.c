@@ -17,7 +17,7 @@ enum {
   ASIDE = 64 / (int)sizeof(number), /* rows of a vector */
   TILE = 2 * ASIDE,    /* rows of a product */
   WIDE = 4,            /* its columns */
-  PANEL_SLACK = 2 * TILE     /* products read beyond their last row */
+  PANEL_SLACK = 2 * TILE     /* numbers that products read beyond their last row */
 };
 
 typedef number vector __attribute__((vector_size(64)));
@@ -31,12 +31,12 @@ static int below_rows(const flesh_sparse_cholesky *self, int k)
   return self->below_start[k + 1] - self->below_start[k];
 }
 
-/* Lists of rows while they are found. */
+/* Work space for finding the rows of panels. */
 typedef struct search {
   const flesh_dissection *order;
   const int *starts, *neighbours;
-  int *mark;          /* [n] the last panel that took a row; -1: none */
-  int *child, *next;  /* [panels] first panel whose parent each is, and the next with the same parent; -1: none */
+  int *mark;          /* [n] last panel that took a row; -1: none */
+  int *child, *next;  /* [panels] first child of each panel, and the next panel with the same parent; -1: none */
   int count, room;
 } search;
 
@@ -54,7 +54,7 @@ static int take_row(flesh_sparse_cholesky *self, search *s, int k, int row)
   return 1;
 }
 
-/* The rows below of each panel: those of its columns, and of the panels whose parent it is. */
+/* Lists the rows below each panel: those of its columns, and those of the panels whose parent it is. */
 static int find_below(flesh_sparse_cholesky *self, search *s)
 {
   const flesh_dissection *d = s->order;
@@ -77,7 +77,7 @@ static int find_below(flesh_sparse_cholesky *self, search *s)
   return known ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-/* Finds the places of the panels, and the room that work in them needs, unless a factor takes more operations than `most`. */
+/* Places the panels, and finds the work space that they need, unless a factorisation takes more operations than `most`. */
 static int make_panels(flesh_sparse_cholesky *self, double most)
 {
   int highest = 0, widest = 0;
@@ -176,7 +176,7 @@ size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *self, int row, i
   return self->start[k] + (size_t)(column - self->first[k]) * (size_t)self->stride[k] + (size_t)at;
 }
 
-/* Four rows of a panel's columns before `columns`, side by side; what a panel has less of them is zero. */
+/* Packs four rows of a panel's columns before `columns`, side by side; missing rows are zero. */
 static void pack(const flesh_sparse_cholesky *self, int k, int row, int rows, int columns)
 {
   const number *from = self->values + self->start[k] + row;
@@ -184,7 +184,8 @@ static void pack(const flesh_sparse_cholesky *self, int k, int row, int rows, in
     for (int c = 0; c < WIDE; c++) self->packed[WIDE * j + c] = c < rows ? from[c] : 0;
 }
 
-/* product[c][i] = sum over j < columns of L_ij times the packed rows, for TILE rows i of the panel from `row` on. */
+/* Computes product[c][i], the sum over j < columns of L_ij times the packed rows, for TILE rows i of the panel from `row`
+ * on. */
 static inline void multiply_tile(const flesh_sparse_cholesky *self, int k, int row, int columns,
                             vector product[WIDE][2])
 {
@@ -199,7 +200,7 @@ static inline void multiply_tile(const flesh_sparse_cholesky *self, int k, int r
   memcpy(product, sum, sizeof sum);
 }
 
-/* Columns of a panel from `column` on, at most WIDE of them, of which those before it have been taken. */
+/* Factors at most WIDE columns of a panel from `column` on; earlier columns have been subtracted. */
 static int factor_columns(flesh_sparse_cholesky *self, int k, int column, int wide)
 {
   const int high = own_rows(self, k) + below_rows(self, k);
@@ -207,7 +208,7 @@ static int factor_columns(flesh_sparse_cholesky *self, int k, int column, int wi
   number *own = self->values + self->start[k] + (size_t)column * stride;
   for (int c = 0; c < wide; c++) {
     number *pivot = own + (size_t)c * stride + column;
-    for (int d = 0; d < c; d++) { /* of the rows of these columns */
+    for (int d = 0; d < c; d++) { /* for the rows of these columns */
       const number factor = own[(size_t)d * stride + (size_t)(column + c)];
       for (int r = c; r < wide; r++) pivot[r] -= factor * own[(size_t)d * stride + (size_t)(column + r)];
     }
@@ -269,7 +270,7 @@ static void find_targets(const flesh_sparse_cholesky *self, int k, int from, int
   }
 }
 
-/* Subtracts a panel's products from the panels of its rows below. */
+/* Subtracts a panel's products from the panels of the rows below it. */
 static void update_others(flesh_sparse_cholesky *self, int k)
 {
   const int *below = self->below + self->below_start[k], count = below_rows(self, k), own = own_rows(self, k);
@@ -306,7 +307,7 @@ int flesh_sparse_cholesky_factor(flesh_sparse_cholesky *self)
   return 1;
 }
 
-/* At most WIDE columns of a panel; those that are not there are the first one again. */
+/* Returns up to WIDE columns of a panel; missing ones repeat the first. */
 static int columns_of(const flesh_sparse_cholesky *self, int k, int column, const number *L[WIDE])
 {
   const int own = own_rows(self, k), wide = own - column < WIDE ? own - column : WIDE;
@@ -315,7 +316,7 @@ static int columns_of(const flesh_sparse_cholesky *self, int k, int column, cons
   return wide;
 }
 
-/* x = L^-1 x, as far as the panel goes. */
+/* Computes x = L^-1 x for the columns of a panel. */
 static void forward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
@@ -331,7 +332,7 @@ static void forward_panel(flesh_sparse_cholesky *self, int k)
       for (int d = 0; d < c; d++) y[c] -= L[d][j + c] * y[d];
       x[j + c] = y[c] *= inverse[j + c];
     }
-    /* Rows above the diagonal are zero, and those of y are not needed any more. */
+    /* Rows above the diagonal are zero, and those of y are no longer needed. */
     for (int i = j / ASIDE * ASIDE; i < high; i += ASIDE)
       AT(column + i) -= (AT(L[0] + i) * y[0] + AT(L[1] + i) * y[1]) + (AT(L[2] + i) * y[2] + AT(L[3] + i) * y[3]);
   }
@@ -346,7 +347,7 @@ static number sum_of(vector v)
   return sum;
 }
 
-/* x = L^-T x, as far as the panel goes. */
+/* Computes x = L^-T x for the columns of a panel. */
 static void backward_panel(flesh_sparse_cholesky *self, int k)
 {
   const int own = own_rows(self, k), high = own + below_rows(self, k), *below = self->below + self->below_start[k];
@@ -358,7 +359,7 @@ static void backward_panel(flesh_sparse_cholesky *self, int k)
     const int wide = columns_of(self, k, j, L);
     vector sum[WIDE] = {{0}};
     for (int i = j / ASIDE * ASIDE; i < high; i += ASIDE)
-      for (int c = 0; c < WIDE; c++) sum[c] += AT(L[c] + i) * AT(column + i); /* x of these columns is yet zero there */
+      for (int c = 0; c < WIDE; c++) sum[c] += AT(L[c] + i) * AT(column + i); /* x of these columns is still zero there */
     for (int c = wide - 1; c >= 0; c--) {
       number y = x[j + c] - sum_of(sum[c]);
       for (int d = c + 1; d < wide; d++) y -= L[c][j + d] * x[j + d];

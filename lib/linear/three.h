@@ -1,4 +1,4 @@
-/* three.h: a block of 3 x 3 numbers as rows of four lanes, of which the last is not looked at. */
+/* three.h: a block of 3 x 3 numbers as rows of four lanes, the last of which is ignored. */
 #ifndef FLESH_LINEAR_THREE_H
 #define FLESH_LINEAR_THREE_H
 

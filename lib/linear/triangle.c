@@ -1,11 +1,11 @@
-/* triangle.c: room for the rows of a triangle. */
+/* triangle.c: memory of a triangle's rows. */
 #include "linear/triangle.h"
 
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
 
-enum { BEHIND = 16 }; /* words: of a pair sixteen are loaded */
+enum { BEHIND = 16 }; /* words: sixteen are loaded for a pair */
 
 int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle)
 {
@@ -29,7 +29,7 @@ int flesh_triangle_create(int rows, const int *blocks, const int *order, int spl
 
 void flesh_triangle_clear(flesh_triangle *triangle)
 {
-  flesh_free(triangle->row); /* and what follows it */
+  flesh_free(triangle->row); /* the other arrays are in the same allocation */
   flesh_free(triangle->column);
   flesh_free(triangle->words);
   *triangle = (flesh_triangle){0};

@@ -1,10 +1,11 @@
-/* triangle.h: rows of 3x3 blocks with eight binary digits an entry (bfloat16), for substitutions that wait for memory.
+/* triangle.h: rows of 3x3 blocks with eight binary digits an entry (bfloat16), for substitutions that are limited by
+ * memory.
  *
- * A row's blocks lie in pairs. A word is an entry of each, the first's in its upper half and the second's in its lower
- * half: they are the upper halves of numbers in single precision. A split triangle has sixteen binary digits: there a
- * pair is one block, rounded, and what rounding has left.
+ * A row's blocks lie in pairs. A word has an entry of each block of the pair, the first's in its upper half and the
+ * second's in its lower half: the upper halves of numbers in single precision. A split triangle has sixteen binary digits:
+ * there a pair is one block, rounded, and the remainder of the rounding.
  *
- * Blocks of one pair may be set by two threads at the same time: each writes the halves that are its own. */
+ * Two threads may set blocks of one pair at the same time: each writes only its own halves. */
 #ifndef FLESH_LINEAR_TRIANGLE_H
 #define FLESH_LINEAR_TRIANGLE_H
 
@@ -19,27 +20,27 @@
 
 typedef struct flesh_triangle {
   int rows, split;
-  int *row;    /* [rows] that are kept one after the other */
-  int *at;     /* [rows] where among these each is */
-  int *start;  /* [rows+1] pairs of each of these */
-  int *column; /* [2*pairs] of each block; where a row's last pair has one block only, its column twice */
-  uint32_t *words; /* [9*pairs] and what is loaded behind them */
+  int *row;    /* [rows] rows in the order in which they are kept */
+  int *at;     /* [rows] place of each row in that order */
+  int *start;  /* [rows+1] first pair of each place */
+  int *column; /* [2*pairs] column of each block; twice the same if a row's last pair has only one block */
+  uint32_t *words; /* [9*pairs] entries, and words that are loaded behind them */
 } flesh_triangle;
 
-/* For `blocks` [rows] in each row, all zero, their columns 0, kept in this order [rows]. The caller clears it. FLESH_OK
- * or FLESH_ERR_MEMORY. */
+/* Makes a triangle with `blocks` [rows] blocks in each row, all zero, with columns 0, kept in `order` [rows]. The caller
+ * clears it. FLESH_OK or FLESH_ERR_MEMORY. */
 int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle);
 void flesh_triangle_clear(flesh_triangle *triangle);
-/* Its blocks; so the functions of this name below: numbers that a set-up has made, not what the pattern says. */
+/* Archives the blocks. Functions of this name archive the numbers that a set-up has made, and not the pattern. */
 void flesh_triangle_archive(flesh_triangle *triangle, flesh_archive *archive);
 
-/* The place of a row's n-th block: twice its pair and 1 if it is the second. */
+/* Returns the place of a row's n-th block: twice its pair, plus 1 if it is the second. */
 static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)
 {
   return 2 * triangle->start[triangle->at[row]] + (triangle->split ? 2 * n : n);
 }
 
-/* Sets the column of a block, which is the row's n-th and comes after the others. */
+/* Sets the column of a block, the row's n-th, after those before it. */
 static inline void flesh_triangle_set_column(flesh_triangle *triangle, int row, int n, int column)
 {
   const int place = flesh_triangle_place(triangle, row, n);
@@ -47,18 +48,18 @@ static inline void flesh_triangle_set_column(flesh_triangle *triangle, int row, 
   if (place % 2 == 0) triangle->column[place + 1] = column;
 }
 
-/* The upper half of a number's bits, the rest 0. */
+/* Returns the upper half of a number's bits, rounded, the rest 0. */
 static inline uint32_t flesh_triangle_round(float x)
 {
   uint32_t bits;
   memcpy(&bits, &x, sizeof bits);
-  return (bits + 0x8000) & FLESH_TRIANGLE_FIRST; /* to the nearest */
+  return (bits + 0x8000) & FLESH_TRIANGLE_FIRST; /* rounds to nearest */
 }
 
-/* A half of a word. Stored by itself, it leaves the other half alone. */
+/* Half of a word. Storing it alone leaves the other half unchanged. */
 typedef uint16_t flesh_triangle_half __attribute__((may_alias));
 
-/* Which of a word's two halves in memory is the upper one. */
+/* Index in memory of a word's upper half. */
 enum { FLESH_TRIANGLE_UPPER = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ };
 
 /* Sets the entries, row by row, of the block at a place. Reads and writes nothing of other blocks. */
@@ -79,7 +80,7 @@ static inline void flesh_triangle_set(flesh_triangle *triangle, int place, const
   }
 }
 
-/* The sum of blocks times y [4*rows] over the pairs begin <= k < end. */
+/* Returns the sum of blocks times y [4*rows] over the pairs begin <= k < end. */
 #ifdef __AVX512F__
 static inline flesh_float4 flesh_triangle_product(const flesh_triangle *triangle, int begin, int end, const float *y)
 {

@@ -1,4 +1,4 @@
-/* volume_projection.c: rows by node and nodes by row, the blocks that the rows stiffen, and what is projected. */
+/* volume_projection.c: rows by node and nodes by row, the blocks that the rows stiffen, and the projection itself. */
 #include "linear/volume_projection.h"
 
 #include <math.h>
@@ -17,23 +17,23 @@ enum { NODE_SLACK = 4 }; /* three numbers are loaded with the one after them */
 struct flesh_volume_projection {
   const flesh_stiff_rows *rows;
   const flesh_overlap *overlap;
-  const flesh_team *team; /* the overlap's; NULL: there is none */
+  const flesh_team *team; /* the overlap's team; NULL: there is none */
   flesh_threads *threads;
   int nodes, m, entries; /* m nodes a row; entries: m * rows */
-  int *order;            /* [nodes] the mesh's numbers of the nodes as vectors hold them */
-  int *slots;            /* [rows][m (m+1)/2] the block of each pair of a row's nodes, or ~ where it is transposed */
-  float *values;         /* [rows][m][3] of scale^(1/2) B, zero at fixed dofs */
+  int *order;            /* [nodes] the mesh's number of each node in vectors */
+  int *slots;            /* [rows][m (m+1)/2] block of each pair of a row's nodes, or ~ if it is transposed */
+  float *values;         /* [rows][m][3] scale^(1/2) B, zero at fixed dofs */
   flesh_row_lists lists;
-  /* The arrays below go by the node's place. */
+  /* The arrays below are indexed by the node's place. */
   float *by_node; /* [entries][3] the same as `values` */
   float *inverse; /* [9*nodes] of the diagonal blocks */
   flesh_row_coupling S;
   flesh_block_matrix soft; /* A_r, with the pattern of A */
-  double root;             /* of the scale of all that is single */
+  double root;             /* square root of the scale of everything in single precision */
   float *w, *q, *t;        /* [4*nodes]; [rows] S^-1 P^T r; [rows] what z lacks along the rows */
-  flesh_shared_rows shared; /* with a team, and: */
-  float *r;                 /* [4*nodes] the residual, at ghosts too */
-  double *r_overlap;        /* [3*team->overlap] the same */
+  flesh_shared_rows shared; /* with a team, like the next two */
+  float *r;                 /* [4*nodes] residual, at ghosts too */
+  double *r_overlap;        /* [3*team->overlap] residual at the overlap's nodes */
 };
 
 static int find_slot(const flesh_block_matrix *A, int i, int j)
@@ -75,7 +75,7 @@ static int allocate_projection(flesh_volume_projection *self, const flesh_block_
   return failed || !self->soft.values ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
-/* Rows by node, which nodes are main, and the blocks of rows. `place_of` [nodes]. */
+/* Lists rows by node, main nodes, and the blocks of rows. `place_of` [nodes]: place of each node in vectors. */
 static void list_nodes(flesh_volume_projection *self, const flesh_block_matrix *A, const int *place_of)
 {
   const int m = self->m, *nodes = self->rows->nodes;
@@ -151,7 +151,7 @@ void flesh_volume_projection_destroy(flesh_volume_projection **projection)
   *projection = NULL;
 }
 
-/* The rows' values, but for those of fixed dofs. */
+/* Copies the rows' values, except those of fixed dofs. */
 static void take_values(flesh_volume_projection *self, const uint8_t *fixed)
 {
   for (int k = 0; k < self->entries; k++)
@@ -183,7 +183,7 @@ const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection
   return &self->soft;
 }
 
-/* The values scaled, and by node; the blocks by place. */
+/* Scales the values, and sorts them by node, and the inverse blocks by place. */
 static void scale_values(flesh_volume_projection *self, double scale, const float *inverse)
 {
   const float root = (float)(self->root = sqrt(scale));
@@ -198,13 +198,13 @@ int flesh_volume_projection_setup(flesh_volume_projection *self, double scale, c
 {
   static const float LARGEST_SHIFT = 1e6f;
   scale_values(self, scale, inverse);
-  for (float shift = 1; shift < LARGEST_SHIFT; shift *= 8) { /* polynomials end this on all ranks alike */
+  for (float shift = 1; shift < LARGEST_SHIFT; shift *= 8) { /* with polynomials, all ranks leave this loop alike */
     if (flesh_row_coupling_setup(&self->S, &self->lists, shift, self->inverse, self->by_node)) return FLESH_OK;
   }
   return FLESH_NOT_POSITIVE;
 }
 
-/* B x by rows, x of four lanes, the fourth of which is in no sum. */
+/* Computes B x by rows, for x of four lanes, the fourth of which is in no sum. */
 static void multiply_rows_of_nodes(const flesh_volume_projection *self, const float *x, int begin, int end, float *y)
 {
   const int m = self->m;
@@ -217,7 +217,7 @@ static void multiply_rows_of_nodes(const flesh_volume_projection *self, const fl
   }
 }
 
-/* B^T q at a node. */
+/* Returns B^T q at a node. */
 static inline flesh_float4 at_node(const flesh_volume_projection *self, const float *q, int p)
 {
   flesh_float4 sum = {0};
@@ -226,7 +226,7 @@ static inline flesh_float4 at_node(const flesh_volume_projection *self, const fl
   return sum;
 }
 
-/* Data of a pass over the nodes that threads share out. */
+/* Data of a pass over the nodes, which threads share. */
 typedef struct row_pass {
   flesh_volume_projection *self;
   const float *r;
@@ -304,7 +304,7 @@ double flesh_volume_projection_after(flesh_volume_projection *self, const float 
   return product;
 }
 
-/* B^T q of this rank's rows, into w. */
+/* Computes B^T q of this rank's rows, in w. */
 static void rows_at_nodes(void *data, int k, int begin, int end)
 {
   const row_pass *now = data;
@@ -312,14 +312,14 @@ static void rows_at_nodes(void *data, int k, int begin, int end)
   for (int p = begin; p < end; p++) *(flesh_float4 *)(now->self->w + 4 * (size_t)p) = at_node(now->self, now->r, p);
 }
 
-/* B^T q of all ranks' rows, into the overlap's vector. */
+/* Computes B^T q of all ranks' rows, in the overlap's vector. */
 static void sum_rows(flesh_volume_projection *self, const float *q)
 {
   flesh_parallel_parts(self->threads, self->nodes, rows_at_nodes, &(row_pass){.self = self, .r = q});
   flesh_overlap_sum(self->overlap, self->order, self->w);
 }
 
-/* Three numbers of the overlap's vector. */
+/* Returns three numbers of the overlap's vector. */
 static inline flesh_float4 summed(const flesh_volume_projection *self, int p)
 {
   const double *y = self->overlap->vector + 3 * (size_t)self->order[p];
@@ -376,7 +376,7 @@ double flesh_volume_projection_drift(const flesh_volume_projection *self)
     const flesh_float4 moved = flesh_block_times(self->inverse + 9 * (size_t)p, change);
     sum += (double)(moved[0] * change[0] + moved[1] * change[1] + moved[2] * change[2]);
   }
-  double sums[] = {sum, self->rows->count}; /* of all ranks, which decide alike */
+  double sums[] = {sum, self->rows->count}; /* over all ranks, so that they decide alike */
   flesh_team_sum(self->team, 2, sums);
   return sums[0] / sums[1];
 }
