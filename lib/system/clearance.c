@@ -1,8 +1,8 @@
-/* clearance.c: measures how far the body is from obstacles, and how much of that distance later motion may have used.
+/* clearance.c: measures the distance of the body from obstacles, and how much of it later motion may have used up.
  *
- * The distance d(t, x) of a point to an obstacle changes by no more than both move: |d(t, x) - d(t', x')| <= |x - x'| +
- * the obstacle's displacement at x' between the times. So an effect that ends at a distance d from the body still does
- * not act on it as long as both together have moved less than d, on whatever path. */
+ * The distance d(t, x) of a point to an obstacle changes by no more than both move: |d(t, x) - d(t', x')| <= |x - x'| + the
+ * obstacle's displacement at x' between the times. An effect that does not reach the body by a distance d therefore cannot
+ * act on it while both together have moved less than d, on whatever path. */
 #include "system/clearance.h"
 
 #include <math.h>
@@ -16,10 +16,10 @@
 #include "system/parts.h"
 #include "system/ranks.h"
 
-/* Reaches are widened by rounding, of a part of the body's size. */
+/* Allowance for rounding in distances, relative to the body's size. */
 static const double slack = 1e-9;
 
-/* Numbers of x, free, left and u; the first three are saved. */
+/* Returns the length of x, free, left and u together; the first three are saved. */
 static size_t saved_numbers(const flesh_clearance *self)
 {
   return (self->measures ? (size_t)self->n : 0) + 2 * (size_t)self->effects;
@@ -48,7 +48,7 @@ int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, c
 
 void flesh_clearance_clear(flesh_clearance *self)
 {
-  flesh_free(self->x); /* and the others with it */
+  flesh_free(self->x); /* the other arrays are in the same allocation */
   *self = (flesh_clearance){0};
 }
 
@@ -58,13 +58,13 @@ double flesh_clearance_moved(const flesh_clearance *self, double shift, const do
   return (1 + slack) * sqrt(3) * fabs(shift) * flesh_bound_apart(self->threads, self->n, u, NULL);
 }
 
-/* From where it was looked last to x, m. */
+/* Returns the largest displacement of a node since the last look, m. */
 static double displacement_since_look(const flesh_clearance *self, const double *x)
 {
   return (1 + slack) * sqrt(3) * flesh_bound_apart(self->threads, self->n, x, self->x);
 }
 
-/* How far what effect k stands for is carried from the last look to t, at most. */
+/* Returns an upper bound of how far the obstacle of effect k has moved from the last look to t. */
 static double carried(const flesh_clearance *self, int k, double t)
 {
   const flesh_effect *effect = flesh_system_effect(self->system, k);
@@ -74,7 +74,7 @@ static double carried(const flesh_clearance *self, int k, double t)
 
 static void look(flesh_clearance *self, double t, const double *x)
 {
-  /* The box around the body, its low corner with the other sign, and the effects' clearances, likewise. */
+  /* The box around the body, its low corner with opposite sign, and the effects' clearances, likewise. */
   double size = 0, numbers[6 + self->effects];
   self->known = 1;
   self->t = t;
@@ -102,7 +102,7 @@ static void look(flesh_clearance *self, double t, const double *x)
   }
 }
 
-/* Whether more than half of an effect's clearance is used up at t, for a body that has moved so far. */
+/* Whether more than half of an effect's clearance is used up at t, for a body that has moved by `moved`. */
 static int is_used_up(const flesh_clearance *self, double t, double moved)
 {
   for (int k = 0; k < self->effects; k++)
@@ -112,7 +112,7 @@ static int is_used_up(const flesh_clearance *self, double t, double moved)
   return 0;
 }
 
-/* u NULL: at x0. */
+/* Finds whether surfaces are far from each other; u NULL: at x0. */
 static int find_far(const flesh_clearance *self, const double *x0, double shift, const double *u)
 {
   int far = 1;
@@ -124,12 +124,12 @@ static int find_far(const flesh_clearance *self, const double *x0, double shift,
   return far;
 }
 
-/* Whether this rank's surfaces are far from all at x0 + shift u. */
+/* Whether this rank's surfaces are far from all others at x0 + shift u. */
 static int is_far_here(flesh_clearance *self, const double *x0, double shift, const double *u)
 {
   const size_t size = (size_t)self->n * sizeof *u;
   if (!u) return 0;
-  if (u[0] == 0 && !memcmp(u, u + 1, size - sizeof *u)) return 1; /* where the stage begins */
+  if (u[0] == 0 && !memcmp(u, u + 1, size - sizeof *u)) return 1; /* the start of the stage */
   if (self->u_known && !memcmp(u, self->u, size)) return self->u_far;
   memcpy(self->u, u, size);
   self->u_known = 1;
@@ -145,13 +145,13 @@ int flesh_clearance_is_far(flesh_clearance *self, const double *x0, double shift
   return far;
 }
 
-/* How much of the effects' clearances is left. */
+/* Measures how much of the effects' clearances is left. */
 static void measure(flesh_clearance *self, double t, const double *x0, double t_lag, const double *x_lag)
 {
   double moved = self->known ? displacement_since_look(self, x_lag) : INFINITY;
   if (!self->known || is_used_up(self, t_lag, moved)) {
     look(self, t_lag, x_lag);
-    moved = displacement_since_look(self, x_lag); /* 0, or a place is none */
+    moved = displacement_since_look(self, x_lag); /* 0, or not finite */
   }
   if (x0 != x_lag) moved = fmax(moved, displacement_since_look(self, x0));
   self->moved = INFINITY;

@@ -1,6 +1,6 @@
-/* clearance.h: how far a run's body is from obstacles, measured now and then and kept from step to step, and whether its
- * surfaces are far from each other: an effect is not evaluated while body and obstacle have moved less than that.
- * Belongs to a run; the effects are const. */
+/* clearance.h: distance of a run's body from obstacles, measured now and then and kept from step to step, and whether its
+ * surfaces are far from each other: an effect is not evaluated until body and obstacle have moved by that distance. Belongs
+ * to a run; the effects are const. */
 #ifndef FLESH_SYSTEM_CLEARANCE_H
 #define FLESH_SYSTEM_CLEARANCE_H
 
@@ -10,50 +10,50 @@
 #include "flesh/system.h"
 #include "system/effect_view.h"
 
-/* With the maximum norm of dofs a node's displacement is sqrt(3) times that at most. */
+/* A node's displacement is at most sqrt(3) times the maximum norm of its dofs. */
 struct flesh_clearance {
   const flesh_system *system;       /* borrowed */
   flesh_threads *threads;           /* borrowed, may be NULL */
   const flesh_proximity *proximity; /* borrowed, of the same run */
   int n, effects;
-  int measures; /* some effect has a clearance */
+  int measures; /* 1: some effect has a clearance */
   int known;
-  /* The last measurement: when, where, and how much farther than its reach each effect was, m; 0: not, or unknown. */
+  /* The last measurement: time, positions, and distance of the body beyond each effect's reach, m; 0: none, or unknown. */
   double t, *x /* [n] */, low[3], high[3], *free /* [effects] */;
-  /* How much of `free` is left at the start of the stage, by which nodes may come nearer, m. */
-  double *left, least_left; /* [effects]; the least, of effects that limit steps */
-  /* How far a node is from where the stage begins, at most, m: at the point at hand, and at any point of the stage. */
+  /* How much of `free` is left at the start of the stage for motion of nodes, m. */
+  double *left, least_left; /* [effects]; the least of the effects that limit steps */
+  /* Largest displacement of a node from the start of the stage, m: at the present point, and at any point of the stage. */
   double moved, moved_most;
-  /* Whether the surfaces that a run remembers are far from each other: where the stage begins, at all points of it that
-   * were asked for, and at the point at hand. */
+  /* Whether the surfaces that a run remembers are far from each other: at the start of the stage, at all points of it that
+   * were asked for, and at the present point. */
   int begins_far, stays_far, is_far;
-  double *u; /* [n] the unknowns asked for last, */
-  int u_known, u_far; /* and what was found */
+  double *u; /* [n] unknowns asked for last, */
+  int u_known, u_far; /* and the answer */
 };
 typedef struct flesh_clearance flesh_clearance;
 
-/* Nothing is allocated where no effect of the finished system has a clearance or a memory: then nothing is ever clear.
- * FLESH_ERR_MEMORY. */
+/* Makes room for the measurements; allocates nothing if no effect of the finalized system has a clearance or a cache: then
+ * nothing is ever clear. FLESH_ERR_MEMORY. */
 int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, const flesh_proximity *proximity,
                            flesh_clearance *clearance);
 void flesh_clearance_clear(flesh_clearance *clearance);
-/* Nothing is known of how far the body is. */
+/* Drops the measurements. */
 void flesh_clearance_forget(flesh_clearance *clearance);
 void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive);
 
-/* A stage at t begins at x0 [n], its lagged state is x_lag [n] at t_lag; ways to it lead from x_from [n]. Looks again,
- * at the lagged state, where half of an effect's clearance is used up. */
+/* Starts a stage at t that begins at x0 [n] with the lagged state x_lag [n] at t_lag; steps to it lead from x_from [n].
+ * Looks again, at the lagged state, if half of an effect's clearance is used up. */
 void flesh_clearance_begin(flesh_clearance *clearance, double t, const double *x0, double t_lag, const double *x_lag,
                            const double *x_from);
 
-/* Whether surfaces are far from each other at x0 + shift u, x0 [n] and shift being the stage's; not where u is NULL.
- * Collective: all ranks say the same. */
+/* Whether surfaces are far from each other at x0 + shift u, with the stage's x0 [n] and shift; 0 where u is NULL.
+ * Collective: all ranks return the same. */
 int flesh_clearance_is_far(flesh_clearance *clearance, const double *x0, double shift, const double *u);
 
-/* How far dofs that change by u [n] times `shift` take a node at most, m; INFINITY where a number is none, 0 where no
- * effect has a clearance. */
+/* Returns an upper bound of a node's displacement, m, if dofs change by u [n] times `shift`; INFINITY where a number is not
+ * finite, 0 if no effect has a clearance. */
 double flesh_clearance_moved(const flesh_clearance *clearance, double shift, const double *u);
-/* Whether effect k cannot be felt at the point at hand. */
+/* Whether effect k is too far away to act at the present point. */
 static inline int flesh_clearance_holds(const flesh_clearance *clearance, int k)
 {
   return clearance && clearance->free &&

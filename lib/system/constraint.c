@@ -1,4 +1,4 @@
-/* constraint.c: which dofs are constrained, and where they are. */
+/* constraint.c: constrained dofs and their prescribed motion. */
 #include <string.h>
 
 #include "geometry/motion.h"

@@ -19,7 +19,7 @@ enum { DIRECTIONS = 2, POWER_STEPS = 80 };
 static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0] };
 
-/* f'(0) is the sum of weight * f(offset * s) / s. */
+/* Weights of differences: f'(0) is the sum of weight * f(offset * s) / s. */
 static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
 
 typedef struct check {
@@ -28,15 +28,15 @@ typedef struct check {
   double edge, t;
   const double *x;
   double *v, *a;             /* the point */
-  double *x_lag, *v_lag;     /* near x, and any */
-  double *w, *x_frozen, *v_frozen; /* from the frozen state to the point, in the unknown's terms */
-  double *multipliers;       /* of an effect that has them, a tenth of its penalty in size */
-  double *xs, *vs, *as;      /* the point moved */
-  double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
+  double *x_lag, *v_lag;     /* a state near x, and an arbitrary one */
+  double *w, *x_frozen, *v_frozen; /* frozen state, as a change w of the unknown from the point */
+  double *multipliers;       /* for an effect that has multipliers, a tenth of its penalty in size */
+  double *xs, *vs, *as;      /* the displaced point */
+  double *du, *r, *dr, *Kdu; /* a direction, and the differences along it */
   unsigned long long random;
-  int zero;                  /* no residual yet was other than 0 */
-  int physical;              /* the energy is checked, at rest, where nothing is lagged, frozen or enforced */
-  flesh_environment environment; /* with the effect's memory as in a run, where it needs one */
+  int zero;                  /* 1: all residuals so far were 0 */
+  int physical;              /* 1: the energy is checked, at rest, with nothing lagged, frozen or enforced */
+  flesh_environment environment; /* with the effect's caches as in a run, if it needs any */
   flesh_pattern pattern;
   int *slots;
   flesh_block_matrix K;
@@ -68,8 +68,8 @@ static double dot_absolute(const check *c, const double *p, const double *q)
   return sum;
 }
 
-/* The point after a change s*du of the unknown; at rest where the shift says statics, as an unknown
- * that does not move v or a has no potential for what depends on them. */
+/* Returns the point after a change s*du of the unknown; v and a are 0 where the shift says statics, as an unknown that does
+ * not move them gives no potential for terms that depend on them. */
 static flesh_point moved(check *c, const flesh_shift *shift, double s)
 {
   for (size_t d = 0; d < c->unknowns; d++) {
@@ -100,8 +100,8 @@ static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
 
 static double ratio(double error, double scale) { return error > 0 ? error / scale : error; }
 
-/* The ratio of an error of differences over s, of terms this large: rounding alone is no error where the value should
- * be zero. */
+/* Returns the ratio of an error of differences over s to `scale`, given the size of their terms: where the value should be
+ * zero, rounding alone is no error. */
 static double difference_ratio(double error, double scale, double terms, double s)
 {
   double rounding = 32 * DBL_EPSILON * terms / s;
@@ -127,7 +127,7 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
     }
     if ((last = status) < 0) return status;
     status = FLESH_OK;
-    if (last) continue; /* a shorter step may stay where there is a value: near an obstacle */
+    if (last) continue; /* a shorter step may stay where there is a value, near an obstacle */
     best = fmin(best, difference_ratio(fabs(slope - expected), scale, terms, s));
   }
   if (last && best == INFINITY) return last;
@@ -135,7 +135,7 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
-/* At the point after a change s*du. */
+/* Assembles at the point after a change s*du. */
 static int assemble(check *c, const flesh_shift *shift, double s)
 {
   memset(c->K.values, 0, 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows]);
@@ -169,7 +169,7 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
-/* The blocks of the cells' pairs set, whatever was in them, against those added. */
+/* Compares blocks of the cells' pairs that are set, whatever was in them, with blocks that are added. */
 static int check_anew(check *c, const flesh_shift *shift, double *worst)
 {
   const flesh_effect_operations *can = c->effect->operations;
@@ -186,12 +186,12 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
     size += c->K.values[k] * c->K.values[k];
   }
   flesh_free(K.values);
-  *worst = fmax(*worst, error < INFINITY ? ratio(sqrt(error), sqrt(size)) : INFINITY); /* else some are no numbers */
+  *worst = fmax(*worst, error < INFINITY ? ratio(sqrt(error), sqrt(size)) : INFINITY); /* else some are not numbers */
   return status;
 }
 
-/* Checks what solves assemble of an effect that predicts its forces: the derivative where it predicts those that
- * there are, as it does where the solve begins, and a function of the point alone until the next prediction. */
+/* Checks what solves assemble for an effect that predicts its forces: the derivative where it predicts the present forces,
+ * as at the start of a solve, and a function of the point alone until the next prediction. */
 static int check_predicted(check *c, const flesh_shift *shift, double *worst)
 {
   const size_t bytes = 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows];
@@ -202,7 +202,7 @@ static int check_predicted(check *c, const flesh_shift *shift, double *worst)
   flesh_effect_private_of(c->effect)->predict(c->effect, &point);
   int status = assemble(c, shift, 0);
   memcpy(before, c->K.values, bytes);
-  if (!status) assemble(c, shift, step_lengths[STEP_LENGTHS - 1]); /* that it may have no value there is no matter */
+  if (!status) assemble(c, shift, step_lengths[STEP_LENGTHS - 1]); /* it may have no value there */
   if (!status) status = assemble(c, shift, 0);
   if (!status && memcmp(before, c->K.values, bytes)) *worst = INFINITY;
   if (!status) status = check_jacobian(c, shift, worst);
@@ -211,13 +211,13 @@ static int check_predicted(check *c, const flesh_shift *shift, double *worst)
   return status;
 }
 
-/* One pass against two. */
+/* Compares residual and potential of one pass with those of two. */
 static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
 {
   const flesh_effect_operations *can = c->effect->operations;
   const flesh_point point = moved(c, shift, 0);
   double phi = 0, size = 0, phi_both = 0, size_both = 0, error = 0;
-  *worst = INFINITY; /* also without the two that it stands for */
+  *worst = INFINITY; /* also for an effect without the two */
   if (!can->residual || !can->potential) return FLESH_OK;
   memset(c->r, 0, c->unknowns * sizeof *c->r);
   memset(c->dr, 0, c->unknowns * sizeof *c->dr);
@@ -232,7 +232,7 @@ static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
-/* An effect's own product by what it reads against differences along du, and the transposed one against that product. */
+/* Compares an effect's own product, by the argument, with differences along du, and the transposed product with that. */
 static int check_argument(check *c, flesh_argument argument, double *worst)
 {
   const flesh_effect_partials *own = flesh_effect_private_of(c->effect)->partials;
@@ -281,8 +281,7 @@ static double diagonal_asymmetry(const flesh_block_matrix *K)
   return ratio(asymmetry, largest);
 }
 
-/* Power iteration from du on shift*I - K when `shift` is not 0, on K otherwise; returns the
- * Rayleigh quotient of K it ends with. */
+/* Iterates powers from du, of shift*I - K when `shift` is not 0, else of K; returns the final Rayleigh quotient of K. */
 static double extreme_curvature(check *c, double shift, double *lowest)
 {
   double quotient = 0;
@@ -329,7 +328,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   }
   if (!status && c->environment.near && library->predict) status = check_predicted(c, shift, &report->jacobian[s]);
   const int multiplies = library->partials && library->partials->multiply && shift->v != 0;
-  const int arguments = flesh_effect_has_trait(c->effect, FLESH_FREEZES) ? FLESH_ARGUMENTS : FLESH_OWN_V; /* else K has x, v */
+  const int arguments = flesh_effect_has_trait(c->effect, FLESH_FREEZES) ? FLESH_ARGUMENTS : FLESH_OWN_V; /* K has x and v */
   for (int k = 0; k < arguments && !status && multiplies; k++)
     status = check_argument(c, (flesh_argument)k, &report->jacobian[s]);
   if (!status && library->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
@@ -341,7 +340,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   return status;
 }
 
-/* Vectors, and a run's memory of what is near. */
+/* Allocates vectors, and a run's caches of near pairs. */
 static int check_open(check *c, const flesh_mesh *mesh)
 {
   const flesh_effect_operations *operations = c->effect->operations;
@@ -359,7 +358,7 @@ static int check_open(check *c, const flesh_mesh *mesh)
   return status || !barrier->follow ? status : barrier->follow(c->environment.near, 0, c->t, c->x, &changed);
 }
 
-/* The matrix, with what is coupled at the point. */
+/* Makes the matrix, with the pairs coupled at the point. */
 static int make_matrix(check *c, const flesh_mesh *mesh)
 {
   const int nodes = flesh_mesh_node_count(mesh);
@@ -413,7 +412,7 @@ int flesh_effect_check_derivatives_or_zero(const flesh_effect *effect, const fle
   if (!status) {
     randomize(&c, c.v, c.edge);
     randomize(&c, c.a, c.edge);
-    /* The lagged state inverts no tet where the point does not, as energies may have no value there. */
+    /* The lagged state inverts no tet that the point does not, as energies may have no value there. */
     const double before = flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL);
     double size = 0.2 * c.edge;
     do {

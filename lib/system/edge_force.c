@@ -1,4 +1,4 @@
-/* edge_force.c: forces on nodes that are displaced at random. */
+/* edge_force.c: forces on randomly displaced nodes. */
 #include "system/edge_force.h"
 
 #include <math.h>
@@ -10,10 +10,10 @@
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
-/* Nodes are displaced by this part of an edge. */
+/* Displacement of nodes relative to an edge. */
 static const double part = 1e-6;
 
-/* Every node `distance` away from X, in one of eight directions. */
+/* Displaces every node by `distance` from X, in one of eight directions. */
 static void displace(const flesh_team *team, int n, const double *X, double distance, double *x)
 {
   uint32_t random = flesh_xorshift_first;
@@ -21,7 +21,8 @@ static void displace(const flesh_team *team, int n, const double *X, double dist
   flesh_team_update_ghosts(team, x);
 }
 
-/* Adds up in r [n] what effects of those roles that have a value do at the point. *undefined: one has none. */
+/* Adds up in r [n] the forces at the point of effects of those roles, as far as they have a value. *undefined: one has
+ * none. */
 static int forces_at(const flesh_system *system, unsigned roles, const flesh_point *point, double *one, double *r,
                      int *undefined)
 {

@@ -1,4 +1,5 @@
-/* effect_view.c: what each effect sees, and sums over the ranks that effects need, for all of them at once. */
+/* effect_view.c: views of a point for each effect, and the sums over ranks that effects need, found for all effects at
+ * once. */
 #include "system/effect_view.h"
 
 #include <string.h>

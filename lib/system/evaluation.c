@@ -1,5 +1,5 @@
-/* evaluation.c: what a run knows at the place evaluated last, and the state that it has given back; iterates and a
- * caller's state are told by value here. */
+/* evaluation.c: values known at the point evaluated last, and the state that the run has returned; iterates and a caller's
+ * state are compared by value here. */
 #include "system/evaluation.h"
 
 #include <math.h>
@@ -50,7 +50,7 @@ int flesh_evaluation_check_state(const flesh_evaluation *self, const flesh_state
   return flesh_team_agree(self->team, status);
 }
 
-/* Doubles of a state. */
+/* Returns the number of doubles of a state. */
 static size_t room_of(const flesh_evaluation *self)
 {
   return 2 * (size_t)self->n + (size_t)self->returned.multiplier_count + (size_t)self->returned.internal_count;
@@ -87,10 +87,10 @@ int flesh_evaluation_keep_places(flesh_evaluation *self)
 
 void flesh_evaluation_clear(flesh_evaluation *self)
 {
-  flesh_free(self->residual.u); /* and what flesh_evaluation_keep_places has made with it */
+  flesh_free(self->residual.u); /* the other arrays of flesh_evaluation_keep_places are in the same allocation */
   flesh_clearance_clear(&self->clearance);
   flesh_proximity_clear(&self->proximity);
-  flesh_free(self->x); /* and v and a with it */
+  flesh_free(self->x); /* v and a are in the same allocation */
   flesh_free(self->returned.x);
   *self = (flesh_evaluation){0};
 }

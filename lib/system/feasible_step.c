@@ -1,4 +1,4 @@
-/* feasible_step.c: how far effects let a body go, and where they let it be. */
+/* feasible_step.c: how far effects let a body move, and which positions they allow. */
 #include "system/feasible_step.h"
 
 #include <math.h>
@@ -49,7 +49,7 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->push_out) barrier->push_out(effect, t_from, x_from, t_to, x_to);
   }
-  if (system->limits_step) flesh_team_update_ghosts(system->team, x_to); /* each node by its owner */
+  if (system->limits_step) flesh_team_update_ghosts(system->team, x_to); /* each node's position is its owner's */
 }
 
 int flesh_system_keep_gaps(const flesh_system *system, const flesh_proximity *proximity, const double *internal,

@@ -10,7 +10,7 @@
 #include "system/one_effect.h"
 #include "system/ranks.h"
 
-/* Mass over rest volume, kg/m^3; 0 without inertia. */
+/* Returns mass over rest volume, kg/m^3; 0 without inertia. */
 static double density_of(const flesh_system *system, double *a, double *r)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(system));
@@ -20,7 +20,7 @@ static double density_of(const flesh_system *system, double *a, double *r)
   return flesh_system_product(system, a, r) / flesh_body_volume(flesh_system_mesh(system), flesh_system_team(system), X);
 }
 
-/* The radius of a ball with the body's ratio of volume and surface, m. */
+/* Returns the radius of a ball with the body's ratio of volume to surface, m. */
 static double radius_of(const flesh_mesh *mesh)
 {
   int count;
@@ -40,7 +40,7 @@ static double radius_of(const flesh_mesh *mesh)
   return 3 * flesh_mesh_volume(mesh, X) / area;
 }
 
-/* The radius of a body that ranks share out: faces between them cancel each other in the area vectors of the nodes. */
+/* Returns this radius for a body that ranks share: faces between ranks cancel in the area vectors of the nodes. */
 static double radius_of_team(const flesh_team *team, const flesh_mesh *mesh, double *a)
 {
   int count;

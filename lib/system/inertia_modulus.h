@@ -4,9 +4,9 @@
 
 #include "flesh/system.h"
 
-/* The body's density times the square of how far its inside is from its surface, that of a ball with its ratio of volume
- * and surface, over pi^2 [kg/m]; 0 without inertia. Times shift.a / shift.x it is the modulus [Pa] that inertia has where
- * the body deforms as a whole. Overwrites a and r [n]. */
+/* Returns density times squared radius over pi^2 [kg/m], the radius being that of a ball with the body's ratio of volume to
+ * surface; 0 without inertia. Times shift.a / shift.x it is the modulus [Pa] of inertia where the body deforms as a whole.
+ * Overwrites a and r [n]. */
 double flesh_system_inertia_modulus(const flesh_system *system, double *a, double *r);
 
 #endif

@@ -12,7 +12,7 @@ static int takes_bonds(const flesh_effect *effect)
   return flesh_effect_private_of(effect)->take_bonds != NULL;
 }
 
-/* The bonds of all effects, new, with their variables among those of all. FLESH_ERR_MEMORY. */
+/* Lists the bonds of all effects, new, with the indices of their variables among all. FLESH_ERR_MEMORY. */
 static int list_bonds(const flesh_system *system, int *count, flesh_bond **bonds)
 {
   *count = 0;
@@ -33,7 +33,7 @@ static int list_bonds(const flesh_system *system, int *count, flesh_bond **bonds
   return FLESH_OK;
 }
 
-/* Places for the internal variables of the effects that take bonds, or of the others. */
+/* Assigns places to the internal variables of the effects that take bonds, or of the others. */
 static void place_internals(flesh_system *system, int taking)
 {
   for (int k = 0; k < system->entry_count; k++) {
@@ -89,7 +89,7 @@ int flesh_system_update_internal(const flesh_system *system, const flesh_point *
   *changed = 0;
   int status = update_those(0, &view, internal, changed);
   if (!status) status = update_those(1, &view, internal, changed);
-  double any = *changed != 0; /* bits that hang on how a rank numbers its nodes become the same */
+  double any = *changed != 0; /* bits that depend on how a rank numbers its nodes become equal */
   status = flesh_team_sum_agreed(system->team, status, 1, &any);
   if (!status && any > 0) flesh_team_largest(system->team, system->internal_count, internal);
   *changed = any > 0;

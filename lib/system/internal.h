@@ -1,16 +1,16 @@
-/* internal.h: the internal variables of a system's effects, which stand one after the other. */
+/* internal.h: the internal variables of a system's effects, stored effect by effect. */
 #ifndef FLESH_SYSTEM_INTERNAL_H
 #define FLESH_SYSTEM_INTERNAL_H
 
 #include "system/parts.h"
 
-/* Tells the effects that take bonds of those of the others, and says where the internal variables of each are: those of
- * effects that take bonds come last. Before the system is finished; the same again where it is called again.
+/* Tells effects that take bonds about the bonds of the other effects, and assigns places to all internal variables: those
+ * of effects that take bonds come last. Call it before the system is finalized; repeated calls give the same.
  * FLESH_ERR_MEMORY. */
 int flesh_system_settle_internals(flesh_system *system);
 
-/* The energies of the effects that have internal variables, into their places of energies [effect_count], J, and the
- * sum of these. */
+/* Computes the energies of the effects that have internal variables, in their places of energies [effect_count], J, and
+ * their sum. */
 int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum);
 
 #endif

@@ -11,7 +11,7 @@ static size_t pairs_of(const flesh_system_entry *entry)
   return flesh_pattern_pairs(entry->effect->operations->cells(entry->effect));
 }
 
-/* The new slots of an entry. NULL: no memory. */
+/* Returns the new slots of an entry; NULL: no memory. */
 static int *move_slots(const flesh_system_entry *entry, const int *place)
 {
   const size_t count = pairs_of(entry);

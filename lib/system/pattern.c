@@ -12,7 +12,7 @@
 #include "linear/bisection.h"
 #include "linear/block_matrix.h"
 
-/* Moves the rows to where they are read one after the other. */
+/* Moves the rows into the order in which they are read. */
 static int lay_out(flesh_pattern *pattern)
 {
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
@@ -36,8 +36,8 @@ static int lay_out(flesh_pattern *pattern)
   return FLESH_OK;
 }
 
-/* The blocks of `base` (NULL: the diagonal ones), and every pair once per cell that has it, bucketed by row: where each
- * row's entries begin into start [rows+2], and the entries, new. FLESH_ERR_MEMORY. */
+/* Lists the blocks of `base` (NULL: the diagonal ones) and every pair once for each cell that has it, sorted by row: first
+ * entry of each row in start [rows+2], entries in *entries, new. FLESH_ERR_MEMORY. */
 static int list_entries(const flesh_pattern *base, int rows, int count, const flesh_cells *const *cells, size_t *start,
                         int **entries)
 {
@@ -72,8 +72,8 @@ static int list_entries(const flesh_pattern *base, int rows, int count, const fl
   return status;
 }
 
-/* Thins and sorts every row, in place; its length goes to the pattern. FLESH_ERR_ARGUMENT where they are too long in
- * all, FLESH_ERR_MEMORY. */
+/* Sorts every row and removes duplicates, in place; the row's length goes to the pattern. FLESH_ERR_ARGUMENT where rows are
+ * too long in total, FLESH_ERR_MEMORY. */
 static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
 {
   const int rows = pattern->rows;
@@ -83,7 +83,7 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
   for (int i = 0; i < rows; i++) seen_in[i] = -1;
   int status = FLESH_OK;
   for (int i = 0; i < rows && total <= INT_MAX / 9 && !(status = flesh_stop_ask_at((size_t)i)); i++) {
-    int *row = entries + total; /* no later than where row i's entries begin */
+    int *row = entries + total; /* not beyond the start of row i's entries */
     size_t kept = 0;
     for (size_t k = start[i]; k < start[i + 1]; k++) {
       const int column = entries[k];

@@ -1,4 +1,4 @@
-/* proximity.c: the memories of effects that couple nodes near each other, and the growing pattern. */
+/* proximity.c: caches of effects that couple nodes near each other, and the growing pattern. */
 #include "system/proximity.h"
 
 #include <limits.h>
@@ -76,7 +76,7 @@ int flesh_proximity_follow(const flesh_proximity *self, int accepted, double t, 
   return status;
 }
 
-/* Archives the memories of effects. */
+/* Archives the effects' caches. */
 static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
 {
   int status = FLESH_OK;
@@ -87,7 +87,7 @@ static int archive_effects(const flesh_proximity *self, flesh_archive *archive)
   return status;
 }
 
-/* The points as effects see them. */
+/* Returns the view of a point for the effects. */
 static flesh_effect_view view_of(const flesh_proximity *self, const flesh_point *point)
 {
   flesh_effect_view view = flesh_effect_view_of(self->system, point);
@@ -111,7 +111,7 @@ void flesh_proximity_predict(flesh_proximity *self, const flesh_point *point)
   }
 }
 
-/* Whether the matrix has what every effect couples at the point. */
+/* Whether the matrix has all pairs that the effects couple at the point. */
 static int covers(const flesh_proximity *self, const flesh_point *point, const flesh_block_matrix *K)
 {
   flesh_effect_view view = view_of(self, point);
@@ -126,7 +126,7 @@ static int covers(const flesh_proximity *self, const flesh_point *point, const f
   return all;
 }
 
-/* The system's pattern with these cells, and room for a matrix of that pattern; both are to be freed also when it fails. */
+/* Makes the system's pattern with these cells, and room for a matrix of that pattern; free both also after a failure. */
 static int make_layout(const flesh_proximity *self, int count, const flesh_cells *const *cells, flesh_layout *layout,
                        double **values)
 {
@@ -139,7 +139,7 @@ static int make_layout(const flesh_proximity *self, int count, const flesh_cells
   return *values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
 }
 
-/* Does so with the cells of all effects. */
+/* Makes the layout with the cells of all effects. */
 static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_layout *layout, double **values)
 {
   flesh_effect_view view = view_of(self, point);
@@ -157,7 +157,8 @@ static int lay_out(const flesh_proximity *self, const flesh_point *point, flesh_
   return status;
 }
 
-/* K gets the layout's pattern, with values of 0; both are taken, or freed where `status` is not FLESH_OK: K is as before. */
+/* Gives K the layout's pattern, with values of 0. Takes ownership of layout and values; frees them where `status` is not
+ * FLESH_OK, and leaves K unchanged. */
 static int take_layout(flesh_proximity *self, int status, flesh_layout *layout, double *values, flesh_block_matrix *K)
 {
   if (status) {
@@ -180,7 +181,7 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   *grown = 0;
   if (!self->near) return FLESH_OK;
   const flesh_team *team = self->system->team;
-  /* If one rank needs another pattern, all get one: what goes by it is everyone's. */
+  /* If one rank needs a new pattern, all ranks rebuild theirs, as caches that depend on it are shared. */
   if (!flesh_team_any(team, !covers(self, point, K))) return FLESH_OK;
   double *values = NULL;
   const int status = flesh_team_agree(team, lay_out(self, point, &layout, &values));
@@ -188,7 +189,7 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   return take_layout(self, status, &layout, values, K);
 }
 
-/* The blocks [2*count] that K has beside the system's, rows and columns. */
+/* Lists the blocks [2*count] that K has beside the system's, as rows and columns. */
 static int list_grown(const flesh_proximity *self, const flesh_block_matrix *K, int *blocks)
 {
   const flesh_block_matrix own = flesh_pattern_matrix(&self->system->pattern, NULL);
@@ -202,7 +203,7 @@ static int list_grown(const flesh_proximity *self, const flesh_block_matrix *K, 
   return count;
 }
 
-/* K with these blocks; a file that is not ours may name any. */
+/* Grows K by these blocks; a foreign file may name any. */
 static int grow_by(flesh_proximity *self, int count, const int *blocks, flesh_block_matrix *K, flesh_archive *archive)
 {
   const flesh_cells cells = {.count = count, .nodes_per_cell = 2, .nodes = blocks}, *all = &cells;

@@ -1,4 +1,4 @@
-/* rank_numbers.c: numbers of effects on parts of a body, over all ranks. */
+/* rank_numbers.c: numbers that effects on parts of a body share over all ranks. */
 #include "system/rank_numbers.h"
 
 #include "effect/effect.h"

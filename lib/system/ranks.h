@@ -8,13 +8,13 @@
 #include "base/team.h"
 #include "flesh/system.h"
 
-/* The team of its part; NULL: there is none, and the rank is by itself. */
+/* Returns the team of the system's part; NULL: there is none, and the rank is alone. */
 const flesh_team *flesh_system_team(const flesh_system *system);
 
-/* FLESH_ERR_ARGUMENT where ranks cannot share out the effect yet: one that is no sum over tets and cannot be restricted to
- * a part, or has internal variables of its tets. */
+/* Checks that ranks can share the effect. FLESH_ERR_ARGUMENT if it is no sum over tets and cannot be restricted to a part,
+ * or has internal variables of its tets. */
 int flesh_system_check_shared(const flesh_effect *effect);
-/* Checks all effects of a system that has a team likewise. */
+/* Checks all effects of a system that has a team in the same way. */
 int flesh_system_check_team(const flesh_system *system);
 
 #endif

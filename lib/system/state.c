@@ -11,7 +11,7 @@
 #include "base/scan.h"
 #include "system/state.h"
 
-/* The time of a first line `# t <seconds>`; 0 without one. */
+/* Reads the time of a first line `# t <seconds>`; 0 without one. */
 static int read_time(flesh_scanner *s, double *t)
 {
   *t = 0;
@@ -27,14 +27,14 @@ static int read_time(flesh_scanner *s, double *t)
   return status ? status : flesh_scan_row_end(&head);
 }
 
-/* Numbers that a state has beside those of its nodes: after the rows, as comments, so that what knows only rows reads
- * these files, too. */
+/* Numbers that a state has in addition to those of its nodes, written as comments after the rows, so that readers that know
+ * only rows can read these files, too. */
 typedef struct column {
   const char *word;  /* `# word count` comes before them */
-  const char *one, *form; /* one of them, and its line */
-  const char *owners, *kind; /* how many there must be: owners, the count, their kind */
+  const char *one, *form; /* name of a number, and format of its line */
+  const char *owners, *kind; /* for messages: what has the numbers, how many, of what kind */
   int count;
-  double *values; /* NULL: not asked for */
+  double *values; /* NULL: not wanted */
 } column;
 
 enum { COLUMNS = 2 };
@@ -47,7 +47,7 @@ static void columns_of(const flesh_state *state, column columns[COLUMNS])
                         state->internal_count, state->internal};
 }
 
-/* Whether the line is `# word <count>`; `line` is at its begin. */
+/* Whether the line is `# word <count>`; `line` is at its start. */
 static int begins(flesh_scanner *line, const char *word)
 {
   if (line->at >= line->end || *line->at != '#') return 0;
@@ -92,7 +92,7 @@ static int read_column(flesh_scanner s, const column *c)
   return status;
 }
 
-/* Which rows are kept: all (NULL), or those of these nodes, which rise. */
+/* The rows to keep: all (NULL), or those of these nodes, ascending. */
 typedef struct wanted {
   int count;
   const int *numbers;

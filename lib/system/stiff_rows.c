@@ -1,4 +1,4 @@
-/* stiff_rows.c: effects' stiff rows, one after the other. */
+/* stiff_rows.c: the effects' stiff rows, one after the other. */
 #include "system/stiff_rows.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "effect/effect.h"
 #include "system/ranks.h"
 
-/* The effect's rows, where it has any and they are like the others. */
+/* Whether the effect has rows with as many nodes as the others; returns them in `own`. */
 static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_rows *own)
 {
   *own = (flesh_stiff_rows){0};
@@ -19,7 +19,7 @@ static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_r
   return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
 }
 
-/* The stiffest of all, and the softest of what remains. */
+/* Takes the stiffest ratio of all ranks, and the softest modulus of the rest. */
 void flesh_system_stiff_rows_unite(const flesh_system *system, flesh_stiff_rows *rows)
 {
   double most[] = {rows->nodes_per_row, rows->first_main, rows->ratio, rows->modulus > 0 ? -rows->modulus : -INFINITY};

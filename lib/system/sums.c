@@ -1,4 +1,4 @@
-/* sums.c: residual, Jacobian, potential and energies of a system: the sums of those of its effects. */
+/* sums.c: residual, Jacobian, potential and energies of a system as sums over its effects. */
 #include <math.h>
 #include <string.h>
 
@@ -23,9 +23,9 @@ typedef enum call {
   CALL_JACOBIAN = 2,
   CALL_POTENTIAL = 4,
   CALL_ENERGY = 8
-} call; /* or'ed where one gives several */
+} call; /* or'ed where one call gives several */
 
-/* A call of effect k that began at `start`. */
+/* Counts a call of effect k that began at `start`. */
 static void count(flesh_costs *costs, int k, int what, double start)
 {
   if (!costs) return;
@@ -37,7 +37,7 @@ static void count(flesh_costs *costs, int k, int what, double start)
   if (costs->timed) cost->cpu_s += cpu_time(costs) - start;
 }
 
-/* Sums the residuals of the effects from one index to before another that have one of the roles. */
+/* Sums the residuals of the effects with indices from <= k < until that have one of the roles. */
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
 {
@@ -153,7 +153,7 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   return flesh_team_agree(system->team, status);
 }
 
-/* The two parts of the potential, of all ranks, if no rank failed. */
+/* Sums the two parts of the potential over all ranks, if no rank failed. */
 static int add_up(const flesh_system *system, int status, flesh_position_potential sums[2])
 {
   double numbers[4] = {sums[0].phi, sums[0].magnitude, sums[1].phi, sums[1].magnitude};
@@ -162,7 +162,7 @@ static int add_up(const flesh_system *system, int status, flesh_position_potenti
   return status;
 }
 
-/* The potential from its two parts, the others and what is by_position, which is known from before or now. */
+/* Adds the two parts of the potential: that of by_position, known from before or from now, and the rest. */
 static int sum_up(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
                   double *magnitude)
 {
@@ -180,7 +180,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = view.environment.costs;
   const flesh_clearance *clearance = view.environment.clearance;
-  flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
+  flesh_position_potential sums[2] = {{0}}; /* of the rest, and of by_position */
   const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
@@ -246,8 +246,8 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
   return sum_up(sums, by_position, phi, magnitude);
 }
 
-/* The energies of the effects for which is_one(effect, of) says 1 (NULL: of all), J, into energies [effects]; 0 for the
- * others. */
+/* Computes the energies, J, of the effects for which is_one(effect, of) is 1 (NULL: of all), in energies [effects]; 0 for
+ * the others. */
 static int find_energies(const flesh_system *system, int (*is_one)(const flesh_effect *effect, int of), int of,
                          const flesh_point *point, const flesh_position_potential *by_position, double *energies)
 {
@@ -255,7 +255,7 @@ static int find_energies(const flesh_system *system, int (*is_one)(const flesh_e
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = is_one ? NULL : view.environment.costs;
   const unsigned long said = flesh_fail_count();
-  const int counts = !system->team || system->team->rank == 0; /* what is known is of all ranks already */
+  const int counts = !system->team || system->team->rank == 0; /* a known value is already that of all ranks */
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);

@@ -1,4 +1,4 @@
-/* system.c: builds a system of effects and constraints with its pattern, and what it asks of all of its effects. */
+/* system.c: builds a system of effects and constraints with its pattern, and queries all of its effects. */
 #include "flesh/system.h"
 
 #include <math.h>
@@ -128,7 +128,7 @@ static int same_cells(const flesh_cells *a, const flesh_cells *b)
           !memcmp(a->nodes, b->nodes, (size_t)a->count * a->nodes_per_cell * sizeof *a->nodes));
 }
 
-/* And whether they ask for the same pairs. */
+/* Whether two sets of cells have the same pairs. */
 static int same_pairs(const flesh_cells *a, const flesh_cells *b)
 {
   return !a->pairs == !b->pairs &&
@@ -141,7 +141,7 @@ static const flesh_cells *cells_of(const flesh_effect *effect)
   return effect->operations->cells ? effect->operations->cells(effect) : NULL;
 }
 
-/* The effect that sets the most blocks, and the blocks that it leaves. */
+/* Finds the effect that assigns the most blocks, and the blocks that it leaves unassigned. */
 static int find_leader(flesh_system *system)
 {
   size_t most = 0;
@@ -157,7 +157,7 @@ static int find_leader(flesh_system *system)
                             &system->left);
 }
 
-/* Multipliers are one of each tet: two effects would share them. */
+/* Checks that at most one effect has multipliers: there is one for each tet, which two effects would share. */
 static int check_holders(const flesh_system *system)
 {
   int count = 0;
@@ -167,7 +167,7 @@ static int check_holders(const flesh_system *system)
                                                     "one", count);
 }
 
-/* The effect that holds constraints by multipliers; NULL where there is none. */
+/* Returns the effect that enforces constraints by multipliers; NULL where there is none. */
 static const flesh_effect *holder(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
@@ -175,7 +175,8 @@ static const flesh_effect *holder(const flesh_system *system)
   return NULL;
 }
 
-/* A rank may have none of the body's incompressible tets. `status`: of what the rank has made before. */
+/* Finds whether any rank has multipliers, as this one may have none of the body's incompressible tets. `status`: that of
+ * this rank's earlier work. */
 static int find_others_hold(flesh_system *system, int status)
 {
   double holds = holder(system) != NULL;

@@ -17,14 +17,14 @@ double flesh_system_length_scale(const flesh_system *system)
   return length;
 }
 
-/* u.A u, and A u, of a part of a body its share. */
+/* Returns u.A u, and A u; on a part of a body the part's share. */
 static double square(const flesh_system *system, const flesh_block_matrix *A, const double *u, double *Au)
 {
   flesh_block_multiply(A, u, Au);
   return flesh_system_product(system, u, Au);
 }
 
-/* s being the longest side of the box and z the shortest. */
+/* s is along the longest side of the box and z along the shortest. */
 void flesh_bent_shape(const double box[6], const double X[3], double u[3])
 {
   double side[3], p[3];
@@ -58,7 +58,7 @@ double flesh_system_velocity_scale(const flesh_system *system, flesh_block_matri
   if (!flesh_system_jacobian(system, &rest, &(flesh_shift){.x = 1, .filter = 1}, K)) stiffness = square(system, K, u, Ku);
   if (flesh_system_jacobian(system, &rest, &(flesh_shift){.a = 1}, K)) return L;
   double bent = square(system, K, u, Ku), total = 0;
-  for (int c = 0; c < 3; c++) { /* without its mean, which would be a rigid motion */
+  for (int c = 0; c < 3; c++) { /* without the mean, which would be a rigid motion */
     for (int d = 0; d < n; d++) one[d] = d % 3 == c;
     *mass = total = square(system, K, one, M_one);
     const double along = flesh_system_product(system, u, M_one);

@@ -1,4 +1,4 @@
-/* work.c: the work of what acts on a body from outside. */
+/* work.c: the work of external effects on a body. */
 #include "system/work.h"
 #include "base/error.h"
 
@@ -35,7 +35,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
                                 const double *u, double *scratch, double *work)
 {
   const size_t n = (size_t)flesh_system_unknowns(system);
-  static const double moment = 1e-3; /* of a step, over which what is carried gives its velocity */
+  static const double moment = 1e-3; /* fraction of a step over which the velocity of moving obstacles is measured */
   const double h = t_to - t_from, begin = u ? t_from : fmax(t_from, point->t - moment * h);
   const double end = u ? t_to : begin + moment * h;
   double *r = scratch, *carried = scratch + n;
@@ -65,7 +65,8 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
     works[k] = sum;
     shares[k] = share;
   }
-  /* Partial forces, displacements of ghosts, too. What moves on one rank may stand still on another, which adds 0. */
+  /* Forces are partial, and displacements include ghosts. An obstacle that moves on one rank may stand still on another,
+   * which adds 0. */
   status = flesh_team_sum_agreed(system->team, status, system->entry_count, works);
   *work = 0;
   for (int k = 0; k < system->entry_count && !status; k++) *work -= shares[k] * works[k];
