@@ -8,10 +8,10 @@
  *   of a constrained dof   x' = prescribed velocity at t
  *                          v' = prescribed acceleration at t
  *
- * r is the sum of all effects; what constrained dofs are prescribed is read from the system, never
- * from y. M = dr/da is taken at the start and must not change with t, x and v, which holds for all
- * effects of the library; lumped mass is divided by, consistent mass solved with, both on the free
- * dofs alone.
+ * r is the sum of all effects; prescribed values of constrained dofs are read from the system, never
+ * from y. M = dr/da is taken at the start and must not change with t, x and v, as is true for all
+ * effects of the library. M^-1 is a division for lumped mass and a solve for consistent mass, both on
+ * the free dofs alone.
  *
  * As with ida.h, a start is valid up to the next event:
  *
@@ -27,9 +27,9 @@
  *   CVodeSetLinearSolver(cvode, solver, A);             CVodeSetJacFn(cvode, flesh_ode_jacobian);
  *   CVodeSetStopTime(cvode, flesh_ode_event(problem));  where that is finite
  *   CVode(cvode, t_out, y, &t, CV_NORMAL);              as often as wanted, without a new start
- *   flesh_ode_get_state(problem, t, y, &state);  CV_TSTOP_RETURN: go on at flesh_ode_start
+ *   flesh_ode_get_state(problem, t, y, &state);  CV_TSTOP_RETURN: repeat from flesh_ode_start
  *
- * Without a matrix, by SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context) and the like:
+ * Matrix-free solvers, such as SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context), take
  *
  *   CVodeSetLinearSolver(cvode, solver, NULL);
  *   CVodeSetPreconditioner(cvode, flesh_ode_preconditioner_setup, flesh_ode_preconditioner_solve);
@@ -40,26 +40,29 @@
  * ARKodeSet.... Explicit methods are stable for steps of at most about the time that sound takes
  * through the smallest tet. Implicit methods need ARKodeSetNonlinCRDown(arkode, 1), before 7.1
  * ARKStepSetNonlinCRDown: SUNDIALS 6.4 to 7.5 remembers how fast Newton's iteration converged in
- * earlier stages, by a rate that may fall to 0.3 of itself in every iteration. Where stages were
- * easy, as in a free fall, it becomes so small that later stages end at their first iterate, which
- * ARKODE's error test does not see: errors were hundreds of tolerances. CVODE's and IDA's error
- * tests measure the iteration's own correction.
+ * earlier stages, by a rate that may fall to 0.3 of itself in every iteration. After easy stages, as
+ * in a free fall, the rate is so small that later stages end at their first iterate. ARKODE's error
+ * test does not see that: errors were hundreds of tolerances. CVODE's and IDA's error tests measure
+ * the iteration's own correction.
  *
- * MRIStep and implicit-explicit methods take f as a sum of two: two problems on two systems that share out the effects,
- * each with inertia and all constraints. As x' = v is in both, a function around flesh_ode_rhs sets the x' of one to 0.
+ * MRIStep and implicit-explicit methods take f as a sum of two: make two problems on two systems that share out the
+ * effects, each with inertia and all constraints. As both contain x' = v, wrap flesh_ode_rhs of one in a function that
+ * sets its x' to 0.
  *
  * SPRKStep (SUNDIALS from 6.6 on) takes a function for v' and one for x': both are flesh_ode_rhs, with the other half
- * set to 0. Where no force depends on velocities its steps are symplectic: the energy errs by their order, for ever.
+ * set to 0. If no force depends on velocities, its steps are symplectic: the error of energy stays at the method's order
+ * for ever.
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
- * serial, OpenMP or Pthreads, of length 2*3*n. Of a part of a body (flesh_system_set_part) they are
- * those of N_VNew_Parallel: on a rank x of the part's own nodes, then v of these, 2*3 numbers for
- * each node of the whole in all; everything here is collective then, but for creating and freeing
- * matrices and solvers, and there is no SUNSparseMatrix. Functions that return no status cannot fail. */
+ * serial, OpenMP or Pthreads, of length 2*3*n. On a part of a body (flesh_system_set_part) vectors
+ * are those of N_VNew_Parallel: locally x of the rank's own nodes, then v of these; globally 2*3
+ * numbers for each node of the body. Everything here is collective then, except creating and freeing
+ * matrices and solvers, and SUNSparseMatrix is not available. Functions that return no status cannot
+ * fail. */
 #ifndef FLESH_ODE_H
 #define FLESH_ODE_H
 
-#include "flesh/sundials_abi.h" /* before what it judges */
+#include "flesh/sundials_abi.h" /* before the headers that it checks */
 
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
@@ -73,14 +76,14 @@
 extern "C" {
 #endif
 
-/* The callbacks' `user_data`, or the first member of the struct that is. */
+/* The callbacks' `user_data`, or the first member of the struct that user_data points to. */
 typedef struct flesh_ode_problem flesh_ode_problem;
 
-/* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
- * max_linear, linear_solver, preconditioner, eigenvalue_filter (a filter that is ALWAYS on clamps
- * negative eigenvalues in the matrix and the preconditioner, not in products) and threads are read;
- * all are checked: begin with flesh_solver_options_default. Returns new.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+/* Makes a problem of `system` (borrowed; finalized, with inertia) and a copy of `options`. Of these,
+ * linear_tolerance, max_linear, linear_solver, preconditioner, eigenvalue_filter and threads are used (a filter that
+ * is ALWAYS on clamps negative eigenvalues in the matrix and the preconditioner, not in products), but all are
+ * checked: begin with flesh_solver_options_default. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
+ * FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
                                        flesh_ode_problem **problem);
@@ -96,60 +99,57 @@ FLESH_API int flesh_ode_vector_create(const flesh_ode_problem *problem, SUNConte
  * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_NONFINITE. */
 FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *state, N_Vector y);
 
-/* Time of the next event, up to which the start is valid; INFINITY if there is none. */
+/* Returns the time of the next event, up to which the start is valid; INFINITY if there is none. */
 FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
 
-/* The tolerances of y, as flesh_ida_tolerances has them. Errors: FLESH_ERR_ARGUMENT. */
+/* Sets the tolerances of y, as flesh_ida_tolerances does. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
                                    N_Vector atol);
 
-/* Fills the caller's state from y at t, constrained dofs exactly. FLESH_ERR_ARGUMENT behind the event, too: y has been
- * integrated there without it. */
+/* Fills the caller's state from y at t, with exact values for constrained dofs. FLESH_ERR_ARGUMENT also for t after
+ * the event, because y has been integrated past it. */
 FLESH_API int flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
                                   flesh_state *state);
 
-/* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Computes f(t, y), a CVRhsFn and ARKRhsFn. Returns > 0 where an energy is undefined or a number not finite. Errors:
+ * FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
 
-/* CVLsJacFn, ARKLsJacFn: df/dy into a matrix of flesh_ode_sunmatrix_create, for any mass, or into a
- * 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ode_entries() entries, for SUNLinSol_KLU;
- * FLESH_ERR_ARGUMENT there where the mass couples dofs (consistent mass), as df/dy is full then.
- * The entries are -1 where they are too many for SUNDIALS' 32-bit indices.
- * fy, w1, w2 and w3 are not used. */
+/* Computes df/dy, a CVLsJacFn and ARKLsJacFn, into a matrix of flesh_ode_sunmatrix_create, for any mass, or into a
+ * 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ode_entries() entries, for SUNLinSol_KLU (-1 entries: too
+ * many for SUNDIALS' 32-bit indices). fy, w1, w2 and w3 are not used. FLESH_ERR_ARGUMENT for a SUNSparseMatrix where
+ * the mass couples dofs (consistent mass), as df/dy is full then. */
 FLESH_API int flesh_ode_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
                                  N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);
 
-/* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations except
- * SUNMatMatvecSetup (products need none), so that CVODE and ARKODE keep a copy of it and make
- * I - gamma df/dy of it when only gamma has changed. Memory of its own: two block matrices. Freed
- * by SUNMatDestroy; the problem must outlive it.
- * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Makes df/dy as a SUNMatrix of K = dr/dx, C = dr/dv and the mass, with all operations except SUNMatMatvecSetup
+ * (products need none), so that CVODE and ARKODE keep a copy and form I - gamma df/dy of it when only gamma has
+ * changed. It has memory of its own, two block matrices. Freed by SUNMatDestroy; the problem must outlive it. Errors:
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 
-/* A SUNLinearSolver for that matrix: eliminates one half, (M + gamma C + gamma^2 K) w = gamma M b2
- * - gamma^2 K b1, v = w/gamma, x = w + b1, by the options' PCG (type matrix-iterative: to the
- * tolerance CVODE or ARKODE asks for, in its weighted norm, iterations reported), KLU or CHOLMOD
- * (type direct). > 0, so that the step is shortened, where the matrix is not positive definite or
- * PCG does not converge. Freed by SUNLinSolFree; the problem must outlive it, and serve no
- * preconditioner meanwhile. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Makes a SUNLinearSolver for that matrix, which eliminates one half: (M + gamma C + gamma^2 K) w = gamma M b2 -
+ * gamma^2 K b1, v = w/gamma, x = w + b1, by the options' PCG (type matrix-iterative: to the tolerance that CVODE or
+ * ARKODE asks for, in its weighted norm, iterations reported), KLU or CHOLMOD (type direct). Its solve returns > 0,
+ * so that the step is shortened, where the matrix is not positive definite or PCG does not converge. Freed by
+ * SUNLinSolFree; the problem must outlive it, and serve no preconditioner meanwhile. Errors: FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunlinsol_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
 
-/* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
- * at (t, y); Jv = (df/dy) v there. fy and tmp are not used.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Callbacks for products without a matrix. CVLsJacTimesSetupFn and ARKLsJacTimesSetupFn: assembles at (t, y).
+ * CVLsJacTimesVecFn and ARKLsJacTimesVecFn: Jv = (df/dy) v there. fy and tmp are not used. Errors: FLESH_UNDEFINED,
+ * FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y, N_Vector fy, void *problem);
 FLESH_API int flesh_ode_jacobian_times(N_Vector v, N_Vector Jv, sunrealtype t, N_Vector y,
                                        N_Vector fy, void *problem, N_Vector tmp);
 
-/* CVLsPrecSetupFn and CVLsPrecSolveFn, ARKLsPrecSetupFn and ARKLsPrecSolveFn: I - gamma df/dy with
- * one half eliminated, (M + gamma C + gamma^2 K) dv = ..., by one application of the options'
- * preconditioner, or a direct solve where the options name one. > 0 where that matrix is not
- * positive definite. Left or right.
- * Errors: FLESH_NOT_POSITIVE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Callbacks for a left or right preconditioner, CVLsPrecSetupFn and CVLsPrecSolveFn, ARKLsPrecSetupFn and
+ * ARKLsPrecSolveFn: I - gamma df/dy with one half eliminated, (M + gamma C + gamma^2 K) dv = ..., by one application
+ * of the options' preconditioner, or a direct solve where the options name one. Return > 0 where that matrix is not
+ * positive definite. Errors: FLESH_NOT_POSITIVE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector fy,
                                              flesh_sunboolean jok, flesh_sunboolean *jcur,
                                              sunrealtype gamma, void *problem);
@@ -157,7 +157,7 @@ FLESH_API int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector
                                              N_Vector z, sunrealtype gamma, sunrealtype delta,
                                              int lr, void *problem);
 
-/* Counts since creation; the caller may zero them. Owned by the problem. */
+/* Returns the counts since creation, owned by the problem; the caller may zero them. */
 FLESH_API flesh_solve_stats *flesh_ode_stats(flesh_ode_problem *problem);
 
 #ifdef __cplusplus

@@ -8,14 +8,14 @@
 
 typedef struct content {
   flesh_problem *problem;
-  flesh_block_matrix *own; /* of a clone; NULL: a view of the problem's K */
+  flesh_block_matrix *own; /* memory of a clone; NULL: a view of the problem's K */
 } content;
 
 static int is_view(const content *A) { return !A->own; }
 
 static flesh_block_matrix *matrix_of(const content *A) { return A->own ? A->own : A->problem->newton.equations.K; }
 
-/* A view that was set to 0 becomes so when its entries are asked for, which may then change. */
+/* Returns the matrix for a change of its entries. A view that SUNDIALS has set to 0 is cleared only now. */
 static flesh_block_matrix *open_matrix(SUNMatrix matrix)
 {
   content *A = matrix->content;
@@ -30,13 +30,13 @@ static flesh_block_matrix *open_matrix(SUNMatrix matrix)
 static int matrix_zero(SUNMatrix matrix)
 {
   content *A = matrix->content;
-  /* The Jacobian overwrites every entry: no need to touch them before. */
+  /* The Jacobian overwrites every entry: no need to clear them now. */
   if (is_view(A)) A->problem->zeroed = 1;
   else flesh_block_combine(0, A->own, NULL);
   return FLESH_OK;
 }
 
-/* A = c A + B. */
+/* Computes A = c A + B. */
 static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
 {
   if (A->ops->copy != B->ops->copy || ((content *)A->content)->problem != ((content *)B->content)->problem)
@@ -47,7 +47,7 @@ static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
 
 static int matrix_copy(SUNMatrix A, SUNMatrix B) { return A == B ? FLESH_OK : matrix_scale_add(0, B, A); }
 
-/* A = c A + I. */
+/* Computes A = c A + I. */
 static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 {
   flesh_block_matrix *K = open_matrix(matrix);

@@ -7,7 +7,7 @@
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 
-/* NULL, with words, where user_data leads to none, or to one without a stage, which has no equations. */
+/* Returns the problem of user_data; NULL, with a sentence, if there is none, or if it has no stage and so no equations. */
 static flesh_problem *problem_of(const void *user_data)
 {
   flesh_problem *problem = flesh_user_data_problem(user_data, "flesh_problem");

@@ -2,7 +2,7 @@
 #ifndef FLESH_SUNDIALS_COMPATIBILITY_H
 #define FLESH_SUNDIALS_COMPATIBILITY_H
 
-#include "flesh/sundials_abi.h" /* before what it judges */
+#include "flesh/sundials_abi.h" /* before the headers that it checks */
 
 #include <ida/ida.h>
 #include <kinsol/kinsol.h>
@@ -15,7 +15,7 @@
 #define FLESH_SUN_SUCCESS SUN_SUCCESS
 #define FLESH_SUNLS_FATAL SUN_ERR_EXT_FAIL
 #define FLESH_SUNNLS_FATAL SUN_ERR_EXT_FAIL
-/* A context of the library's own. It has no logger: from 7.2 on KINSOL formats its messages with malloc in every
+/* Makes a context of the library's own. It has no logger: from 7.2 on KINSOL formats its messages with malloc in every
  * iteration, whether or not anybody reads them. (Logging level 5 prints vectors without asking for a logger.) */
 static inline int flesh_suncontext_create(SUNContext *context)
 {
@@ -25,7 +25,7 @@ static inline int flesh_suncontext_create(SUNContext *context)
 #endif
   return failed;
 }
-/* Failures come back as statuses; nothing is printed. */
+/* Stops KINSOL from printing: failures are returned as statuses. */
 static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
 {
   (void)kinsol;

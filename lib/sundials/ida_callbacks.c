@@ -1,5 +1,4 @@
-/* ida_callbacks.c: the functions that IDA calls, its vector, the 2N sparse Jacobian, and the condensed
- * matrix. */
+/* ida_callbacks.c: the functions that IDA calls, its vector, the sparse 2N x 2N Jacobian, and the condensed matrix. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -12,7 +11,8 @@
 #include "sundials/pair_matrix.h"
 #include "sundials/vector.h"
 
-/* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
+/* Returns the problem of user_data; NULL, with a sentence, if there is none, or if its constraints and mass are not known
+ * yet. */
 static flesh_ida_problem *problem_of(const void *user_data)
 {
   flesh_ida_problem *problem = flesh_user_data_problem(user_data, "flesh_ida_problem");
@@ -52,7 +52,8 @@ int flesh_ida_make_sparse(flesh_ida_problem *self)
   return self->sparse.D_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
 }
 
-/* Columns of x: cj in the rows x' - v, K below. Columns of v: -1, C + cj M below. Constrained dofs: the identity. */
+/* Fills the Jacobian. Columns of x: cj in the rows x' - v, K below. Columns of v: -1, C + cj M below. Constrained dofs: the
+ * identity. */
 static void fill_columns(const flesh_ida_problem *self, SUNMatrix J)
 {
   const flesh_ida_constraints *held = &self->constraints;
@@ -174,14 +175,14 @@ int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, S
   return flesh_pair_matrix_create(problem, NULL, context, matrix);
 }
 
-/* sqrt(sum (w x)^2 / N) of all ranks. */
+/* Returns sqrt(sum (w x)^2 / N) over all ranks. */
 static sunrealtype weighted_norm_of_team(N_Vector x, N_Vector w)
 {
   const flesh_team *team = flesh_threads_team(flesh_vector_threads(x));
   return N_VWL2Norm(x, w) / sqrt(6 * team->all);
 }
 
-/* The norm on one rank. */
+/* Returns this norm on one rank. */
 static sunrealtype weighted_norm(N_Vector x, N_Vector w)
 {
   const int n = (int)N_VGetLength(x);

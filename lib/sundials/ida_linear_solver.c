@@ -1,12 +1,12 @@
 /* ida_linear_solver.c: Newton's equations of IDA with the velocities eliminated, as a SUNLinearSolver.
  *
- * With b = (b1, b2) the rows x' - v and r: cj dx - dv = b1 and K dx + (C + cj M) dv = b2. A constrained dof has
- * dx = b1, dv = b2, and no other row knows of it.
+ * With b = (b1, b2) for the rows x' - v and r: cj dx - dv = b1 and K dx + (C + cj M) dv = b2. A constrained dof has dx =
+ * b1, dv = b2, and is in no other row.
  *
- * With A = K + cj C + cj^2 M the elimination is A dx = b2 + (C + cj M) b1, dv = cj dx - b1. In short steps cj dx and
- * b1 nearly cancel, and what a truncated solve leaves in dx would swamp dv. So the unknown is w = dx - b1/cj = dv/cj,
- * of which nothing cancels: A w = b2 + (C + cj M) b1 - A b1/cj. After sums of matrices the first rows are from_x dx +
- * from_v dv = b1, and cj = -from_x/from_v. */
+ * With A = K + cj C + cj^2 M the elimination is A dx = b2 + (C + cj M) b1, dv = cj dx - b1. In short steps cj dx and b1
+ * nearly cancel, and the error of a truncated solve in dx would swamp dv. So the unknown is w = dx - b1/cj = dv/cj, in
+ * which nothing cancels: A w = b2 + (C + cj M) b1 - A b1/cj. After sums of matrices the first rows are from_x dx + from_v
+ * dv = b1, and cj = -from_x/from_v. */
 #include "base/error.h"
 #include "sundials/ida_problem.h"
 #include "sundials/pair_matrix.h"
@@ -46,7 +46,7 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
     with->linear->preconditioner_apply(with->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
-  flesh_team_update_ghosts(problem->evaluation.team, w); /* a preconditioner gives owners theirs alone */
+  flesh_team_update_ghosts(problem->evaluation.team, w); /* a preconditioner only sets owned nodes */
   for (int d = 0; d < n; d++) {
     int fixed = held->fixed[d];
     double first = b1[d], second = b2[d];

@@ -19,8 +19,8 @@
 #include "system/feasible_step.h"
 #include "system/ranks.h"
 
-/* Whether velocities or accelerations of one node enter the residual of another, on any rank; asked at a disturbed rest
- * shape, in motion, so that no entry is zero by chance. */
+/* Finds whether velocities or accelerations of one node enter the residual of another, on any rank. It checks a disturbed
+ * rest shape in motion, so that no entry is zero by chance. */
 static int find_coupling(flesh_ida_problem *self)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -37,7 +37,7 @@ static int find_coupling(flesh_ida_problem *self)
   return !flesh_block_is_diagonal_of_team(e->team, self->jacobian.D);
 }
 
-/* FLESH_ERR_ARGUMENT with what such a system cannot have. */
+/* Checks that the system can be integrated. FLESH_ERR_ARGUMENT, naming what it cannot have. */
 static int check_system(const flesh_system *system, const flesh_solver_options *options)
 {
   if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
@@ -62,7 +62,7 @@ static int check_system(const flesh_system *system, const flesh_solver_options *
   return status ? status : flesh_newton_check_team(system, options);
 }
 
-/* Allocates what this rank needs, without the other ranks. */
+/* Allocates this rank's memory, without the other ranks. */
 static int allocate(const flesh_system *system, flesh_ida_problem *self)
 {
   const size_t n = (size_t)flesh_system_unknowns(system), bytes = n * sizeof(double);
@@ -189,7 +189,7 @@ void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *
 
 double flesh_ida_event(const flesh_ida_problem *problem) { return problem->constraints.event; }
 
-/* IDA steps onto the event; the constraints there are those before it. */
+/* Returns t or, at the event, the time just before it: IDA steps onto the event, where the old constraints still hold. */
 static double time_before_event(const flesh_ida_problem *self, double t)
 {
   const flesh_ida_constraints *held = &self->constraints;
@@ -207,7 +207,7 @@ double flesh_ida_prescribe(flesh_ida_problem *self, double t)
   return t;
 }
 
-/* Between events motions are polynomials; behind the last one nothing moves. */
+/* Between events motions are polynomials; after the last one nothing moves. */
 int flesh_ida_moves(flesh_ida_problem *self)
 {
   flesh_ida_constraints *held = &self->constraints;
@@ -366,7 +366,7 @@ void flesh_ida_add_products(flesh_ida_problem *self, double scale, double *v, do
 {
   const flesh_evaluation *e = &self->evaluation;
   double *product = self->solver.work + e->n;
-  flesh_team_update_ghosts(e->team, x); /* x may be a residual, which is nothing at ghosts */
+  flesh_team_update_ghosts(e->team, x); /* x may be a residual, which is not defined at ghosts */
   if (v != x) flesh_team_update_ghosts(e->team, v);
   damping_times(self, v, product);
   for (int d = 0; d < e->n; d++) y[d] += scale * product[d];
@@ -375,7 +375,7 @@ void flesh_ida_add_products(flesh_ida_problem *self, double scale, double *v, do
   flesh_team_add_ghosts(e->team, y);
 }
 
-/* K x = A x - cj D x, A being the condensed matrix; A and D have no rows and columns of constrained dofs, but for A's
+/* Uses K x = A x - cj D x, A being the condensed matrix. A and D have no rows and columns of constrained dofs, except A's
  * diagonal, which does not count here. */
 void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 {

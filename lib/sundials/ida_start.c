@@ -1,4 +1,4 @@
-/* ida_start.c: consistent starts for IDA: constraints taken up, y', and the scales that tolerances are measured in. */
+/* ida_start.c: consistent starts for IDA: jumps of constrained dofs, y', and the scales of tolerances. */
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   return flesh_system_velocity_scale(e->system, self->jacobian.K, room, &self->scale.mass);
 }
 
-/* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */
+/* Applies jumps of the constrained dofs from u to `prescribed`, and their effect on the free dofs. */
 static int apply_constraints(flesh_ida_problem *self, const double *prescribed, double *u)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -44,7 +44,7 @@ static int apply_constraints(flesh_ida_problem *self, const double *prescribed, 
   return status;
 }
 
-/* a of M a = -r(t, x, v, 0) on the free dofs, the prescribed one on the others. M is in K, factored. */
+/* Computes a: on the free dofs from M a = -r(t, x, v, 0), on the others as prescribed. K is M, factored. */
 static int accelerate(flesh_ida_problem *self, double t, const double *x, const double *v, double *a)
 {
   flesh_evaluation *e = &self->evaluation;
@@ -133,11 +133,11 @@ int flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vect
   return FLESH_OK;
 }
 
-/* Root mean square over the free dofs. */
+/* Returns the root mean square over the free dofs, scaled by length and velocity. */
 static double scaled_norm(const flesh_ida_problem *self, const double *dx, const double *dv)
 {
   const flesh_evaluation *e = &self->evaluation;
-  double sums[2] = {0}; /* of squares, and how many dofs are free */
+  double sums[2] = {0}; /* sum of squares, and number of free dofs */
   for (int d = 0; d < e->own; d++) {
     if (self->constraints.fixed[d]) continue;
     double p = dx[d] / self->scale.length, q = dv[d] / self->scale.velocity;
@@ -158,7 +158,7 @@ double flesh_ida_curvature(flesh_ida_problem *self, double ahead, N_Vector y_vec
   const double *v = x + n, *a = rate + n;
   double speed = scaled_norm(self, v, a);
   if (!(speed < INFINITY)) return INFINITY;
-  /* Far enough for the difference to rise above rounding, near enough to be one. */
+  /* Large enough for the difference to exceed rounding, small enough to be a difference. */
   double dt = fmin(1e-7 / speed, 1e-3 * fmin(held->event - held->begin, ahead));
   double *x1 = e->x, *v1 = e->v, *a1 = e->a;
   for (int d = 0; d < n; d++) {
@@ -177,7 +177,7 @@ int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, fl
   flesh_evaluation *e = &self->evaluation;
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
-  if (t - held->event > 1e-9 * (held->event - held->begin)) /* rounding of the integrator's time */
+  if (t - held->event > 1e-9 * (held->event - held->begin)) /* allows for rounding of the integrator's time */
     return flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s, behind the event at %g s, up to which the start is valid; stop the "
                                           "integrator there and start again",
                       t, held->event);

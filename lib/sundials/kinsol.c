@@ -16,29 +16,29 @@
 #include "system/feasible_step.h"
 #include "system/ranks.h"
 
-enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
+enum { BATCH = 300 }; /* iterations after which a solve must show progress */
 
-/* KINSOL stops on N_VMaxNorm of the scaled residual. Ours is the 2-norm, so that its test is the one that every
- * tolerance of flesh means. */
+/* Returns the 2-norm. KINSOL stops on N_VMaxNorm of the scaled residual, which is replaced by this, as all tolerances of
+ * flesh are for 2-norms. */
 static sunrealtype two_norm(N_Vector v)
 {
   return flesh_norm(flesh_vector_threads(v), (int)N_VGetLength(v), N_VGetArrayPointer(v));
 }
 
-/* Hands KINSOL everything. Its options stay. */
+/* Initialises KINSOL with vectors, callbacks and solver. Its options stay. */
 static int begin_kinsol(flesh_nonlinear *self, const flesh_solver_options *options)
 {
   void *kinsol = self->kinsol;
   int status = flesh_vector_prepare(self->unknowns, FLESH_KINSOL_CLONES);
   if (status) return status;
-  /* Each needs what the ones before have made. */
+  /* Each call needs the results of those before it. */
   int failed = KINInit(kinsol, flesh_kinsol_residual, self->unknowns) || KINSetUserData(kinsol, self->problem) ||
                KINSetLinearSolver(kinsol, self->solver, self->matrix) || KINSetJacFn(kinsol, flesh_kinsol_jacobian);
   self->vector_count = flesh_vector_taken(self->vectors, FLESH_KINSOL_CLONES);
   flesh_vector_drop();
   if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL could not begin");
   failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
-  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback knows when the last one serves */
+  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback decides whether the last one serves */
   failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the line search limits steps, not |u|, which starts at 0 */
   failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
   failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);
@@ -46,7 +46,7 @@ static int begin_kinsol(flesh_nonlinear *self, const flesh_solver_options *optio
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL refused an option") : FLESH_OK;
 }
 
-/* KINSOL for the problem, with vectors of n numbers. */
+/* Makes a KINSOL for the problem, with vectors of n numbers. */
 static int make_kinsol(flesh_nonlinear *self, int n, const flesh_solver_options *options)
 {
   self->newton = &self->problem->newton;
@@ -68,7 +68,7 @@ static int make_kinsol(flesh_nonlinear *self, int n, const flesh_solver_options 
   return status ? status : begin_kinsol(self, options);
 }
 
-/* A solver of subdomains, which come one after the other: KINSOL without a problem. */
+/* Makes a solver for subdomains, which come one after the other: a KINSOL without a problem. */
 static int create_subdomain_solver(const flesh_solver_options *options, flesh_nonlinear **solver)
 {
   flesh_nonlinear *self = *solver = calloc(1, sizeof *self);
@@ -86,7 +86,7 @@ static int create_subdomain_solver(const flesh_solver_options *options, flesh_no
 static int solve_subdomain(void *data, const flesh_system *system, const flesh_solver_options *options,
                            const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u);
 
-/* Makes what this rank needs, without the others. */
+/* Makes this rank's part, without the others. */
 static int create_local(const flesh_system *system, const flesh_solver_options *options, flesh_nonlinear *self)
 {
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
@@ -152,7 +152,7 @@ void flesh_nonlinear_set_weights(flesh_nonlinear *self, const double *weights)
   equations->weights = weights ? own : NULL;
 }
 
-/* Translates KINSOL's return. */
+/* Translates KINSOL's return value. */
 static int end_of(int flag, flesh_iteration_end *end)
 {
   *end = flag == KIN_MAXITER_REACHED ? FLESH_ITERATION_LIMIT : FLESH_ITERATION_STOPPED;
@@ -161,14 +161,13 @@ static int end_of(int flag, flesh_iteration_end *end)
   return flag == KIN_MEM_FAIL ? flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory") : FLESH_OK;
 }
 
-/* The limits of a solve: extensions left, and iterations of max_newton that are used up. */
+/* Limits of a solve: extensions left, and iterations of max_newton used up. */
 typedef struct allowance {
   int extensions;
   long used;
 } allowance;
 
-/* Calls KINSol with no more iterations than are left. A smaller limit that a program has set holds until fewer are left.
- * */
+/* Calls KINSol with at most the iterations that are left. A smaller limit set by a program holds until fewer are left. */
 static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
 {
   const flesh_solver_options *options = &self->newton->options;
@@ -182,8 +181,8 @@ static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
   return flag;
 }
 
-/* KINSOL's iterations to the target, BATCH at a time while they get somewhere, max_newton in all and that again for every
- * extension. */
+/* Iterates with KINSOL to the target, BATCH iterations at a time while they make progress, max_newton in total and again
+ * for every extension. */
 static int iterate(flesh_nonlinear *self, allowance *allowed, double target, flesh_iteration_end *end)
 {
   flesh_newton *newton = self->newton;
@@ -218,7 +217,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   return flesh_stage_end(&solve);
 }
 
-/* KINSOL of the solver of subdomains gets this system, with vectors of the reserve that the thread is in. */
+/* Gives this system to KINSOL of the solver for subdomains, with vectors from the thread's reserve. */
 static int hand_system(flesh_nonlinear *self, const flesh_system *system, const flesh_solver_options *options)
 {
   int n = flesh_system_unknowns(system), failed = 0;
@@ -235,7 +234,7 @@ static int hand_system(flesh_nonlinear *self, const flesh_system *system, const 
   return flesh_newton_init(system, options, (flesh_stage_solver){0}, self->newton);
 }
 
-/* Solves a stage of a subdomain. A flesh_stage_solver. */
+/* Solves a stage of a subdomain; a flesh_stage_solver. */
 static int solve_subdomain(void *data, const flesh_system *system, const flesh_solver_options *options,
                            const flesh_stage *stage, flesh_stop stop, flesh_solve_stats *stats, double *u)
 {

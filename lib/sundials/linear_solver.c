@@ -1,4 +1,4 @@
-/* linear_solver.c: the Newton step as a SUNLinearSolver: what it returns is scaled by the line search. */
+/* linear_solver.c: the Newton step as a SUNLinearSolver: the step that it returns is already scaled by the line search. */
 #include "base/error.h"
 #include "sundials/problem.h"
 #include "sundials/sunlinsol.h"
@@ -7,10 +7,10 @@
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_problem *problem;
-  N_Vector scaling; /* of the residual, from KINSOL; NULL: none */
+  N_Vector scaling; /* scaling of the residual, from KINSOL; NULL: none */
 } solver;
 
-/* KINSOL wants to know that products with the matrix could be given; ours come from the block matrix. */
+/* Accepts KINSOL's function for products, which is not used: products are by the block matrix. */
 static int solver_set_products(SUNLinearSolver S, void *data, SUNATimesFn times)
 {
   (void)S, (void)data, (void)times;

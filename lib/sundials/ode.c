@@ -1,5 +1,5 @@
 /* ode.c: the equations of motion as y' = f(t, y) for CVODE and ARKODE, with products by df/dy and a preconditioner.
- * Constraints, events, the mass and the scales are those of an IDA problem that is never handed to IDA. */
+ * Constraints, events, mass and scales are those of an IDA problem that is never given to IDA. */
 #include "flesh/ode.h"
 
 #include <math.h>
@@ -17,7 +17,8 @@
 
 static const double mass_tolerance = 1e-14;
 
-/* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
+/* Returns the problem of user_data; NULL, with a sentence, if there is none, or if its constraints and mass are not known
+ * yet. */
 flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
 {
   flesh_ode_problem *problem = flesh_user_data_problem(user_data, "flesh_ode_problem");
@@ -27,7 +28,7 @@ flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
   return NULL;
 }
 
-/* Makes what this rank needs, without the others; NULL without memory. */
+/* Makes this rank's part, without the others; NULL without memory. */
 static flesh_ode_problem *create_here(const flesh_system *system)
 {
   const size_t n = (size_t)flesh_system_unknowns(system) + 1;
@@ -77,7 +78,7 @@ void flesh_ode_problem_destroy(flesh_ode_problem **problem)
   flesh_block_matrix_destroy(&self->condensed.A);
   flesh_block_matrix_destroy(&self->condensed.C);
   flesh_direct_destroy(&self->condensed.direct);
-  free(self->inverse); /* and the other vectors with it */
+  free(self->inverse); /* the other vectors are in the same allocation */
   free(self);
   *problem = NULL;
 }
@@ -174,7 +175,7 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   return FLESH_OK;
 }
 
-/* C = dr/dv of the free dofs at the point; *damped: whether it is not zero. */
+/* Assembles C = dr/dv of the free dofs at the point; *damped: whether it is not zero. */
 static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, flesh_block_matrix *C, int *damped)
 {
   int status = flesh_system_jacobian(self->motion->evaluation.system, point, &(flesh_shift){.v = 1}, C);
@@ -199,7 +200,7 @@ int flesh_ode_assemble(flesh_ode_problem *self, double t, const double *y, int p
   return assemble_damping(self, &point, C, damped);
 }
 
-/* Makes the matrices that there are not yet, on all ranks or none. */
+/* Makes the matrices that do not exist yet, on all ranks or none. */
 static int make_matrices(flesh_ode_problem *self, flesh_block_matrix **first, flesh_block_matrix **second)
 {
   const flesh_evaluation *e = &self->motion->evaluation;
@@ -273,7 +274,7 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
                                    flesh_sunboolean *jcur, sunrealtype gamma, void *data)
 {
   FLESH_NEED({jcur, "jcur"});
-  (void)fy, (void)jok; /* a new gamma costs an assembly as a new y does */
+  (void)fy, (void)jok; /* a new gamma costs an assembly, as a new y does */
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   flesh_ida_problem *motion = self->motion;
@@ -298,8 +299,8 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   return flesh_ode_factor(self);
 }
 
-/* z1 - gamma z2 = r1 and M z2 + gamma (K z1 + C z2) = M r2. With w = z1 - r1 = gamma z2, of which nothing cancels:
- * A w = gamma M r2 + (M + gamma C) r1 - A r1. Constrained dofs have z = r, and no other row knows of them. */
+/* Solves z1 - gamma z2 = r1 and M z2 + gamma (K z1 + C z2) = M r2. With w = z1 - r1 = gamma z2, in which nothing cancels: A
+ * w = gamma M r2 + (M + gamma C) r1 - A r1. Constrained dofs have z = r, and are in no other row. */
 int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vector r, N_Vector z, sunrealtype gamma,
                                    sunrealtype delta, int lr, void *data)
 {

@@ -15,7 +15,7 @@ int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context, S
   return flesh_pair_matrix_create(NULL, problem, context, matrix);
 }
 
-/* Room, and reasons why there can be no sparse Jacobian. */
+/* Makes room for a sparse Jacobian, or fails with the reason why there can be none. */
 static int prepare_sparse(flesh_ode_problem *self, SUNMatrix J)
 {
   const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_ode_entries(self);
@@ -48,7 +48,7 @@ static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
   double *values = SUNSparseMatrix_Data(J);
   flesh_scalar_view_fill(view, self->K, sparse->K_values);
   flesh_scalar_view_fill(view, self->C, sparse->D_values);
-  /* The zeros on the diagonal keep the pattern as it is where the identity is added. */
+  /* The zeros on the diagonal keep the pattern unchanged when the identity is added. */
   for (int half = 0; half < 2; half++)
     for (int64_t d = 0; d < n; d++) {
       const double *forces = half ? sparse->D_values : sparse->K_values;
@@ -65,7 +65,7 @@ static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
   starts[2 * n] = next;
 }
 
-/* x' = v; v' = -(K x + C v), divided by the mass. */
+/* Fills x' = v; v' = -(K x + C v), divided by the mass. */
 static int fill_pair(flesh_ode_problem *self, double t, const double *y, flesh_pair_matrix *J)
 {
   int damped, project = self->motion->options.eigenvalue_filter >= FLESH_FILTER_CLAMP_ALWAYS;

@@ -1,12 +1,12 @@
 /* ode_linear_solver.c: Newton's equations of CVODE and ARKODE with one half eliminated, as a SUNLinearSolver.
  *
- * Of a free dof p x + q v = b1 and K x + D v = M b2, as the matrix has them (I - gamma df/dy: p = 1, q = -gamma,
- * gamma K and M + gamma C). With w = x - b1/p = -(q/p) v, of which nothing cancels in short steps:
+ * A free dof has p x + q v = b1 and K x + D v = M b2, with the entries of the matrix (for I - gamma df/dy: p = 1, q =
+ * -gamma, gamma K and M + gamma C). With w = x - b1/p = -(q/p) v, in which nothing cancels in short steps:
  *
  *   (p D - q K) w = -q M b2 + (q/p) K b1,
  *
- * for I - gamma df/dy the symmetric M + gamma C + gamma^2 K. Constrained dofs have x and v = b over what the matrix has
- * on their diagonal, and no other row knows of them. */
+ * which for I - gamma df/dy has the symmetric matrix M + gamma C + gamma^2 K. Constrained dofs have x and v = b over the
+ * matrix's diagonal, and are in no other row. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -22,9 +22,9 @@
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_ode_problem *problem;
-  N_Vector scaling;      /* of the residual, from CVODE; NULL: none */
-  double *mass;          /* [n] of each dof, lumped; of own nodes */
-  double *weights;       /* [n] of the condensed residual */
+  N_Vector scaling;      /* scaling of the residual, from CVODE; NULL: none */
+  double *mass;          /* [n] lumped mass of each dof; of own nodes */
+  double *weights;       /* [n] weights of the condensed residual */
   double *right, *other; /* [n], [n] */
 } solver;
 
@@ -35,7 +35,7 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
   return 0;
 }
 
-/* The matrix of this solver's problem, with an eliminable half; NULL with words. */
+/* Returns the matrix, if it is of this solver's problem; else NULL, with a sentence. */
 static const flesh_pair_matrix *matrix_of(const solver *self, SUNMatrix matrix)
 {
   const flesh_pair_matrix *A = flesh_pair_matrix_of(matrix);
@@ -67,7 +67,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix matrix)
   return flesh_sunlinsol_flag_setup(&self->report, A ? condense(self, A) : FLESH_ERR_ARGUMENT);
 }
 
-/* Weights of a condensed residual in the rows of v', in the units that CVODE measures in. */
+/* Computes the weights of a condensed residual in the rows of v', in CVODE's units. */
 static void weigh(const solver *self, double from_v)
 {
   const double *scale = self->scaling ? flesh_ida_read(self->problem->motion, self->scaling, 1, 2) : NULL;
@@ -76,7 +76,7 @@ static void weigh(const solver *self, double from_v)
     self->weights[d] = self->mass[d] > 0 ? (scale ? scale[d] : 1) / (self->mass[d] * fabs(from_v)) : 0;
 }
 
-/* w from the condensed equations; `tolerance` 0: that of the options. */
+/* Solves the condensed equations for w; `tolerance` 0: that of the options. */
 static int solve_condensed(solver *self, double from_v, double tolerance, double *w)
 {
   flesh_ode_problem *problem = self->problem;

@@ -14,7 +14,7 @@ static int dofs(const flesh_pair_matrix *A) { return motion_of(A)->evaluation.n;
 
 static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return motion_of(A)->constraints.fixed; }
 
-/* The matrix that a view shows, with K by itself. */
+/* Returns the matrix of a view, with K split from D. */
 static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
 {
   flesh_pair_matrix *A = matrix->content;
@@ -24,7 +24,7 @@ static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
   return A;
 }
 
-/* The problem of a view learns what has become of it. */
+/* Passes changes of a view on to its problem. */
 static int close_matrix(flesh_pair_matrix *A)
 {
   if (!A->view) return FLESH_OK;
@@ -36,7 +36,7 @@ static int close_matrix(flesh_pair_matrix *A)
 static int matrix_zero(SUNMatrix matrix)
 {
   flesh_pair_matrix *A = matrix->content;
-  if (A->view) { /* the Jacobian overwrites every entry: no need to touch them before */
+  if (A->view) { /* the Jacobian overwrites every entry: no need to clear them now */
     A->ida->jacobian.content = FLESH_IDA_NOTHING;
     return FLESH_OK;
   }
@@ -55,7 +55,7 @@ static int are_alike(SUNMatrix A, SUNMatrix B)
   return 0;
 }
 
-/* A = c A + B. */
+/* Computes A = c A + B. */
 static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
 {
   if (!are_alike(A, B)) return FLESH_ERR_ARGUMENT;
@@ -73,13 +73,13 @@ static int matrix_copy(SUNMatrix A, SUNMatrix B)
   return A == B ? FLESH_OK : matrix_scale_add(0, B, A);
 }
 
-/* A = c A + I. */
+/* Computes A = c A + I. */
 static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 {
   flesh_pair_matrix *A = open_matrix(matrix);
   flesh_block_combine(c, A->K, NULL);
-  flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->jacobian.D : NULL); /* the mass divides it to 1 */
-  if (A->ida) /* of a node of several ranks its owner has it */
+  flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->jacobian.D : NULL); /* division by the mass makes it 1 */
+  if (A->ida) /* the owner of a node that several ranks have adds it */
     for (int i = 0; i < A->ida->evaluation.own / 3; i++)
       for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
   flesh_block_fix(A->D, fixed_of(A), 0, NULL);
@@ -89,7 +89,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   return close_matrix(A);
 }
 
-/* z = A x where K is by itself; x is consistent, and z that of own nodes (base/team.h). */
+/* Computes z = A x where K is split from D; x is consistent, and z is set at own nodes (base/team.h). */
 static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
 {
   const int n = dofs(A);

@@ -1,9 +1,9 @@
-/* pair_matrix.h: matrices of y = (x, v) [2N x 2N] as SUNDIALS' SUNMatrix: of every free dof the rows
+/* pair_matrix.h: matrices of y = (x, v) [2N x 2N] as SUNDIALS' SUNMatrix. A free dof has the rows
  *
- *   from_x x + from_v v          and          K x + D v, divided by the mass where there is one,
+ *   from_x x + from_v v          and          K x + D v, divided by the mass if there is one;
  *
- * of a constrained dof `identity` times those of the identity. Jacobians of F(t, y, y') and of f(t, y) have this
- * shape, and so have their sums with each other and with the identity. */
+ * a constrained dof has `identity` times those of the identity. Jacobians of F(t, y, y') and of f(t, y) have this form, and
+ * so have their sums with each other and with the identity. */
 #ifndef FLESH_SUNDIALS_PAIR_MATRIX_H
 #define FLESH_SUNDIALS_PAIR_MATRIX_H
 
@@ -13,16 +13,16 @@
 #include "sundials/ode_problem.h"
 
 typedef struct flesh_pair_matrix {
-  flesh_ida_problem *ida;   /* the problem whose dofs these are: one of the two */
-  flesh_ode_problem *rhs;   /* its mass divides the rows K x + D v */
-  int view;                 /* of what `ida` holds: K and D are its own */
+  flesh_ida_problem *ida;   /* problem of these dofs; either this or `rhs` is NULL */
+  flesh_ode_problem *rhs;   /* problem whose mass divides the rows K x + D v */
+  int view;                 /* 1: a view of the matrix in `ida`, which owns K and D */
   flesh_block_matrix *K, *D; /* rows and columns of constrained dofs are zero */
   flesh_ida_rows rows;
 } flesh_pair_matrix;
 
-/* A view of the matrix in `ida`, or a matrix for `rhs` with memory of its own. Returns new. */
+/* Makes a view of the matrix in `ida`, or a matrix for `rhs` with memory of its own. Returns new. */
 int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_ode_problem *rhs, SUNContext context, SUNMatrix *matrix);
-/* NULL where it is none of these. */
+/* Returns the pair matrix of a SUNMatrix; NULL where it is none. */
 flesh_pair_matrix *flesh_pair_matrix_of(SUNMatrix A);
 
 #endif

@@ -1,4 +1,4 @@
-/* parallel_vector_mpi.c: SUNDIALS' vectors of several ranks. Only their header is used, not their library. */
+/* parallel_vector_mpi.c: SUNDIALS' vectors of several ranks. Only their header is needed, not their library. */
 #include <nvector/nvector_parallel.h>
 
 #include "sundials/parallel_vector.h"

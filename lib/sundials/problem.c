@@ -1,4 +1,4 @@
-/* problem.c: the life of a problem, and its stages. */
+/* problem.c: creation and destruction of a problem, and its stages. */
 #include "sundials/problem.h"
 
 #include <math.h>
@@ -18,7 +18,7 @@ int flesh_problem_create_empty(flesh_problem **problem)
   return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
 }
 
-/* Makes room for vectors of a system that is shared out. */
+/* Makes room for vectors of a system that is shared out among ranks. */
 static int make_rooms(flesh_problem *self)
 {
   const size_t n = (size_t)self->newton.equations.n;
@@ -65,7 +65,7 @@ void flesh_problem_destroy(flesh_problem **problem)
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 {
   FLESH_NEED({self, "problem"}, {stage, "stage"}, {stage ? stage->x0 : NULL, "stage->x0"});
-  if (!isfinite(stage->shift.x) || stage->shift.x == 0) /* what is prescribed of x is divided by it */
+  if (!isfinite(stage->shift.x) || stage->shift.x == 0) /* prescribed positions are divided by it */
     return flesh_fail(FLESH_ERR_ARGUMENT, "the stage's shift.x is %g; it must be finite and not 0", stage->shift.x);
   if (!isfinite(stage->t) || !isfinite(stage->load) || !isfinite(stage->prescribed_fraction))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the stage's t is %g s, its load %g and its prescribed_fraction %g; they must be finite",

@@ -1,4 +1,4 @@
-/* sunlinsol.c: what flesh's SUNLinearSolver objects have in common. */
+/* sunlinsol.c: common parts of flesh's SUNLinearSolver objects. */
 #include "sundials/sunlinsol.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* sunlinsol.h: what flesh's SUNLinearSolver objects have in common. */
+/* sunlinsol.h: common parts of flesh's SUNLinearSolver objects. */
 #ifndef FLESH_SUNDIALS_SUNLINSOL_H
 #define FLESH_SUNDIALS_SUNLINSOL_H
 
@@ -9,22 +9,22 @@
 typedef struct flesh_linear_solver_report {
   SUNLinearSolver_Type type;
   int last_flag;   /* a flesh_status */
-  int ready;       /* the last set-up succeeded; not kept for KINSOL */
-  int iterations;  /* of the last solve; direct solvers: 0 */
-  double residual; /* at its end */
+  int ready;       /* 1: the last set-up succeeded; not kept for KINSOL */
+  int iterations;  /* iterations of the last solve; direct solvers: 0 */
+  double residual; /* residual at its end */
 } flesh_linear_solver_report;
 
-/* A solver with a zeroed content of `size` bytes, and the operations that read its report. Returns new. */
+/* Makes a solver with a zeroed content of `size` bytes, and the operations that read its report. Returns new. */
 int flesh_sunlinsol_make(size_t size, SUNLinearSolver_Type type, SUNContext context, SUNLinearSolver *solver);
 
-/* Keeps the status and returns it as IDA, CVODE and ARKODE know it: they take what they do not know for success,
- * whatever its sign. */
+/* Keeps the status and returns a code that IDA, CVODE and ARKODE know: they take unknown codes for success, whatever their
+ * sign. */
 int flesh_sunlinsol_flag(flesh_linear_solver_report *report, int status);
 
-/* Keeps and returns the status of a set-up likewise. */
+/* Keeps and returns the status of a set-up in the same way. */
 int flesh_sunlinsol_flag_setup(flesh_linear_solver_report *report, int status);
 
-/* FLESH_ERR_ARGUMENT, with words, if the last set-up failed or there was none. */
+/* Checks that the last set-up succeeded. FLESH_ERR_ARGUMENT, with a sentence, if it failed or there was none. */
 int flesh_sunlinsol_ready(const flesh_linear_solver_report *report);
 
 #endif

@@ -1,4 +1,4 @@
-/* sunmatrix.c: what flesh's SUNMatrix objects have in common. */
+/* sunmatrix.c: common parts of flesh's SUNMatrix objects. */
 #include "sundials/sunmatrix.h"
 
 #include <stdlib.h>

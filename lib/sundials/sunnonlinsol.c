@@ -12,7 +12,7 @@
 #include "linear/block_matrix.h"
 #include "sundials/vector.h"
 
-/* Accelerations of earlier solves, from which that of the next one is extrapolated. */
+/* Number of earlier accelerations kept, from which the next one is extrapolated. */
 enum { KEPT = 3 };
 
 typedef struct solution {
@@ -25,23 +25,23 @@ typedef struct content {
   flesh_arkode_system_data arkode_data; /* NULL: it is not ARKODE */
   flesh_cvode_system_data cvode_data;
   flesh_nonlinear *nonlinear;
-  double *memory;                /* all that follows */
+  double *memory;                /* memory of all the arrays below */
   double *predicted, *known;     /* [2n] y as the integrator predicts it; (x^, v^) */
   double *v0, *a0;               /* [n] base of the stage */
   double *guesses[2];            /* [n] */
-  double *y, solved_at;          /* [2n] the last solution, and its time, s; NAN: none since the start */
+  double *y, solved_at;          /* [2n] last solution, and its time, s; NAN: none since the start */
   solution last[KEPT];           /* newest first */
   int count;                     /* of these */
-  long starts;                   /* accepted.starts that all this belongs to */
+  long starts;                   /* value of accepted.starts to which all this belongs */
   double g;                      /* s, of the last stage */
-  long iterations, failures;     /* of the last solve */
+  long iterations, failures;     /* counts of the last solve */
 } content;
 
-/* A solve goes at least as deep as to this share of its first residual, so that an error test sees a correction and not
- * what solves leave. In steps after a jump, which are tiny, that is all of it that is within the tolerance. */
+/* Largest ratio of a solve's last residual to its first, so that an error test sees a correction and not the error of the
+ * solve. In the tiny steps after a jump even the first residual would be within the tolerance. */
 static const double depth = 0.1;
 
-/* The integrator's equation at t: x^, v^ in `known`, y as it predicts it; `weights`, of its norm. */
+/* The integrator's equation at t, with x^ and v^ in `known` and the predicted y in `predicted`. */
 typedef struct equation {
   double t, g;
 } equation;
@@ -54,7 +54,7 @@ static int read_into(const flesh_ida_problem *motion, N_Vector v, double *to)
   return FLESH_OK;
 }
 
-/* known = predicted + factor * v. */
+/* Computes known = predicted + factor * v. */
 static int add_known(content *self, double factor, N_Vector v)
 {
   const double *from = flesh_ida_read(self->motion, v, 0, 0);
@@ -63,7 +63,8 @@ static int add_known(content *self, double factor, N_Vector v)
   return FLESH_OK;
 }
 
-/* IDA: y' = ypred' + cj (y - ypred). ARKODE: y = zpred + sdata + gamma f(y). CVODE: y = ypred - rl1 zn1 + gamma f(y). */
+/* Reads the integrator's equation. IDA: y' = ypred' + cj (y - ypred). ARKODE: y = zpred + sdata + gamma f(y). CVODE: y =
+ * ypred - rl1 zn1 + gamma f(y). */
 static int read_equation(content *self, void *integrator, equation *e)
 {
   N_Vector predicted, other, unused[3];
@@ -88,7 +89,7 @@ static int read_equation(content *self, void *integrator, equation *e)
   return status ? status : add_known(self, factor, other);
 }
 
-/* Sums over the body's free dofs: of x1 y1, of x2 y2, and how many they are. */
+/* Sums x1 y1 and x2 y2 over the body's free dofs, and counts these. */
 static void sum_free(const flesh_ida_problem *motion, const double *x1, const double *y1, const double *x2, const double *y2,
                      double sums[3])
 {
@@ -102,8 +103,8 @@ static void sum_free(const flesh_ida_problem *motion, const double *x1, const do
   flesh_team_sum(motion->evaluation.team, 3, sums);
 }
 
-/* The residual's norm [N] that leaves an error of `tolerance` in the norm with these weights, if the mass alone resists;
- * 0 where the mass has no value. */
+/* Finds the norm of the residual [N] that leaves an error of `tolerance` in the norm with these weights, if the mass alone
+ * resists; 0 where the mass has no value. */
 static int find_target(const content *self, const equation *e, N_Vector weights, double tolerance, double *target)
 {
   const flesh_ida_problem *motion = self->motion;
@@ -116,8 +117,8 @@ static int find_target(const content *self, const equation *e, N_Vector weights,
   return FLESH_OK;
 }
 
-/* Whatever is known belongs to the present start. IDA and CVODE go on from a solution exactly if they ask for a later
- * one: after a failure they go back. */
+/* Drops what belongs to an earlier start, and finds the accepted state: IDA and CVODE have accepted a solution if they ask
+ * for a later time; after a failure they go back. */
 static int follow(content *self, const equation *e)
 {
   flesh_ida_problem *motion = self->motion;
@@ -132,14 +133,14 @@ static int follow(content *self, const equation *e)
     if (e->t > self->solved_at) flesh_ida_accept(motion, self->solved_at, self->y, self->y + motion->evaluation.n);
     return FLESH_OK;
   }
-  /* A stage is at most 1/gamma times g ahead of the step's start, gamma being above 0.1 in all tables of ARKODE. */
+  /* A stage is at most g/gamma ahead of the step's start, and gamma exceeds 0.1 in all tables of ARKODE. */
   if (e->t - accepted->t <= 40 * e->g) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "nobody tells the solver of accepted steps; call ARKStepSetPostprocessStepFn(arkode, flesh_ode_accept)");
 }
 
-/* The base of the stage: x = x0 + u, v = v0 + u/g, a = a0 + u/g^2, x0 being the accepted state. Constrained dofs get the
- * velocity and the acceleration of their motion. */
+/* Makes the stage with the base x = x0 + u, v = v0 + u/g, a = a0 + u/g^2, x0 being the accepted state. Constrained dofs
+ * have the velocity and the acceleration of their motion. */
 static flesh_stage make_stage(content *self, const equation *e)
 {
   flesh_ida_problem *motion = self->motion;
@@ -159,15 +160,15 @@ static flesh_stage make_stage(content *self, const equation *e)
                        .t_lag = from->t};
 }
 
-/* Extrapolates to the acceleration at t of a dof from those of two times. */
+/* Extrapolates the acceleration of a dof to t from those at two times. */
 static double extrapolate(const content *self, double t, int d)
 {
   const solution *p = &self->last[0], *q = &self->last[1];
   return p->a[d] + (t - p->t) / (p->t - q->t) * (p->a[d] - q->a[d]);
 }
 
-/* First iterates beside u = 0: the integrator's prediction, and straight on with the acceleration extrapolated, where
- * ARKODE predicts hardly anything. */
+/* Makes first iterates besides u = 0: the integrator's prediction and, for ARKODE, which predicts hardly anything, a motion
+ * with the extrapolated acceleration. */
 static void make_guesses(content *self, const equation *e, const double *guesses[3])
 {
   const flesh_ida_accepted *from = &self->motion->accepted;
@@ -185,7 +186,7 @@ static void make_guesses(content *self, const equation *e, const double *guesses
   guesses[count] = NULL;
 }
 
-/* Keeps the solution's acceleration, in place of one of the same time. */
+/* Keeps the solution's acceleration; replaces one of the same time. */
 static void remember(content *self, const equation *e, const double *u)
 {
   const double near = 1e-3 * e->g, g2 = e->g * e->g;
@@ -200,7 +201,7 @@ static void remember(content *self, const equation *e, const double *u)
   for (int d = 0; d < self->motion->evaluation.n; d++) self->last[0].a[d] = self->a0[d] + u[d] / g2;
 }
 
-/* Writes the solution as a correction of what was predicted. Constrained dofs follow the integrator's own equation. */
+/* Writes the solution as a correction of the prediction. Constrained dofs follow the integrator's own equation. */
 static int correct(content *self, const equation *e, N_Vector correction)
 {
   const flesh_ida_problem *motion = self->motion;
@@ -225,7 +226,7 @@ static int correct(content *self, const equation *e, N_Vector correction)
   return FLESH_OK;
 }
 
-/* The norm of sunnonlinsol.h. */
+/* Computes the norm of flesh_sunnonlinsol_position_norm. */
 static double position_norm(void *data, N_Vector e, N_Vector weights)
 {
   content *self = data;
@@ -254,7 +255,7 @@ static int solve_stage(content *self, const equation *e, double target)
   self->nonlinear->newton->goal.target = 0;
   self->iterations = stats->newton - before;
   self->motion->refused = status;
-  if (status > 0) /* for whoever tells of it */
+  if (status > 0) /* for messages about it */
     memcpy(self->motion->evaluation.x, self->nonlinear->newton->equations.evaluation.x,
            (size_t)self->motion->evaluation.n * sizeof(double));
   return status;
@@ -287,7 +288,7 @@ static SUNNonlinearSolver_Type solver_type(SUNNonlinearSolver solver)
   return SUNNONLINEARSOLVER_ROOTFIND;
 }
 
-/* The integrator's equation is read from its data instead. */
+/* Ignores the function: the integrator's equation is read from its data. */
 static int set_function(SUNNonlinearSolver solver, SUNNonlinSolSysFn function)
 {
   (void)solver, (void)function;
@@ -323,7 +324,7 @@ static int solver_free(SUNNonlinearSolver solver)
   return FLESH_SUN_SUCCESS;
 }
 
-/* Allocates what this rank needs, without the others. */
+/* Allocates this rank's part, without the others. */
 static content *content_create(flesh_ida_problem *motion)
 {
   const size_t n = (size_t)motion->evaluation.n;
@@ -386,7 +387,7 @@ int flesh_ida_sunnonlinsol_create(flesh_ida_problem *problem, SUNContext context
   return create(problem, context, &made, solver);
 }
 
-/* One of the two functions is NULL. */
+/* Makes a solver for ARKODE or CVODE: one of the two functions is NULL. */
 static int create_of_ode(flesh_ode_problem *problem, flesh_arkode_system_data arkode_data,
                          flesh_cvode_system_data cvode_data, SUNContext context, SUNNonlinearSolver *solver)
 {

@@ -1,4 +1,4 @@
-/* vector.c: which vectors and which user_data the callbacks take. */
+/* vector.c: reads the vectors and user_data of callbacks, and vectorises serial vectors. */
 #include "sundials/vector.h"
 
 #include <math.h>
@@ -59,10 +59,10 @@ static int is_parallel(N_Vector v, const flesh_team *team)
   return team && v && N_VGetVectorID(v) == SUNDIALS_NVEC_PARALLEL;
 }
 
-/* How many vectors of a number for each dof, one after the other, n numbers of a rank are. */
+/* Returns the number of parts, each with a number for every dof, in a vector with n numbers of a rank. */
 static int parts_of(const flesh_team *team, sunindextype n) { return (int)(n / (3 * (sunindextype)team->nodes)); }
 
-/* Whether a parallel vector has the numbers of own nodes, on all ranks. */
+/* Checks, on all ranks, that a parallel vector has the numbers of own nodes. */
 static int check_parallel(N_Vector v, const flesh_team *team, int parts)
 {
   const sunindextype own = 3 * (sunindextype)parts * team->own, length = flesh_parallel_vector_length(v);
@@ -77,7 +77,7 @@ static int check_parallel(N_Vector v, const flesh_team *team, int parts)
 
 static int is_vectorised(N_Vector v);
 
-/* The numbers of a vector that is not parallel. */
+/* Returns the numbers of a vector that is not parallel. */
 static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
 {
   if (!team || !v || team->all == team->nodes || is_vectorised(v)) return data_of(v, n);
@@ -125,23 +125,23 @@ void *flesh_user_data_problem(const void *user_data, const char *type)
   return NULL;
 }
 
-/* The content of a vectorised vector; SUNDIALS sees the serial vector's. */
+/* The content of a vectorised vector, which begins with the serial vector's for SUNDIALS. */
 typedef struct content {
   struct _N_VectorContent_Serial serial;
   flesh_threads *threads;
   double (*norm)(void *data, N_Vector x, N_Vector w); /* NULL: SUNDIALS' own */
-  void *data;                                         /* of the norm */
+  void *data;                                         /* argument of the norm */
 } content;
 
 flesh_threads *flesh_vector_threads(N_Vector v) { return ((content *)v->content)->threads; }
 
-/* An operation: z from x and y, with the numbers a and b; sums or minima part by part. */
+/* An operation: z from x and y, with the numbers a and b; or sums or minima, part by part. */
 typedef struct operation {
   const double *x, *y;
   double *z, a, b, results[FLESH_PARALLEL_PARTS_MAX];
 } operation;
 
-/* Numbers of each part of a vector, as y = (x, v) has two on ranks, and how many of them are this rank's own. */
+/* Parts of a vector (on ranks y = (x, v) has two), length of a part, and how many of its numbers are this rank's own. */
 typedef struct extent {
   int parts, length, own;
 } extent;
@@ -154,8 +154,8 @@ static extent extent_of(N_Vector v)
   return (extent){parts_of(team, length), 3 * team->nodes, 3 * team->own};
 }
 
-/* The results of all parts of x and y, of a team's this rank's own numbers, as each counts once: added up, or the least
- * of them. */
+/* Adds up, or takes the least of, the results over all parts of x and y; in a team over this rank's own numbers, so that
+ * each counts once. */
 static double reduce_own(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o, int least)
 {
   const extent e = extent_of(v);
@@ -174,7 +174,7 @@ static int run(N_Vector v, void (*part)(void *data, int k, int begin, int end), 
   return flesh_parallel_parts(flesh_vector_threads(v), (int)N_VGetLength(v), part, o);
 }
 
-/* Defines the part of an operation that gives z one by one. */
+/* Defines an operation that computes z number by number. */
 #define PART(name, expression)                                  \
   static void name##_part(void *data, int k, int begin, int end) \
   {                                                             \
@@ -286,9 +286,9 @@ static sunrealtype minimum(N_Vector x)
   return flesh_team_least(flesh_threads_team(flesh_vector_threads(x)), reduce_own(x, minimum_part, &o, 1));
 }
 
-/* Clones made beforehand, of one vector. */
+/* Clones of one vector, made in advance. */
 static _Thread_local N_Vector *ready;
-static _Thread_local int ready_count, made_count; /* those left, and with those taken, which were the last */
+static _Thread_local int ready_count, made_count; /* number of clones left, and of all, those taken being the last */
 
 static N_Vector clone(N_Vector v)
 {

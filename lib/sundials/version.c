@@ -1,4 +1,4 @@
-/* version.c: compares the SUNDIALS that is loaded with its headers. */
+/* version.c: compares the loaded SUNDIALS with its headers. */
 #include "sundials/version.h"
 
 #include <sundials/sundials_version.h>
