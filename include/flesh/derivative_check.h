@@ -20,7 +20,7 @@ typedef struct flesh_derivative_report {
   double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; covers a matrix set anew and products, too */
   double evaluate[FLESH_CHECK_SHIFTS];  /* residual and potential in one pass, compared with each alone */
   double asymmetry;                     /* of the diagonal blocks (the others are stored once) */
-  /* most negative curvature found of the projected Jacobian, relative to its largest curvature; 0 when none */
+  /* Most negative curvature found of the projected Jacobian, relative to its largest curvature; 0 when none. */
   double negative;
 } flesh_derivative_report;
 

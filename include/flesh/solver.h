@@ -105,7 +105,7 @@ typedef struct flesh_solver_options {
   /* 1: a solve that ends at max_newton is accepted, as in programs that take a fixed number of iterations per step,
    * and counted in flesh_solve_stats. 0: such a step is retried and fails. */
   int accept_unconverged;
-  /* bits of flesh_technique; by default FLESH_TECHNIQUES_ALL */
+  /* Bits of flesh_technique; by default FLESH_TECHNIQUES_ALL. */
   unsigned techniques;
   /* Threads of a solve; 0: one for each processor that this process may use. Results do not depend on it. */
   int threads;

@@ -31,12 +31,12 @@ typedef struct flesh_direction {
   flesh_equations *equations; /* borrowed */
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
-  /* stiff rows of K as last assembled, if the preconditioner may project them out; else all zero */
+  /* Stiff rows of K as last assembled, if the preconditioner may project them out; else all zero. */
   flesh_stiff_rows rows;
   double inertia;           /* kg/m, see system/inertia_modulus.h; 0 without stiff rows */
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
-  /* factorisation for linear solves that PCG cannot finish; NULL: none was needed, or it is too expensive */
+  /* Factorisation for linear solves that PCG cannot finish; NULL: none was needed, or it is too expensive. */
   flesh_exact *fallback;
   /* AT_HAND: a solve took so long that the cost of a factorisation is worth knowing. CALLED: one solve of the stage was
    * handed to the fallback. IN_USE: a second one was, or one reached its last iteration, and the stage continues with the
@@ -57,7 +57,7 @@ typedef struct flesh_direction {
    * (0: not known), and the sum of the excess over that in all solves since. */
   double iterations_per_decade[2], excess_iterations;
   /* [nodes] N/m, sum of each node's diagonal in the K that was factored; NULL: no effect couples nodes that come near each
-   * other */
+   * other. */
   float *factored;
   int iterations;           /* iterations of the last step's linear solves */
   double residual;          /* N, at the end of the last solve */

@@ -323,7 +323,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
 
 /* An equilibrium whose edges and loads grow by this factor has no solution. */
 static const double runaway = 10;
-/* distance from the start of an equilibrium, in lengths of the body or of prescribed displacements */
+/* Distance from the start of an equilibrium, in lengths of the body or of prescribed displacements. */
 static const double gone = 1000;
 
 static double squared_length(const double *x, size_t a, size_t b)

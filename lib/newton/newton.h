@@ -36,7 +36,7 @@ typedef struct flesh_watchdog {
 /* The exact derivative at a solution (tangent.c). */
 typedef struct flesh_tangent {
   int known;            /* K is that of the last flesh_newton_factor_tangent */
-  /* the preconditioner is that of an earlier K; number of coming K whose preconditioner must be new */
+  /* The preconditioner is that of an earlier K; number of coming K whose preconditioner must be new. */
   int kept, refreshes;
   int has_pivots;       /* K is factored in `pivots` */
   int indefinite;       /* K is solved with by MINRES, as a factorisation is too expensive */

@@ -1,4 +1,4 @@
-/* checkpoints.c: which checkpoints are kept. */
+/* checkpoints.c: adds, thins out and drops checkpoints. */
 #include "sensitivity/checkpoints.h"
 
 #include <string.h>
@@ -14,7 +14,7 @@ static void remove_one(flesh_checkpoints *self, int k)
   self->count--;
 }
 
-/* Every second one goes: of those of the run, the first stays. */
+/* Doubles the spacing of checkpoints and drops those that do not fit it; the first one stays. */
 static void thin_out(flesh_checkpoints *self)
 {
   self->spacing *= 2;

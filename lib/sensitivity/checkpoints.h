@@ -1,32 +1,33 @@
-/* checkpoints.h: saved integrators from which steps are taken again. As the number of steps to come is not known in a run,
- * they are at equal distances, which double where there is no room. Where steps are taken again that number is known, and
- * others lie between them by the binomial schedule (Griewank & Walther 2000, Algorithm 799: revolve; replay.c). */
+/* checkpoints.h: saved integrators from which steps are repeated. In a run the number of steps to come is not known, so
+ * that checkpoints are at equal distances, which double when room runs out. When steps are repeated their number is known,
+ * and further checkpoints lie between them by the binomial schedule (Griewank & Walther 2000, Algorithm 799: revolve;
+ * replay.c). */
 #ifndef FLESH_SENSITIVITY_CHECKPOINTS_H
 #define FLESH_SENSITIVITY_CHECKPOINTS_H
 
 #include "time/integrator.h"
 
 typedef struct flesh_checkpoint {
-  int at, call;           /* parts of steps before it; the call of flesh_integrator_step under way */
-  int block;              /* that begins there, from 0 on */
+  int at, call;           /* number of parts of steps before it; number of the current call of flesh_integrator_step */
+  int block;              /* number of the block that begins there, from 0 on */
   flesh_step_place place; /* in that */
-  void *data;             /* [bytes] of flesh_integrator_save, with the state */
+  void *data;             /* [bytes] data of flesh_integrator_save, with the state */
   size_t bytes;
 } flesh_checkpoint;
 
 typedef struct flesh_checkpoints {
   int count, room;
-  flesh_checkpoint *all; /* [count] from the first part on */
+  flesh_checkpoint *all; /* [count] in order, from the first part on */
   size_t bytes;
-  int spacing;           /* blocks between those of the run */
+  int spacing;           /* number of blocks between the run's checkpoints */
 } flesh_checkpoints;
 
-/* Saves the integrator, which has forgotten its solvers, as the last checkpoint, `at` without data, if all together are then
- * within `budget` bytes; `may_thin`: others may go for it, and so may it. The first one is always saved, and stays.
- * FLESH_ERR_MEMORY, and what flesh_integrator_save returns. */
+/* Saves the integrator, which has forgotten its solvers, as the last checkpoint, described by `at` without data, if all
+ * checkpoints then fit `budget` bytes. `may_thin`: others, or this one, may be dropped to make room. The first one is
+ * always saved, and stays. FLESH_ERR_MEMORY, and the errors of flesh_integrator_save. */
 int flesh_checkpoints_add(flesh_checkpoints *checkpoints, const flesh_integrator *integrator, const flesh_checkpoint *at,
                           int may_thin, size_t budget);
-/* Drops those from part `at` on. */
+/* Drops the checkpoints from part `at` on. */
 void flesh_checkpoints_drop(flesh_checkpoints *checkpoints, int at);
 void flesh_checkpoints_clear(flesh_checkpoints *checkpoints);
 

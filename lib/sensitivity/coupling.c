@@ -1,4 +1,4 @@
-/* coupling.c: coloured differences of an effect's residual, and the test that they have all of its derivative. */
+/* coupling.c: coloured differences of an effect's residual, and a test that they contain its whole derivative. */
 #include "sensitivity/coupling.h"
 
 #include <float.h>
@@ -16,14 +16,15 @@
 #include "system/one_effect.h"
 #include "system/pattern.h"
 
-/* From effects on nodes to effects that couple all of them. */
+/* Kinds of coupling, from effects on single nodes to effects that couple all of them. */
 enum { ALONE, BY_CELLS, ON_SURFACE, AS_K, ALL };
-/* So many nodes may be all coupled: each takes twelve residuals. */
+/* Largest number of nodes that may all be coupled: each takes twelve residuals. */
 enum { MOST_COUPLED = 3000 };
 
-/* Distance of differences, over that of nodes: contact feels a thousandth of that, and round-off is a billionth. */
+/* Step of differences relative to the distance of nodes: contact reaches over a thousandth of that distance, and round-off
+ * is a billionth of it. */
 static const double step_of_length = 3e-6;
-/* The steps for tets are so much shorter: with eigenvalues that are clamped some tet is always near a kink. */
+/* Factor on the steps for tets: with clamped eigenvalues some tet is always near a kink. */
 static const double shorter = 1e-2;
 
 int flesh_couplings_create(const flesh_system *system, flesh_couplings *self)
@@ -60,11 +61,11 @@ void flesh_couplings_clear(flesh_couplings *self)
   *self = (flesh_couplings){0};
 }
 
-/* Neighbours of the chosen nodes: their own, or those that K couples, or all. */
+/* Lists the neighbours of the chosen nodes: themselves alone, or the nodes that K couples, or all. */
 static void neighbours_of(const flesh_couplings *self, int kind, const flesh_block_matrix *K, const int *chosen,
                           flesh_colouring *to)
 {
-  int *place = to->colour; /* room, for now */
+  int *place = to->colour; /* work space, for now */
   for (int pass = 0; pass < 2; pass++) {
     memset(place, 0, (size_t)self->nodes * sizeof *place);
     for (int i = 0; i < self->nodes; i++) {
@@ -91,7 +92,7 @@ static void neighbours_of(const flesh_couplings *self, int kind, const flesh_blo
   }
 }
 
-/* The first colour that no node with a common neighbour has, node by node. `taken` [nodes+1] is room. */
+/* Colours node by node with the first colour that no node with a common neighbour has. `taken` [nodes+1] is work space. */
 static void colour_nodes(const flesh_couplings *self, const int *chosen, int *taken, flesh_colouring *to)
 {
   for (int i = 0; i < self->nodes; i++) to->colour[i] = -1, taken[i] = -1;
@@ -111,7 +112,7 @@ static void colour_nodes(const flesh_couplings *self, const int *chosen, int *ta
   }
 }
 
-/* Which nodes a kind of coupling is between; returns how many. */
+/* Chooses the nodes that a kind of coupling is between; returns their number. */
 static int choose(const flesh_couplings *self, int kind, int *chosen)
 {
   int triangles, count = 0;
@@ -145,8 +146,8 @@ static int make_colouring(flesh_couplings *self, int kind, const flesh_block_mat
   return FLESH_OK;
 }
 
-/* Makes the colouring of a kind, if it is not there; that of an effect's cells by a pattern of theirs alone, as other effects
- * may make K dense. None without cells. */
+/* Makes the colouring of a kind if it does not exist; that of an effect's cells by the pattern of these cells alone, as
+ * other effects may make K dense. Without cells there is none. */
 static int ready_colouring(flesh_couplings *self, int effect, int kind, const flesh_block_matrix *K)
 {
   const flesh_effect *of = flesh_system_effect(self->system, effect);
@@ -165,7 +166,7 @@ static int ready_colouring(flesh_couplings *self, int effect, int kind, const fl
   return status;
 }
 
-/* One effect, and what is varied of its point. */
+/* One effect, and the argument of its point that is varied. */
 typedef struct variation {
   flesh_couplings *self;
   const flesh_point *point;
@@ -188,7 +189,7 @@ static void vary(const variation *v, const double *to, flesh_point *point)
   *states[v->argument] = to;
 }
 
-/* The derivative of the effect's residual along a direction [n] into `sum` [n], by differences of the fourth order. */
+/* Computes sum [n], the derivative of the effect's residual along a direction [n], by differences of fourth order. */
 static int differentiate(const variation *v, double step, const double *direction, double *sum)
 {
   flesh_couplings *self = v->self;
@@ -208,7 +209,7 @@ static int differentiate(const variation *v, double step, const double *directio
 
 static int make_room(flesh_coupling *to)
 {
-  int room = to->room; /* the blocks' is the same */
+  int room = to->room; /* also the room of the blocks */
   if (flesh_grow(&to->nodes, 2 * sizeof *to->nodes, to->count, &room) &&
       flesh_grow(&to->blocks, 9 * sizeof *to->blocks, to->count, &to->room))
     return FLESH_OK;
@@ -238,7 +239,7 @@ static int add_block(const variation *v, int row, int column, const double *sums
   return flesh_coupling_append(&v->self->by[v->argument], row, column, block);
 }
 
-/* The blocks of all nodes of a colour. */
+/* Adds the blocks of all nodes of a colour. */
 static int take_colour(const variation *v, const flesh_colouring *colouring, int colour, double step)
 {
   flesh_couplings *self = v->self;
@@ -257,8 +258,8 @@ static int take_colour(const variation *v, const flesh_colouring *colouring, int
   return status;
 }
 
-/* Whether the blocks from `first` on have the derivative along a direction that is as good as random: at each node, or, if
- * not `strict`, in all, where large forces hide small ones. */
+/* Tests whether the blocks from `first` on give the derivative along a pseudo-random direction: at each node or, if not
+ * `strict`, in the norm over all, where large forces hide small ones. */
 static int is_whole(const variation *v, int first, double step, int strict, int *whole)
 {
   flesh_couplings *self = v->self;
@@ -287,7 +288,7 @@ static int is_whole(const variation *v, int first, double step, int strict, int 
   return status;
 }
 
-/* The derivative of the effect by what is read, by a coupling of a kind. */
+/* Finds the derivative of the effect by the argument, with a kind of coupling. */
 static int find_by_kind(const variation *v, int kind, double step, int strict, int *whole)
 {
   flesh_couplings *self = v->self;
@@ -300,8 +301,8 @@ static int find_by_kind(const variation *v, int kind, double step, int strict, i
   return status;
 }
 
-/* Takes the derivative that the effect gives itself, if it is smooth there: wide steps have less round-off, short ones cross
- * fewer kinks. */
+/* Takes the derivative that the effect itself provides, if it is smooth there: wide steps have less round-off, short ones
+ * cross fewer kinks. */
 static int find_own(const variation *v, const flesh_effect_partials *own, double step, int *whole)
 {
   flesh_coupling *by = &v->self->by[v->argument];
@@ -314,7 +315,7 @@ static int find_own(const variation *v, const flesh_effect_partials *own, double
   return status;
 }
 
-/* Says that there is no derivative. */
+/* Fails because there is no derivative. */
 static int refuse(const variation *v, const char *read)
 {
   return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the forces of effect %s have no derivative by the %s state, so that "
@@ -323,8 +324,8 @@ static int refuse(const variation *v, const char *read)
                     flesh_system_effect(v->self->system, v->effect)->operations->name, read);
 }
 
-/* The derivative of the effect by what is read, by the narrowest coupling that has all of it, from the last one on. Contact
- * that has just begun is smooth only within shorter steps. */
+/* Finds the derivative of the effect by the argument, with the narrowest coupling that contains all of it, starting from
+ * the last one used. Contact that has just begun is smooth only within shorter steps. */
 static int find_reading(const variation *v, double step, const flesh_block_matrix *K)
 {
   enum { FINER = 3 };
@@ -353,7 +354,7 @@ static int find_reading(const variation *v, double step, const flesh_block_matri
   return refuse(v, read);
 }
 
-/* Whether the effect's residual, `before` at the point, is another in its bits where all nodes of what is read are moved. */
+/* Whether the effect's residual, `before` at the point, changes in any bit when all nodes of the argument are moved. */
 static int reads(const variation *v, const double *before, double step, int *yes)
 {
   flesh_couplings *self = v->self;
@@ -369,7 +370,7 @@ static int reads(const variation *v, const double *before, double step, int *yes
   return status;
 }
 
-/* The derivatives of an effect by what it reads. */
+/* Finds the derivatives of an effect by its arguments. */
 static int find_effect(flesh_couplings *self, int effect, const flesh_point *point, unsigned arguments, const double steps[2],
                        const flesh_block_matrix *K)
 {
@@ -398,7 +399,7 @@ static int may_read(const flesh_effect *effect)
          !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }
 
-/* The largest of the speeds that are read. */
+/* Returns the largest speed among the arguments. */
 static double find_fastest(const flesh_couplings *self, const flesh_point *point)
 {
   const double *const speeds[] = {point->v, point->lagged.v, point->frozen.v};

@@ -12,7 +12,7 @@
 struct flesh_sensitivity {
   flesh_stage_tangent tangent;
   int n, is_set;
-  flesh_state state; /* a copy, as are the next two */
+  flesh_state state; /* copied, like the next two */
   double *x_lag, *v_lag;
   double *room;      /* [6*n] */
 };
@@ -58,7 +58,7 @@ void flesh_sensitivity_destroy(flesh_sensitivity **sensitivity)
   *sensitivity = NULL;
 }
 
-/* Copies the state, and refuses numbers that the system has not. */
+/* Copies the state, and refuses counts that are not the system's. */
 static int take_state(flesh_sensitivity *self, const flesh_state *state)
 {
   flesh_state *own = &self->state;
@@ -76,8 +76,8 @@ static int take_state(flesh_sensitivity *self, const flesh_state *state)
   return FLESH_OK;
 }
 
-/* Refuses a state whose free forces are small neither beside the largest effect's nor beside what round-off leaves, as where
- * nothing loads a body. */
+/* Refuses a state whose free forces are small neither relative to the largest effect's nor relative to round-off, which is
+ * all that is left where nothing loads a body. */
 static int check_balance(flesh_sensitivity *self)
 {
   const flesh_stage_tangent *tangent = &self->tangent;
@@ -106,7 +106,7 @@ int flesh_sensitivity_set(flesh_sensitivity *self, const flesh_state *state, con
   self->is_set = 0;
   int status = take_state(self, state);
   if (status) return status;
-  if (lagged) FLESH_NEED({lagged->x, "lagged->x"}); /* its x, once it is not NULL */
+  if (lagged) FLESH_NEED({lagged->x, "lagged->x"}); /* checks its x, once it is not NULL */
   memcpy(self->x_lag, lagged ? lagged->x : state->x, bytes);
   if (lagged && lagged->v) memcpy(self->v_lag, lagged->v, bytes);
   else memset(self->v_lag, 0, bytes);
@@ -136,7 +136,8 @@ int flesh_sensitivity_force(flesh_sensitivity *self, const flesh_parameter *para
   return status ? status : flesh_stage_tangent_force(&self->tangent, parameter, NULL, force, NULL);
 }
 
-/* dx [n]: how the free dofs answer a change of the residual, and one of positions that is given `beside` (NULL: 0). */
+/* Computes dx [n], the response of the free dofs to a change of the residual, and to a change `beside` of positions (NULL:
+ * 0). */
 static int respond(flesh_sensitivity *self, const double *force, const double *beside, double *dx)
 {
   for (int d = 0; d < self->n; d++) self->room[d] = -force[d];
@@ -162,8 +163,8 @@ int flesh_sensitivity_respond(flesh_sensitivity *self, const double *force, doub
   return status ? status : respond(self, force, NULL, dx);
 }
 
-/* The right-hand side g [n] of the adjoint: dQ/dx, and that of the residual's weights; and the residual's weights with the
- * other sign, which pressures see as they see lambda. */
+/* Computes the right-hand side g [n] of the adjoint: dQ/dx plus the contribution of the residual's weights; and `beside`,
+ * minus the residual's weights, which acts on pressures as lambda does. */
 static int gather(flesh_sensitivity *self, const flesh_quantity *quantity, double *g, double *beside)
 {
   int status = FLESH_OK;

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Shift of the positions in a stage without length, whose unknown is the acceleration: so small that K is M. */
+/* Shift of the positions in a stage of zero length, whose unknown is the acceleration: so small that K is M. */
 static const double no_time = 1e-30;
 
 int flesh_force_slopes(flesh_stage_tangent *tangent, const flesh_force_sum *sum, double *by_x, double *by_v)

@@ -1,5 +1,5 @@
-/* known.c: what is known where parts begin: copied at the first part of a group, and found again from there by the method's
- * own map; and the stages that go on from it. */
+/* known.c: the known vectors at the beginning of parts, copied for the first part of a group and recomputed for the others
+ * by the method's own map; and the stages that follow from them. */
 #include <math.h>
 #include <string.h>
 
@@ -7,7 +7,7 @@
 #include "base/memory.h"
 #include "sensitivity/trajectory.h"
 
-/* Dofs that go on at the same time. */
+/* Number of dofs that are advanced together. */
 enum { SOME = 64 };
 
 void flesh_known_clear(double **known)
@@ -34,7 +34,7 @@ static int is_read(const flesh_taken_part *taken, const flesh_method_map *map, i
   return read;
 }
 
-/* Finds what a part that is taken reads, NULL: it does not. */
+/* Finds the known vectors that a part reads; NULL: it does not. */
 static void find_known(const flesh_taken_part *taken, const flesh_recorded_part *part, const double *known[FLESH_KNOWN])
 {
   flesh_method_map map;
@@ -49,7 +49,7 @@ static void find_known(const flesh_taken_part *taken, const flesh_recorded_part 
   known[FLESH_KNOWN_LAGGED_V] = taken->lagged->v;
 }
 
-/* Whether numbers [n] are those that were found again, but for round-off, which small steps magnify in accelerations. */
+/* Whether the numbers [n] equal the recomputed ones, up to round-off, which short steps magnify in accelerations. */
 static int are_found(int n, const double *known, const double *found)
 {
   double off = 0, size = 0;
@@ -71,7 +71,7 @@ int flesh_trajectory_take_known(flesh_trajectory *self, const flesh_taken_part *
     part->reads |= (unsigned)(known[k] != NULL) << k;
     if (known[k] && part->follows) part->follows = are_found(self->n, known[k], self->reached[k]);
   }
-  /* An equilibrium whose load was raised in part, and then not found, is followed by no other. */
+  /* An equilibrium whose load was only partly raised when its solve failed is not followed by another. */
   const int rests = self->integrator->memory.method == FLESH_METHOD_STATIC;
   if (self->total && self->now.limit < 0 && rests && self->reached[FLESH_KNOWN_X] &&
       !are_found(self->n, known[FLESH_KNOWN_X], self->reached[FLESH_KNOWN_X]))
@@ -95,7 +95,7 @@ void flesh_trajectory_map(const flesh_recorded_part *part, flesh_method_map *map
   flesh_method_map_find(part->taken.row, &part->memory, part->vectors, part->taken.h, takes_over, map);
 }
 
-/* y = the sum of what is known, and of the unknowns of earlier stages, by their last solves. */
+/* Computes y, the combination of the known vectors and of the unknowns of earlier stages, as left by their last solves. */
 static void combine(const flesh_recorded_part *part, const double columns[FLESH_MAP_COLUMNS], int solve, int n, double *y)
 {
   memset(y, 0, (size_t)n * sizeof *y);
@@ -108,7 +108,7 @@ static void combine(const flesh_recorded_part *part, const double columns[FLESH_
   }
 }
 
-/* The stage of a solve with its bases x0, v0 and a0, which go to `bases` [n] each. */
+/* Makes the stage of a solve; its bases x0, v0 and a0 are stored in `bases` [n] each. */
 static void find_bases(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
                        double *const bases[3], flesh_stage *stage)
 {
@@ -156,14 +156,14 @@ void flesh_trajectory_stage(flesh_trajectory *self, const flesh_recorded_part *p
   double *const bases[] = {room, room + n, room + 2 * n}, *x_lag = room + 3 * n, *v_lag = room + 4 * n;
   find_lagged(self, part, map, solve, x_lag, v_lag, bases[2]);
   find_bases(self, part, map, solve, bases, stage);
-  stage->x_lag = recorded->x_lag ? x_lag : NULL; /* x0, then, at the same time */
+  stage->x_lag = recorded->x_lag ? x_lag : NULL; /* if NULL, it is x0 at the same time */
   stage->v_lag = recorded->v_lag ? v_lag : NULL;
   stage->x_from = NULL;
   stage->multipliers = part->solves[solve].multipliers;
   stage->internal = part->internal;
 }
 
-/* Takes the lagged state to where the part's last stage has ended, as the next part has it. */
+/* Advances the lagged state to the end of the part's last stage, where the next part needs it. */
 static void go_on_lagged(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, double **known)
 {
   const int last = part->count - 1;
@@ -179,7 +179,7 @@ static void go_on_lagged(flesh_trajectory *self, const flesh_recorded_part *part
   }
 }
 
-/* Drops the columns at whose end something counts that is not known. */
+/* Drops known vectors whose values at the end depend on vectors that are not known. */
 static void drop_lost(const flesh_method_map *map, double **known)
 {
   int lost[FLESH_KNOWN] = {0};
@@ -192,7 +192,7 @@ static void drop_lost(const flesh_method_map *map, double **known)
   }
 }
 
-/* The end of what is known and of the unknowns u, of `count` dofs from `first` on. */
+/* Computes the known vectors at the end from those at the beginning and the unknowns u, for `count` dofs from `first` on. */
 static void go_on_some(const flesh_method_map *map, double **known, const double *const *u, int first, int count)
 {
   double before[FLESH_KNOWN][SOME];
@@ -213,7 +213,7 @@ void flesh_known_go_on(flesh_trajectory *self, const flesh_recorded_part *part, 
   flesh_method_map map;
   const double *u[FLESH_MAP_STAGES];
   flesh_trajectory_map(part, &map);
-  for (int s = 0; s < FLESH_MAP_STAGES; s++) u[s] = part->solves[0].u; /* of stages that there are not, with weight 0 */
+  for (int s = 0; s < FLESH_MAP_STAGES; s++) u[s] = part->solves[0].u; /* missing stages have weight 0 */
   for (int s = 0; s < part->count; s++) u[part->solves[s].at] = part->solves[s].u;
   if (known[FLESH_KNOWN_LAGGED_X]) go_on_lagged(self, part, &map, known);
   if (part->taken.second)

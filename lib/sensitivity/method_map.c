@@ -1,9 +1,10 @@
-/* method_map.c: applies a method to one dof, with 1 for one of its columns and 0 for all others. */
+/* method_map.c: finds the columns of the map by applying the method to one dof, with 1 for one column and 0 for the
+ * others. */
 #include "sensitivity/method_map.h"
 
 #include <string.h>
 
-/* A column of the map. */
+/* Finds a column of the map. */
 static void apply(const flesh_method_row *row, const flesh_method_memory *memory, double h, int takes_over, int column,
                   flesh_method_map *map)
 {
@@ -32,7 +33,7 @@ static void apply(const flesh_method_row *row, const flesh_method_memory *memory
   one.at = 0;
   const int at_end = stage.shift.x == 1;
   flesh_method_finish(row, &one, &u, h, &state);
-  if (!row->velocity) known[FLESH_KNOWN_V] = 0; /* of an equilibrium */
+  if (!row->velocity) known[FLESH_KNOWN_V] = 0; /* an equilibrium has no velocity */
   if (takes_over) known[FLESH_KNOWN_VECTORS] = stage_a;
   known[FLESH_KNOWN_LAGGED_X] = at_end ? state.x[0] : stage_x;
   known[FLESH_KNOWN_LAGGED_V] = at_end ? state.v[0] : stage_v;

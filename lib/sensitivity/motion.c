@@ -1,7 +1,7 @@
-/* motion.c: the discrete adjoint of a recorded motion. With a bar over the derivative of Q by a quantity, backward over a
+/* motion.c: the discrete adjoint of a recorded motion. A bar denotes the derivative of Q by a quantity. Backward over a
  * step: ubar = F_u^T Ybar'; K^T lambda = ubar; Ybar = F_y^T Ybar' - A^T (K_x^T lambda, C^T lambda, M lambda), where K_x^T
- * lambda = (ubar - s_v C^T lambda - s_a M lambda)/s_x takes no product with K_x. What is lagged or frozen adds its own
- * derivative to the state that was read. */
+ * lambda = (ubar - s_v C^T lambda - s_a M lambda)/s_x needs no product with K_x. Lagged and frozen terms add their own
+ * derivatives to the bars of the states that they read. */
 #include <string.h>
 
 #include "base/error.h"
@@ -9,7 +9,7 @@
 #include "sensitivity/pass.h"
 #include "sensitivity/tets.h"
 
-/* The bars of the bases, at which x0, v0 and a0 have those of x, v and a, go to what they are made of. */
+/* Adds the bars x, v and a of the bases x0, v0 and a0 to the bars of what the bases are combined from. */
 static void give_bases(flesh_motion_pass *p, const flesh_recorded_part *part, int at, const double *x, const double *v,
                        const double *a)
 {
@@ -23,7 +23,7 @@ static void give_bases(flesh_motion_pass *p, const flesh_recorded_part *part, in
   }
 }
 
-/* Bars of x and v (unless NULL) of constrained dofs, which follow their own motion, at t: the parameters move these. */
+/* Adds to the gradients through constrained dofs, which follow their own motion at t: x and v are their bars (NULL: none). */
 static int give_constrained(flesh_motion_pass *p, double t, const double *x, const double *v)
 {
   const flesh_prescribed *prescribed = &p->self->prescribed;
@@ -38,8 +38,8 @@ static int give_constrained(flesh_motion_pass *p, double t, const double *x, con
   return status;
 }
 
-/* The derivative of the residual along lambda by what is read goes to the state that was read: by a lagged one that of the
- * solve before, or, of the first, one that was known before the part. */
+/* Adds the derivative of the residual along lambda by each argument to the bar of the state that was read: for a lagged
+ * state, that of the solve before or, in the first solve, one known before the part. */
 static int give_readings(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory *self = p->self;
@@ -67,7 +67,7 @@ static int give_readings(flesh_motion_pass *p, const flesh_recorded_part *part, 
   return status;
 }
 
-/* c = C^T lambda with what of v is followed, m = M lambda. */
+/* Computes c = C^T lambda, with followed derivatives by v, and m = M lambda. */
 static int multiply(flesh_motion_pass *p)
 {
   flesh_stage_tangent *tangent = &p->self->tangent;
@@ -78,7 +78,7 @@ static int multiply(flesh_motion_pass *p)
   return status;
 }
 
-/* Adds what each parameter changes in the residual, and in constrained dofs by the bars of u (NULL: 0). */
+/* Adds to the gradients each parameter's change of the residual, and of constrained dofs with the bars of u (NULL: 0). */
 static int add_parameters(flesh_motion_pass *p, const double *bar)
 {
   int status = FLESH_OK;
@@ -93,7 +93,7 @@ static int add_parameters(flesh_motion_pass *p, const double *bar)
   return status;
 }
 
-/* One solve, backward. */
+/* Goes backward over one solve. */
 static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int solve)
 {
   flesh_trajectory *self = p->self;
@@ -103,12 +103,12 @@ static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int
   const double *pressed = self->tangent.pressed;
   int d = 0;
   while (d < self->n && bar[d] == 0) d++;
-  if (d == self->n) return FLESH_OK; /* as before an equilibrium that knows nothing of the solves before it */
+  if (d == self->n) return FLESH_OK; /* as before an equilibrium that does not depend on the solves before it */
   int status = flesh_pass_linearise(p, part, solve);
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = multiply(p);
   for (d = 0; d < self->n; d++) bar[d] -= pressed[d];
-  const int within = shift->x != 1; /* the step: then multipliers hold constraints at its end */
+  const int within = shift->x != 1; /* the step; multipliers then enforce constraints at its end */
   if (!status) status = add_parameters(p, within ? NULL : bar);
   if (!status && within && self->tangent.multipliers) status = give_constrained(p, part->taken.end, bar, NULL);
   if (status) return status;
@@ -123,7 +123,7 @@ static int solve_back(flesh_motion_pass *p, const flesh_recorded_part *part, int
   return give_readings(p, part, solve);
 }
 
-/* The acceleration with which the method has begun, backward. */
+/* Goes backward over the acceleration with which the method has begun. */
 static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   flesh_trajectory *self = p->self;
@@ -133,7 +133,7 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   if (!status) status = flesh_stage_tangent_solve(&self->tangent, 1, bar, NULL, p->lambda);
   if (!status) status = flesh_stage_tangent_read(&self->tangent, p->lambda, p->lag, p->c);
   if (status) return status;
-  flesh_pass_forget_constrained(p, p->lag); /* what a parameter moves of these is in its force */
+  flesh_pass_forget_constrained(p, p->lag); /* their change with a parameter is part of its force */
   flesh_pass_forget_constrained(p, p->c);
   flesh_add_scaled(self->n, -1, p->lag, p->known[FLESH_KNOWN_X]);
   flesh_add_scaled(self->n, -1, p->c, p->known[FLESH_KNOWN_V]);
@@ -141,7 +141,8 @@ static int start_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   return add_parameters(p, NULL);
 }
 
-/* The end of a part, at which constrained dofs are where their motion has them. A start leaves them there. */
+/* Goes backward over the end of a part, where constrained dofs are moved to their prescribed positions; a start does not
+ * move them. */
 static int end_back(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const flesh_recorded_solve *last = part->count ? &part->solves[part->count - 1] : NULL;
@@ -158,7 +159,8 @@ static int end_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   return status;
 }
 
-/* The jump of constrained dofs before the part, which free ones followed, backward; of the bars of positions or velocities. */
+/* Goes backward over the jump of constrained dofs before the part, with the response of the free ones, for the bars of
+ * positions or velocities. */
 static int jump_back(flesh_motion_pass *p, const flesh_recorded_part *part, int of_v)
 {
   flesh_trajectory *self = p->self;
@@ -178,7 +180,7 @@ static int jump_back(flesh_motion_pass *p, const flesh_recorded_part *part, int 
   return status;
 }
 
-/* How the method has begun, backward: the acceleration, and jumps of constrained dofs. */
+/* Goes backward over the beginning of the method: the acceleration, and jumps of constrained dofs. */
 static int begin_back(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const int jumps = flesh_pass_jumps(p, part), accelerates = flesh_pass_begins_by_acceleration(p, part);
@@ -212,13 +214,13 @@ static int part_back(flesh_motion_pass *p, const flesh_recorded_part *part)
   return status ? status : begin_back(p, part);
 }
 
-/* When call k of the steps has begun, or the last one ended. */
+/* Returns the time at which call k of the steps has begun, or the last one ended. */
 static double time_of(const flesh_trajectory *self, int call, double end)
 {
   return call < 0 ? self->calls[0].t : call < self->call_count ? self->calls[call].t : end;
 }
 
-/* A quantity of which derivatives are asked, or what `visit` adds of it. */
+/* A quantity whose derivatives are wanted, or a `visit` that adds them. */
 typedef struct asking {
   const flesh_motion_quantity *quantity;
   flesh_adjoint_visit visit;
@@ -232,7 +234,7 @@ static int add_asked(flesh_motion_pass *p, const asking *asked, int call, double
   const flesh_motion_quantity *quantity = asked->quantity;
   const double t = time_of(self, call, end), begin = time_of(self, 0, end);
   if (asked->visit) {
-    const int again = call < self->call_count && time_of(self, call + 1, end) == t; /* the call has failed */
+    const int again = call < self->call_count && time_of(self, call + 1, end) == t; /* 1: the call has failed */
     return again ? FLESH_OK : asked->visit(asked->data, t, p->known[FLESH_KNOWN_X], p->known[FLESH_KNOWN_V]);
   }
   const double *by[] = {quantity->by_x, quantity->by_v};
@@ -250,7 +252,7 @@ static int add_asked(flesh_motion_pass *p, const asking *asked, int call, double
   return FLESH_OK;
 }
 
-/* The whole pass, whose parameters are taken. */
+/* Goes backward over all parts, after the parameters were taken. */
 static int go_back(flesh_motion_pass *p, const asking *asked)
 {
   flesh_trajectory *self = p->self;
@@ -264,7 +266,8 @@ static int go_back(flesh_motion_pass *p, const asking *asked)
     if (k == self->total - 1) {
       end = part->taken.end;
       status = add_asked(p, asked, call--, end);
-      while (call >= 0 && self->calls[call].t >= end && !status) status = add_asked(p, asked, call--, end); /* it has failed */
+      /* the call has failed */
+      while (call >= 0 && self->calls[call].t >= end && !status) status = add_asked(p, asked, call--, end);
     }
     if (!status) status = part_back(p, part);
     while (call >= 0 && part->opens && self->calls[call].t == part->t && !status) status = add_asked(p, asked, call--, end);

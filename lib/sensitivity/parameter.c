@@ -1,4 +1,4 @@
-/* parameter.c: what a parameter changes in the residual at a solution: differences of systems that differ in it. */
+/* parameter.c: change of the residual at a solution by a parameter, from differences of systems. */
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 enum { SYSTEMS = FLESH_DIFFERENCES };
 
-/* The weights of its systems over `difference`. */
+/* Computes the weights of the parameter's systems, divided by `difference`. */
 static void weigh(const flesh_parameter *parameter, double weights[SYSTEMS])
 {
   static const double second[SYSTEMS] = {0, -1. / 2, 1. / 2, 0};
@@ -19,7 +19,7 @@ static void weigh(const flesh_parameter *parameter, double weights[SYSTEMS])
     weights[k] = (parameter->systems[0] ? flesh_difference_weight : second)[k] / parameter->difference;
 }
 
-/* FLESH_ERR_ARGUMENT for a parameter whose systems do not fit together, or to the state's. */
+/* Checks that a parameter's systems fit each other and the state's. FLESH_ERR_ARGUMENT. */
 static int check(const flesh_parameter *parameter, const flesh_system *system)
 {
   const int fourth = parameter->systems[0] || parameter->systems[3];
@@ -72,8 +72,8 @@ static int fail_kinds(double t)
                                         "derivative by it", t);
 }
 
-/* Constrained dofs at t, by the other system's motion over the span of `own`: into those of x, v and a, `to` [3][n]. *moved
- * becomes 1 where they are elsewhere than in the own system. */
+/* Moves constrained dofs at t by the other system's motion over the span of `own`, in x, v and a, `to` [3][n]. Sets *moved
+ * to 1 if they are elsewhere than in the state's system. */
 static int find_prescribed(flesh_stage_tangent *self, const flesh_system *other, const flesh_prescribed *own, double t,
                            double *const to[3], int *moved)
 {
@@ -93,8 +93,8 @@ static int find_prescribed(flesh_stage_tangent *self, const flesh_system *other,
   return FLESH_OK;
 }
 
-/* Refuses a parameter that changes when steps are cut, which no derivative here knows of. *alike: whether none of its systems
- * has constrained dofs elsewhere than the own one, which leaves these aside. */
+/* Refuses a parameter that changes the times at which steps are cut, for which there is no derivative here. *alike: whether
+ * all of its systems constrain dofs to the same places as the state's, which needs no derivatives of these. */
 static int compare_constraints(const flesh_stage_tangent *self, const flesh_parameter *parameter, const flesh_prescribed *own,
                                int *alike)
 {
@@ -112,7 +112,7 @@ static int compare_constraints(const flesh_stage_tangent *self, const flesh_para
   return FLESH_OK;
 }
 
-/* The point's x, v and a where the other system has constrained dofs, into `to` [3][n]. */
+/* Computes the point's x, v and a with the other system's constrained dofs, in `to` [3][n]. */
 static int find_places(flesh_stage_tangent *self, const flesh_system *other, double *const to[3], int *moved)
 {
   const flesh_stage *s = &self->stage;
@@ -123,7 +123,7 @@ static int find_places(flesh_stage_tangent *self, const flesh_system *other, dou
   memcpy(to[1], self->v, bytes);
   memcpy(to[2], self->a, bytes);
   if (self->prescribed) return find_prescribed(self, other, self->prescribed, s->t, to, moved);
-  uint8_t *fixed = (uint8_t *)u; /* room, for now */
+  uint8_t *fixed = (uint8_t *)u; /* work space, for now */
   flesh_system_fixed(other, s->t, fixed);
   if (memcmp(fixed, constrained->is, (size_t)self->n) != 0) return fail_kinds(s->t);
   memcpy(u, s->x0, bytes);
@@ -140,7 +140,7 @@ static int find_places(flesh_stage_tangent *self, const flesh_system *other, dou
   return FLESH_OK;
 }
 
-/* r [n]: the residual of the other system's effects but for the same ones; `room` [n]. */
+/* Computes r [n], the residual of the other system's effects except the `same` ones; `room` [n] is work space. */
 static int sum_others(const flesh_system *other, const unsigned char *same, const flesh_point *point, double *room, double *r)
 {
   const int n = flesh_system_unknowns(other);
@@ -155,7 +155,7 @@ static int sum_others(const flesh_system *other, const unsigned char *same, cons
   return status;
 }
 
-/* Refuses a parameter that moves constraints with multipliers: they would have to be solved for, too. */
+/* Refuses a parameter that moves constraints with multipliers, which would have to be solved for, too. */
 static int check_gaps(flesh_stage_tangent *self, const flesh_system *other)
 {
   double *own = self->gaps, *others = own + self->multipliers;

@@ -1,4 +1,4 @@
-/* pass.c: the arrays of a pass over a motion, and its stages linearised. */
+/* pass.c: arrays of a pass over a motion, and linearisation of its stages. */
 #include "sensitivity/pass.h"
 
 #include <string.h>
@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* Shift of the positions in a stage without length, whose unknown is the acceleration: so small that K is M. */
+/* Shift of the positions in a stage of zero length, whose unknown is the acceleration: so small that K is M. */
 static const double no_time = 1e-30;
 
 flesh_motion_pass flesh_pass_of(flesh_trajectory *self, double *room)
@@ -45,8 +45,8 @@ int flesh_pass_force(flesh_motion_pass *p, int k)
   return flesh_stage_tangent_force(&p->self->tangent, &p->parameters[k], *same ? same + 1 : NULL, p->force, p->moves);
 }
 
-/* Whether an equilibrium is its own lagged state, as repeated solves have found: its derivative is that of all forces, of which
- * solves that found the state at once know a part. */
+/* Whether an equilibrium is its own lagged state, as found by repeated solves. Its derivative is then that of all its
+ * solves together; a solve that found the state at once has only a part of it. */
 static int is_settled(const flesh_motion_pass *p, const flesh_recorded_solve *solve)
 {
   int d = 0;

@@ -1,4 +1,4 @@
-/* replay.c: blocks of parts, their checkpoints, and parts that the integrator takes again. */
+/* replay.c: blocks of parts, their checkpoints, and repetition of parts by the integrator. */
 #include <math.h>
 #include <string.h>
 
@@ -7,10 +7,10 @@
 #include "sensitivity/trajectory.h"
 #include "system/ranks.h"
 
-/* So many states fill a block: fewer take more checkpoints, more forget less often. */
+/* Number of states that fill a block: with fewer there are more checkpoints, with more the solvers forget less often. */
 enum { BLOCK = 16 };
 
-/* A new call of flesh_integrator_step. */
+/* Records a new call of flesh_integrator_step. */
 static int take_call(flesh_trajectory *self, const flesh_step_place *place)
 {
   if (!flesh_grow(&self->calls, sizeof *self->calls, self->call_count, &self->call_room))
@@ -20,14 +20,14 @@ static int take_call(flesh_trajectory *self, const flesh_step_place *place)
   return FLESH_OK;
 }
 
-/* Bytes beside a block of parts. */
+/* Returns the bytes of the budget that a block of parts leaves. */
 static size_t left_of(const flesh_trajectory *self)
 {
   return self->budget > self->block_bytes ? self->budget - self->block_bytes : 0;
 }
 
-/* How many blocks can be taken, the last one first, from so many checkpoints, each of them at most `passes` + 1 times: the
- * binomial coefficient. */
+/* Returns how many blocks can be repeated, the last one first, from this number of checkpoints, each block at most `passes`
+ * + 1 times: a binomial coefficient. */
 static double reach_of(int checkpoints, int passes)
 {
   double reach = 1;
@@ -35,8 +35,8 @@ static double reach_of(int checkpoints, int passes)
   return round(reach);
 }
 
-/* After how many of the blocks (two at least) the next checkpoint is to follow one, which is among so many (two at least):
- * Griewank & Walther 2000. */
+/* Returns after how many of the `blocks` (at least two) following a checkpoint the next of `checkpoints` (at least two)
+ * must be saved: Griewank & Walther 2000. */
 static int split(int blocks, int checkpoints)
 {
   int passes = 0;
@@ -45,7 +45,7 @@ static int split(int blocks, int checkpoints)
   return (int)fmax(1, fmin(most, after));
 }
 
-/* Chooses the next block that is to be saved while parts are taken again, at a checkpoint of `bytes`. */
+/* Chooses the next block at which to save a checkpoint of `bytes` while parts are repeated. */
 static void plan(flesh_trajectory *self, size_t bytes)
 {
   flesh_pass *now = &self->now;
@@ -55,7 +55,7 @@ static void plan(flesh_trajectory *self, size_t bytes)
   now->next = blocks > 1 && more > 0 ? now->blocks - 1 + split(blocks, more + 1) : -1;
 }
 
-/* A new block of the run. */
+/* Records a new block of the run. */
 static int take_block(flesh_trajectory *self)
 {
   if (!flesh_grow(&self->blocks, sizeof *self->blocks, self->block_count, &self->block_room))
@@ -64,8 +64,8 @@ static int take_block(flesh_trajectory *self)
   return FLESH_OK;
 }
 
-/* Begins a block: solvers forget, and the integrator may be saved. Parts before it go as far as there is no room for them
- * beside the checkpoints and the block. */
+/* Begins a block: solvers forget, and the integrator may be saved. Drops earlier parts for which there is no room beside
+ * the checkpoints and the block. */
 static int begin_block(flesh_trajectory *self, const flesh_step_place *place)
 {
   flesh_pass *now = &self->now;
@@ -128,13 +128,13 @@ static int set_aside(flesh_trajectory *self)
   return status;
 }
 
-/* Whether a step that failed in the run was followed by another from the same state. */
+/* Whether a step that failed with this status in the run was followed by another from the same state. */
 static int may_fail(int status)
 {
   return status == FLESH_ERR_SOLVE || status == FLESH_ERR_ENERGY || status == FLESH_ERR_NONFINITE;
 }
 
-/* Takes parts up to the limit from a place on. */
+/* Repeats parts from a place up to the limit. */
 static int take_again(flesh_trajectory *self, const flesh_step_place *place)
 {
   flesh_integrator *integrator = self->integrator;
@@ -162,7 +162,7 @@ static int take_again(flesh_trajectory *self, const flesh_step_place *place)
   return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a step that is taken again does not come as far as in the run");
 }
 
-/* Goes back to a checkpoint, and on until part `limit`; those from block `last` on are kept as far as there is room. */
+/* Returns to a checkpoint and repeats steps up to part `limit`; keeps parts from block `last` on as far as there is room. */
 static int go_back(flesh_trajectory *self, const flesh_checkpoint *from, int last, int limit)
 {
   flesh_integrator *integrator = self->integrator;
@@ -188,7 +188,7 @@ static int check_integrator(const flesh_trajectory *self)
                                         "longer than the trajectory, or keep more states");
 }
 
-/* Goes back to the last checkpoint before part k, and on through the part. */
+/* Returns to the last checkpoint before part k, and repeats steps through that part. */
 static int replay(flesh_trajectory *self, int k)
 {
   int status = check_integrator(self), last = self->block_count - 1;

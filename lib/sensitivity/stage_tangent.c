@@ -1,4 +1,4 @@
-/* stage_tangent.c: solves with the derivative of a stage's residual, and what a parameter changes in it. */
+/* stage_tangent.c: solves with the derivative of a stage's residual, and products with its parts. */
 #include "sensitivity/stage_tangent.h"
 
 #include <math.h>
@@ -17,11 +17,11 @@
 #include "system/ranks.h"
 #include "system/system.h"
 
-/* Iterations with what effects read of the solution itself, by the last directions that are kept; and those for the
+/* Largest number of iterations for arguments that follow the solution, with the last KEPT directions, and of those for the
  * pressures of incompressible tets. */
 enum { MOST_REPETITIONS = 400, KEPT = 10 };
-#define ROUND_OFF 1e-6 /* of a right-hand side, at most */
-static const double loose = 1e-2; /* of a solve that another one follows */
+#define ROUND_OFF 1e-6 /* largest round-off, relative to a right-hand side */
+static const double loose = 1e-2; /* relative tolerance of a solve that another one follows */
 
 int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_options *options, double tolerance,
                                flesh_stage_tangent *self)
@@ -61,7 +61,7 @@ void flesh_stage_tangent_clear(flesh_stage_tangent *self)
   *self = (flesh_stage_tangent){0};
 }
 
-/* The sentence of a status without one. */
+/* Adds the sentence of a status without one. */
 static int fail(const flesh_stage_tangent *self, int status, const char *what)
 {
   return status <= 0 ? status : flesh_fail(FLESH_ERR_SOLVE, "at t = %g s the %s has no value", self->stage.t, what);
@@ -73,7 +73,7 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   const size_t bytes = (size_t)self->n * sizeof(double);
   self->stage = *stage;
   self->follows = follows;
-  self->newton->policy.stage_continues = 1; /* a preconditioner may serve again */
+  self->newton->policy.stage_continues = 1; /* allows a preconditioner to be used again */
   int status = flesh_problem_set_stage(self->problem, stage);
   if (status) return status;
   if (stage->frozen_at_solution) flesh_newton_freeze(self->newton, u);
@@ -86,18 +86,19 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.x = self->x;
   self->point.v = self->v;
   self->point.a = self->a;
-  if (stage->frozen_at_solution) self->point.frozen = (flesh_frozen){self->x, self->v}; /* the same, and known to be so */
+  /* The same arrays, so that effects see that they are equal. */
+  if (stage->frozen_at_solution) self->point.frozen = (flesh_frozen){self->x, self->v};
   self->held = stage->shift.x == 1 ? self->x : self->end;
   unsigned arguments = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
   if (flesh_system_freezes(self->system)) {
     arguments |= 1u << FLESH_FROZEN_X | 1u << FLESH_OWN_V;
     if (self->point.frozen.v) arguments |= 1u << FLESH_FROZEN_V;
-    if (stage->shift.v == 0) arguments |= 1u << FLESH_OWN_X; /* else K has the part of x */
+    if (stage->shift.v == 0) arguments |= 1u << FLESH_OWN_X; /* otherwise K contains the part of x */
   }
   return fail(self, flesh_couplings_find(&self->couplings, &self->point, arguments, equations->K), "residual");
 }
 
-/* Adds to y what the followed arguments make of x. */
+/* Adds the products of the followed arguments with x to y. */
 static void add_followed(const flesh_stage_tangent *self, int transposed, double scale, const double *x, double *y)
 {
   const flesh_shift *shift = &self->stage.shift;
@@ -107,8 +108,8 @@ static void add_followed(const flesh_stage_tangent *self, int transposed, double
                           scale * (flesh_argument_is_of_v((flesh_argument)k) ? shift->v : shift->x), x, y);
 }
 
-/* How far the gaps of the constraints change along p [n] from x [n], into gaps [multipliers]: cubic in x, so that differences
- * of the fourth order are exact. */
+/* Computes gaps [multipliers], the change of the constraints' gaps along p [n] from the positions `from` [n]: gaps are
+ * cubic in x, so that differences of fourth order are exact. */
 static int move_gaps(flesh_stage_tangent *self, const double *from, const double *p, double *gaps)
 {
   double *x = self->room + 5 * (size_t)self->n, *now = self->gaps + 8 * (size_t)self->multipliers, largest = 0;
@@ -126,7 +127,7 @@ static int move_gaps(flesh_stage_tangent *self, const double *from, const double
   return FLESH_OK;
 }
 
-/* y [n] += scale times the residual of what has multipliers. */
+/* Adds scale times the residual of effects with multipliers to y [n]. */
 static int add_held(flesh_stage_tangent *self, const flesh_point *point, double scale, double *y)
 {
   double *r = self->room + 5 * (size_t)self->n;
@@ -139,7 +140,7 @@ static int add_held(flesh_stage_tangent *self, const flesh_point *point, double 
   return FLESH_OK;
 }
 
-/* y = the force of pressures q at x [n], in which the residual is linear. */
+/* Computes y, the force of pressures q at positions `at` [n]; the residual is linear in q. */
 static int press(flesh_stage_tangent *self, const double *at, const double *q, double *y)
 {
   double *sum = self->gaps + 8 * (size_t)self->multipliers, largest = 0, own = 1;
@@ -158,11 +159,11 @@ static int press(flesh_stage_tangent *self, const double *at, const double *q, d
   return status ? status : add_held(self, &point, 1 / scale, y);
 }
 
-/* The system of the pressures q alone, G_2 K^-1 G_1^T q = g, whose inverse is near the penalty that K has. Its vectors
- * [multipliers] are of gaps, whose pressures q = k g the penalty k has. */
+/* The system of the pressures q alone, G_2 K^-1 G_1^T q = g, whose inverse is near the penalty in K. Its vectors
+ * [multipliers] are gaps g, which the penalty k turns into pressures q = k g. */
 typedef struct pressing {
   flesh_stage_tangent *self;
-  const double *at, *held; /* [n] where G_1 and G_2 are */
+  const double *at, *held; /* [n] positions of G_1 and of G_2 */
   double tolerance, *load, *answer;                              /* room [n] */
   double *penalty, *q, *sum, *left, *first, *direction, *image, *bent; /* [multipliers] */
 } pressing;
@@ -174,7 +175,7 @@ static double dot(const pressing *s, const double *a, const double *b)
   return sum;
 }
 
-/* image = the gaps that the pressures of the gaps `way` make, by `answer`. */
+/* Computes `image`, the gaps caused by the pressures of the gaps `direction`, and `answer`, the solution for them. */
 static int apply(const pressing *s, const double *direction, double *image)
 {
   for (int e = 0; e < s->self->multipliers; e++) s->q[e] = s->penalty[e] * direction[e];
@@ -183,14 +184,15 @@ static int apply(const pressing *s, const double *direction, double *image)
   return status ? status : move_gaps(s->self, s->held, s->answer, image);
 }
 
-/* Takes a step of `length` along `way`: what is left of the gaps, and the solution p. */
+/* Takes a step of `length` along `direction`: updates the remaining gaps, and the solution p. */
 static void go(const pressing *s, double length, const double *direction, const double *image, double *p)
 {
   for (int e = 0; e < s->self->multipliers; e++) s->sum[e] += length * direction[e], s->left[e] -= length * image[e];
   for (int d = 0; d < s->self->n; d++) p[d] -= length * s->answer[d];
 }
 
-/* Bi-CGSTAB (van der Vorst 1992), as G_1 and G_2 differ where a stage is within the step; from gaps `left`. */
+/* Solves by Bi-CGSTAB (van der Vorst 1992), as G_1 and G_2 differ where a stage is within the step; starts from the gaps
+ * `left`. */
 static int solve_pressures(const pressing *s, double *p)
 {
   const size_t bytes = (size_t)s->self->multipliers * sizeof(double);
@@ -220,8 +222,8 @@ static int solve_pressures(const pressing *s, double *p)
                                      "not converge", s->self->stage.t);
 }
 
-/* Solves with K alone to a relative tolerance; b [n] becomes 0 on constrained dofs. With multipliers p and pressures, as
- * flesh_stage_tangent_solve has them, whose force is `pressed` [n]. */
+/* Solves with K alone to a relative tolerance; sets b [n] to 0 on constrained dofs. With multipliers, finds p and the
+ * pressures of flesh_stage_tangent_solve, and `pressed` [n], the pressures' force. */
 static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, const double *beside, double tolerance, double *p,
                        double *pressed)
 {
@@ -242,7 +244,7 @@ static int solve_alone(flesh_stage_tangent *self, int transposed, double *b, con
   return status ? status : press(self, at, s.q, pressed);
 }
 
-/* Sets constrained dofs to 0. Returns the 2-norm. */
+/* Sets constrained dofs to 0, and returns the 2-norm. */
 static double free_norm(const flesh_stage_tangent *self, double *y)
 {
   const flesh_constrained *constrained = &self->newton->equations.constrained;
@@ -250,8 +252,8 @@ static double free_norm(const flesh_stage_tangent *self, double *y)
   return flesh_norm(NULL, self->n, y);
 }
 
-/* left = b - (K + D) p on the free dofs, D being the derivative by what is followed, less the force of pressures; b NULL: 0.
- * Returns its 2-norm. */
+/* Computes left = b - (K + D) p on the free dofs, less the force of pressures, D being the derivative by the followed
+ * arguments; b NULL: 0. Returns its 2-norm. */
 static double find_left(flesh_stage_tangent *self, int transposed, const double *b, const double *p, const double *pressed,
                         double *left)
 {
@@ -261,7 +263,7 @@ static double find_left(flesh_stage_tangent *self, int transposed, const double 
   return free_norm(self, left);
 }
 
-/* Whether the solution itself is read. */
+/* Whether effects read the solution itself. */
 static int reads_solution(const flesh_stage_tangent *self)
 {
   int reads = 0;
@@ -283,8 +285,8 @@ static double *direction_of(const flesh_stage_tangent *self, int k)
   return self->directions + 3 * (size_t)self->n * (size_t)(k % KEPT);
 }
 
-/* Makes the change of direction k orthogonal to those of the directions before it, with length 1. *along: the product of that
- * change and the residual `left`. Returns 0 where nothing changes. */
+/* Makes the change of direction k orthogonal to those of earlier directions, with length 1. *along: product of that change
+ * with the residual `left`. Returns 0 if nothing changes. */
 static int orthonormalise(const flesh_stage_tangent *self, int k, const double *left, double *along)
 {
   const int n = self->n;
@@ -299,9 +301,9 @@ static int orthonormalise(const flesh_stage_tangent *self, int k, const double *
   return size > 0;
 }
 
-/* Generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), by solves with K alone, from p
- * with what it has left in room [n], of 2-norm `size`. Repeated solves with K alone end only where loads do not swing the shape
- * ever wider. */
+/* Solves by generalised conjugate residuals (Eisenstat, Elman & Schultz 1983, SIAM J. Numer. Anal. 20), with solves with K
+ * alone, from p with its residual in room [n], of 2-norm `size`. Merely repeating solves with K alone would diverge where
+ * loads swing the shape ever wider. */
 static int follow(flesh_stage_tangent *self, int transposed, const double *b, double norm, double size, double *p)
 {
   double *left = self->room, lasts[3] = {INFINITY, INFINITY, INFINITY}, along;
@@ -309,7 +311,7 @@ static int follow(flesh_stage_tangent *self, int transposed, const double *b, do
   for (int k = 0; k < MOST_REPETITIONS && !status; k++) {
     if (!exact && (exact = size <= self->tolerance * norm || k % KEPT == 0))
       size = find_left(self, transposed, b, p, self->pressed, left);
-    /* Round-off of K p may be more than the tolerance, as where materials are nearly incompressible. */
+    /* The round-off of K p may exceed the tolerance, as where materials are nearly incompressible. */
     if (size <= self->tolerance * norm || (size <= ROUND_OFF * norm && size > 0.9 * lasts[k % 3])) return FLESH_OK;
     lasts[k % 3] = size;
     double *direction = direction_of(self, k), *change = direction + self->n, *pressed = change + self->n;
@@ -344,8 +346,8 @@ int flesh_stage_tangent_solve(flesh_stage_tangent *self, int transposed, const d
   return status ? status : follow(self, transposed, b, norm, find_left(self, transposed, b, p, self->pressed, right), p);
 }
 
-/* Whether a product with the Jacobian takes the effect's matrix: not of positions alone where these stay, nor of what is
- * linear, nor of what freezes, whose matrix is that of x and v together. */
+/* Whether a product with the Jacobian needs the effect's matrix. Not if the effect depends on positions alone and these
+ * stay, is linear, or freezes, as its matrix is then that of x and v together. */
 static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shift *shift)
 {
   const flesh_effect *effect = flesh_system_effect(self->system, e);
@@ -355,7 +357,7 @@ static int takes_matrix(const flesh_stage_tangent *self, int e, const flesh_shif
   return shift->x != 0 || !flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
 }
 
-/* Room for a matrix of K's pattern, with zeros. */
+/* Makes a zero matrix of K's pattern. */
 static int clear_products(flesh_stage_tangent *self)
 {
   const flesh_block_matrix *K = self->newton->equations.K;
@@ -373,7 +375,7 @@ static int clear_products(flesh_stage_tangent *self)
   return FLESH_OK;
 }
 
-/* y = (x dr/dx + v dr/dv + a dr/da) w, or the transposed one. */
+/* Computes y = (x dr/dx + v dr/dv + a dr/da) w, or the transposed product. */
 static int product(flesh_stage_tangent *self, int transposed, flesh_shift shift, const double *w, double *y)
 {
   flesh_block_matrix *K = &self->products;

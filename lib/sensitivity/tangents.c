@@ -10,15 +10,15 @@
 typedef struct tangents {
   flesh_trajectory *self;
   int count;
-  flesh_motion_pass *of; /* [count] of each parameter */
-  int before;            /* a solve of the part has ended, at pass.ended */
+  flesh_motion_pass *of; /* [count] a pass for each parameter */
+  int before;            /* 1: a solve of the part has ended, at pass.ended */
   flesh_tangent_visit visit;
   void *data;
-  int call;              /* of the next state that is visited */
-  double end;            /* of the last part */
+  int call;              /* call that begins with the next state to visit */
+  double end;            /* end of the last part */
 } tangents;
 
-/* y = the derivative of a base, of what is known and of the unknowns of stages before. */
+/* Computes y, the derivative of a base, from those of the known vectors and of the unknowns of earlier stages. */
 static void gather_base(const flesh_motion_pass *p, const double columns[FLESH_MAP_COLUMNS], double *y)
 {
   memset(y, 0, (size_t)p->self->n * sizeof *y);
@@ -26,7 +26,8 @@ static void gather_base(const flesh_motion_pass *p, const double columns[FLESH_M
     flesh_add_scaled(p->self->n, columns[k], k < FLESH_KNOWN ? p->known[k] : p->stages[k - FLESH_KNOWN], y);
 }
 
-/* right -= what effects read of lagged and frozen states whose derivatives are known; x0 and v0 are in `next`. */
+/* Subtracts from `right` the terms of lagged and frozen states whose derivatives are known; those of x0 and v0 are in
+ * `next`. */
 static void subtract_readings(const flesh_motion_pass *p, const flesh_recorded_part *part, int before, double *right)
 {
   const flesh_couplings *couplings = &p->self->tangent.couplings;
@@ -48,8 +49,8 @@ static void take_constrained(const flesh_motion_pass *p, const double *x, double
     if (prescribed->fixed[d]) y[d] = x[d];
 }
 
-/* A parameter's derivatives at the end of a solve that is linearised. Where constrained dofs follow their own motion, no base
- * of theirs counts. */
+/* Advances a parameter's derivatives over a linearised solve. If constrained dofs follow their own motion, their bases do
+ * not count. */
 static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, int before)
 {
   flesh_trajectory *self = p->self;
@@ -72,7 +73,7 @@ static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, 
     flesh_couplings_add(&tangent->couplings, FLESH_FROZEN_V, 0, 1, p->lambda, p->c);
   for (int d = 0; d < n; d++) {
     right[d] -= p->c[d] + p->m[d];
-    a0[d] = p->moves[0][d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside what w moves */
+    a0[d] = p->moves[0][d] + (1 - 1 / shift->x) * x0[d]; /* where constraints hold, beside the part that w moves */
   }
   if (shift->x != 1) take_constrained(p, p->reached[0], a0);
   if (!status) status = flesh_stage_tangent_solve(tangent, 0, right, a0, u);
@@ -84,7 +85,7 @@ static int go_on(flesh_motion_pass *p, const flesh_recorded_part *part, int at, 
   return status;
 }
 
-/* The derivative of the acceleration with which the method has begun, which is linearised. */
+/* Computes the derivative of the acceleration with which the method has begun, once it is linearised. */
 static int begin(flesh_motion_pass *p)
 {
   flesh_stage_tangent *tangent = &p->self->tangent;
@@ -104,7 +105,7 @@ static int begin(flesh_motion_pass *p)
   return flesh_stage_tangent_solve(tangent, 0, right, NULL, a);
 }
 
-/* Goes on by a solve or, where that is -1, begins: linearised once, for all parameters. */
+/* Linearises a solve or, if it is -1, the beginning, once, and advances all parameters over it. */
 static int solve_all(tangents *t, const flesh_recorded_part *part, int solve)
 {
   flesh_motion_pass *first = t->of;
@@ -127,7 +128,7 @@ static int visit_all(const tangents *t, double time)
   return status;
 }
 
-/* Shows the derivatives of the states at which calls up to a time have begun. */
+/* Visits the derivatives of the states at which calls up to a time have begun. */
 static int show(tangents *t, double time)
 {
   const flesh_trajectory *self = t->self;
@@ -137,7 +138,8 @@ static int show(tangents *t, double time)
   return status;
 }
 
-/* Free dofs follow a jump of constrained ones to `to` [n], in y [n], those of x or v, as masses that are hit do. */
+/* Lets the free dofs of y [n], derivatives of x or v, follow a jump of the constrained ones to `to` [n], as masses follow
+ * an impact. */
 static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, int of_v, const double *to, double *y)
 {
   flesh_trajectory *self = p->self;
@@ -155,7 +157,7 @@ static int jump(flesh_motion_pass *p, const flesh_recorded_part *part, int of_v,
   return status;
 }
 
-/* Finds what the parameter moves of constrained dofs at t. */
+/* Finds the parameter's change of constrained dofs at t. */
 static int find_reached(flesh_motion_pass *p, double t)
 {
   int moved;
@@ -164,7 +166,7 @@ static int find_reached(flesh_motion_pass *p, double t)
   return status;
 }
 
-/* Finds what is known of constrained dofs where the part begins, and will be where it ends. */
+/* Sets the known derivatives of constrained dofs at the beginning of the part, and finds those at its end. */
 static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   int status = FLESH_OK;
@@ -178,7 +180,7 @@ static int prescribe(flesh_motion_pass *p, const flesh_recorded_part *part)
   return status || part->taken.starts ? status : find_reached(p, part->taken.end);
 }
 
-/* Goes on to what is known at the part's end. */
+/* Advances the known derivatives to the part's end. */
 static void end_part(flesh_motion_pass *p, const flesh_recorded_part *part)
 {
   const size_t bytes = (size_t)p->self->n * sizeof(double);
@@ -196,7 +198,8 @@ static void end_part(flesh_motion_pass *p, const flesh_recorded_part *part)
 static int part_on(void *data, const flesh_recorded_part *part)
 {
   tangents *t = data;
-  int status = part->opens ? show(t, part->t) : FLESH_OK; /* an equilibrium is solved for again at the time it has reached */
+  /* An equilibrium is solved for again at the time that it has reached. */
+  int status = part->opens ? show(t, part->t) : FLESH_OK;
   if (status) return status;
   flesh_trajectory_map(part, &t->of[0].map);
   for (int k = 1; k < t->count; k++) t->of[k].map = t->of[0].map;
@@ -209,7 +212,7 @@ static int part_on(void *data, const flesh_recorded_part *part)
   return status;
 }
 
-/* The passes of all parameters in `room`, with the derivatives of the first state. */
+/* Makes the passes of all parameters in `room`, with the derivatives of the first state. */
 static int take_all(tangents *t, const flesh_parameter *parameters, const double *start, double *room)
 {
   const size_t n = (size_t)t->self->n;
@@ -251,7 +254,7 @@ typedef struct last_tangent {
   double *dx, *dv;
 } last_tangent;
 
-/* Copies the derivatives of the last state. Implements flesh_tangent_visit. */
+/* Copies the derivatives of the last state; a flesh_tangent_visit. */
 static int keep_last(void *data, int k, double t, const double *dx, const double *dv)
 {
   const last_tangent *last = data;

@@ -1,5 +1,5 @@
-/* tets.c: what a constant of the material of each single tet changes in the residual. A tet's forces depend on its own constants
- * alone, so that the residual of the body torn into its tets, which share no node, has them all at once. */
+/* tets.c: change of the residual by a material constant of each single tet. A tet's forces depend on its own constants
+ * alone, so that one residual of the body torn into its tets, which share no node, has the changes of all tets. */
 #include "sensitivity/tets.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@
 #include "mesh/pieces.h"
 #include "mesh/torn.h"
 
-/* A system of elasticity, and of what among `effects` is damped by the stiffness. */
+/* Makes a system of elasticity, and of those of `effects` that damp by the stiffness. */
 static int make_system(const flesh_varied_tets *self, const flesh_body *body, const flesh_system *effects, flesh_system **system)
 {
   const flesh_mesh *torn = self->torn_body.mesh;

@@ -1,6 +1,6 @@
-/* torn_body.c: the derivative of a sum over tets by what it reads, from the residuals of the body torn into its tets: two
- * for each component of each node of a tet but the first, as nothing changes where all move alike; more for tets that have
- * a kink between them, as where an eigenvalue is clamped. */
+/* torn_body.c: the derivative of a sum over tets by an argument, from residuals of the body torn into its tets: two for
+ * each component of each node of a tet except the first, as nothing changes when all nodes move alike; more for tets with a
+ * kink between the two, as where an eigenvalue is clamped. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -11,9 +11,9 @@
 #include "mesh/torn.h"
 #include "sensitivity/coupling.h"
 
-enum { ARRAYS = 7 }; /* of a point */
-/* The differences of both sides of a smooth tet agree to `kinked` and round-off, which stiff volumes have much of; others have
- * steps a tenth as long, FINER times at most. */
+enum { ARRAYS = 7 }; /* number of arrays of a point */
+/* The two one-sided differences of a smooth tet agree to `kinked` and round-off, which is large with stiff volumes. Other
+ * tets get steps a tenth as long, at most FINER times. */
 enum { FINER = 3 };
 static const double kinked = 1e-5, finer_step = 0.1;
 
@@ -43,7 +43,7 @@ static int make_mesh(flesh_couplings *self)
   flesh_torn_body *torn_body = &self->torn_body;
   const int effects = flesh_system_effect_count(self->system);
   if (torn_body->of) return FLESH_OK;
-  flesh_torn_body_clear(0, torn_body); /* of what failed */
+  flesh_torn_body_clear(0, torn_body); /* frees what was made before the failure */
   const int status = flesh_torn_body_open(flesh_system_mesh(self->system), torn_body);
   if (!status) torn_body->of = flesh_calloc((size_t)effects, sizeof(flesh_system *));
   return status || torn_body->of ? status : no_memory();
@@ -86,17 +86,17 @@ flesh_point flesh_torn_body_point(const flesh_torn_body *torn_body, const flesh_
   return torn;
 }
 
-/* A torn effect, its point, what is varied of that, and how far. */
+/* A torn effect, its point, the argument that is varied, and the step. */
 typedef struct variation {
   const flesh_torn_body *torn_body;
   const flesh_system *system;
   flesh_point *point;
   const double **read;
   double step;
-  double *varied, *before, *after, *middle; /* room [n]; the residual at the point */
+  double *varied, *before, *after, *middle; /* work space [n]; residuals before, after and at the point */
 } variation;
 
-/* r [n] = the residual with a component of each tet's node `a` moved by a distance. */
+/* Computes r [n], the residual with a component of each tet's node `a` moved by `by`. */
 static int move(const variation *v, int component, int a, double by, double *r)
 {
   const flesh_torn_body *torn_body = v->torn_body;
@@ -113,8 +113,8 @@ static int move(const variation *v, int component, int a, double by, double *r)
   return status;
 }
 
-/* Takes the differences of the `count` forces of a tet from `first` on, whose sum over a step is `step`. Returns whether there
- * is a kink between them, and not only round-off. */
+/* Takes the differences of the `count` forces of a tet from `first` on, between points `step` to either side. Returns
+ * whether there is a kink between them, beyond round-off. */
 static int take_tet(const variation *v, int first, int count, double step, double *sum)
 {
   double bent = 0, size = 0, forces = 0;
@@ -128,8 +128,8 @@ static int take_tet(const variation *v, int first, int count, double step, doubl
   return bent > kinked * size + 16384 * DBL_EPSILON * forces;
 }
 
-/* Takes the tets whose `sum` is not known, NAN at its first number. Returns how many of them have a kink, and are taken
- * again unless this was the last time. */
+/* Takes the tets whose `sum` is not known, with NAN as its first number. Returns the number of tets with a kink, which are
+ * taken again unless this was the last time. */
 static int take_tets(const variation *v, double step, int last, double *sum)
 {
   const flesh_mesh *mesh = v->torn_body->mesh;
@@ -142,7 +142,8 @@ static int take_tets(const variation *v, double step, int last, double *sum)
   return bent;
 }
 
-/* sum [n] = the derivative by a component of each tet's node `a`, which is taken from that of the first, `first` [n]. */
+/* Computes sum [n], the derivative by a component of each tet's node `a`, and subtracts it from `first` [n], that of the
+ * first node. */
 static int differentiate(const variation *v, int component, int a, double *sum, double *first)
 {
   double step = v->step;
@@ -157,7 +158,7 @@ static int differentiate(const variation *v, int component, int a, double *sum, 
   return status;
 }
 
-/* The blocks of each tet's node `a`, of whose components sums [3][n] are the derivatives. */
+/* Appends the blocks of each tet's node `a`; sums [3][n] are the derivatives by its components. */
 static int append_blocks(const flesh_torn_body *torn_body, int a, const double *sums, flesh_coupling *to)
 {
   int status = FLESH_OK;

@@ -1,4 +1,4 @@
-/* trajectory.c: records the steps of an integrator, and makes their stages again. */
+/* trajectory.c: records the steps of an integrator. */
 #include "sensitivity/trajectory.h"
 
 #include <stdlib.h>
@@ -71,7 +71,7 @@ static int solved(void *data, const flesh_stage *stage, int at, const double *u)
   return solve->u && (!multipliers || solve->multipliers) ? FLESH_OK : fail_memory(self);
 }
 
-/* Refuses internal variables that change, but for what breaks, and that stays broken. */
+/* Refuses internal variables that change, except those of effects that break and stay broken. */
 static int check_internal(const flesh_trajectory *self, const double *internal)
 {
   for (int e = 0; e < flesh_system_effect_count(self->system); e++) {
@@ -86,7 +86,7 @@ static int check_internal(const flesh_trajectory *self, const double *internal)
   return FLESH_OK;
 }
 
-/* Checks what has no sensitivities. */
+/* Refuses a part that has no sensitivities. */
 static int check_part(const flesh_trajectory *self, const flesh_taken_part *taken)
 {
   if (self->tape.untangled)
@@ -95,7 +95,7 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
 
-/* The part takes the jump before it, which constrained dofs that stay where they are do not make. */
+/* Gives the part the jump before it; constrained dofs that stay where they are make none. */
 static int take_jump(flesh_trajectory *self, flesh_recorded_part *part)
 {
   const int n = 2 * self->n;
