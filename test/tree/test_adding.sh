@@ -39,7 +39,7 @@ cd "$work/tree" || exit 1
       '  ROW(YEOH, yeoh, "Yeoh", "yeoh", 0, RAW_OR_MATCHED, "#CC3311", \\\n      "mu/2 (I_C-3) + c2 (I_C-3)^2 + lambda/2 (J-alpha)^2", "Yeoh 1993", \\\n      fmax(0, mu / 3 - 8 * c2), "max(0, mu/3 - 8 c2)", 0, mu, lambda + mu - 8 * c2, 1 + mu / lambda, QUADRATIC) \\\n' &&
     append include/flesh/material.h '#define FLESH_FORM_CONSTANT_LIST(ROW)' \
       '  ROW(YEOH, c2, "Pa", 0, mu / 10, "of (I_C-3)^2") \\\n' &&
-    insert lib/material/psi_forms.h '/* The neo-Hookean form `energy` where' "$(sed 's/\\/\\\\/g' "$given/yeoh_psi.h")
+    insert lib/material/psi_forms.h '/* Computes the neo-Hookean form `energy`;' "$(sed 's/\\/\\\\/g' "$given/yeoh_psi.h")
 " &&
     append README.md '|---|---|---|---|' '| Yeoh (Yeoh 1993) | as E, and c2 (I_C-3)^2, `yeoh` | stress-free | fine |\n' &&
     # The method: a scheme, a row, an option, page.
