@@ -202,7 +202,7 @@ static void reactions_balance_inertia_in_motion(void)
     }
 }
 
-/* The trapezoidal sum of forces against the momentum: exact for the trapezoidal rule, which is newmark, and to second
+/* The trapezoidal sum of forces agrees with the momentum: exactly for the trapezoidal rule (newmark), and to second
  * order for the others. */
 static void reactions_balance_momentum_for_every_method(void)
 {
@@ -235,8 +235,8 @@ static void reactions_balance_momentum_for_every_method(void)
     }
 }
 
-/* The largest departure of reactions from loads and inertia, N, by backward Euler with a tension that depends on the
- * speed; *largest: of the reactions, N. */
+/* Returns the largest difference of reactions and loads with inertia, N, by backward Euler with a tension that depends
+ * on the speed; *largest: the largest reaction, N. */
 static double departure_of(int steps, double *largest)
 {
   char text[2000];
@@ -261,12 +261,12 @@ static double departure_of(int steps, double *largest)
   return departure;
 }
 
-/* Reactions take the speed at the end of a step, where backward Euler has had that over the step. */
+/* Reactions use the speed at the end of a step, backward Euler the mean speed over the step. */
 static void tension_by_the_speed_is_balanced_to_first_order(void)
 {
   double off[3], largest;
   for (int k = 0; k < 3; k++) off[k] = departure_of(10 << k, &largest);
-  CHECK(off[0] > 1e-4 * largest); /* there is something to see */
+  CHECK(off[0] > 1e-4 * largest); /* the tension must matter */
   CHECK(log2(off[0] / off[2]) / 2 > 0.8);
 }
 
@@ -297,7 +297,7 @@ static void contact_forces_balance_what_falls(void)
   }
 }
 
-/* Adds a probe's force and moment. */
+/* Adds a probe's force and moment to the sums. */
 static void add_forces(int row, const char *probe, const char *quantity, const char *moment_name, double sums[6])
 {
   char name[96];
@@ -324,7 +324,7 @@ static void add_forces(int row, const char *probe, const char *quantity, const c
   "  probes:\n    - {name: low, box: [[-1, -1, -1], [1e-9, 2, 0.1]], quantities: [reaction], about: [0, 0, 0]}\n"    \
   "    - {name: far, effect: prescribed_motion, quantities: [reaction, position], about: [4, 0, 0]}\n"
 
-/* Reactions of every pin, prescribed motion and contact by itself; together they balance loads and inertia, about one
+/* Reactions of every pin, prescribed motion and contact separately; together they balance loads and inertia, about one
  * point. */
 static void each_bears_its_own_and_together_they_balance(void)
 {
@@ -337,7 +337,7 @@ static void each_bears_its_own_and_together_they_balance(void)
       watch w;
       double largest[2] = {0};
       run(scenes[s], elements[e], &w);
-      /* The prescribed motion begins with a jump of its velocity, an impulse in the first step that no row shows. */
+      /* The prescribed motion begins with a jump of its velocity: an impulse in the first step, which no row shows. */
       for (int k = s ? 2 : 1; k < w.rows; k++) {
         double sums[6] = {0}, far[3], motion[3], far_moment[3], motion_moment[3];
         add_forces(k, "pin", "reaction", "reaction_moment", sums);
@@ -350,7 +350,7 @@ static void each_bears_its_own_and_together_they_balance(void)
           CHECK_NEAR(sums[d], w.load[k][d] + change, 2e-4);
           CHECK_NEAR(sums[3 + d], w.load_moment[k][d] + (s ? w.rate_moment[k][d] : 0), 2e-3);
         }
-        /* The second pin bears x alone of the components that both hold, and the first the rest. */
+        /* Components that both hold: the second pin bears only x, and the first the rest. */
         CHECK_NEAR(at(k, "pin_2.reaction_x [N]"), at(k, "low.reaction_x [N]"), 1e-9);
         CHECK(at(k, "pin_2.reaction_y [N]") == 0 && fabs(at(k, "low.reaction_y [N]")) > 1);
         vector_at(k, "far.reaction", "N", far);
@@ -367,7 +367,7 @@ static void each_bears_its_own_and_together_they_balance(void)
     }
 }
 
-/* A body wholly held moves as it is told: R = m (a - g). */
+/* A fully constrained body moves as prescribed: R = m (a - g). */
 static void what_is_wholly_held_needs_the_force_of_its_motion(void)
 {
   watch w;

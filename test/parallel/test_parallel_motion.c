@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks,nvecparallel,cvode,arkode,sunlinsolspgmr ranks=1,2,3,5
-/* test_parallel_motion.c: programs of several ranks that own IDA, CVODE or ARKODE and hand vectors of N_VNew_Parallel to
- * callbacks: products, and motions against the same program on one rank. */
+/* test_parallel_motion.c: programs on several ranks that own IDA, CVODE or ARKODE and pass vectors of N_VNew_Parallel
+ * to callbacks: products, and motions compared with the same program on one rank. */
 #include "ranks.h"
 
 #include <arkode/arkode_arkstep.h>
@@ -18,28 +18,28 @@
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 
-/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+/* Before SUNDIALS 7.1, the names of ARKODE's functions contain that of the stepper. */
 #if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
 #define ARK(stepper, function) stepper##function
 #else
 #define ARK(stepper, function) ARKode##function
 #endif
 
-/* A body as one of the programs has it: the whole with serial vectors, or the part of this rank with parallel ones. */
+/* A body as seen by one of the programs: the whole with serial vectors, or the part of this rank with parallel ones. */
 typedef struct side {
   test_body body;
   flesh_rank_part *part; /* NULL: the whole */
   SUNContext context;
 } side;
 
-/* The whole, which every rank has, and this rank's part of it. */
+/* The whole body, which every rank has, and this rank's part of it. */
 typedef struct sides {
   side whole, own;
 } sides;
 
 static const double release = 0.06, end = 0.12;
 
-/* A damped bar that is held at x = 0, and at x = 1 moved sideways until it is let go. */
+/* Makes a damped bar held at x = 0, and moved sideways at x = 1 until it is released. */
 static int add_effects(test_body *b)
 {
   static const flesh_keyframe keyframes[] = {{.t = 0}, {.t = 1, .translation = {0, 0.5, 0}}};
@@ -86,7 +86,7 @@ static void close_sides(sides *s)
   flesh_rank_part_destroy(&s->own.part);
 }
 
-/* For y = (x, v). */
+/* for y = (x, v) */
 static N_Vector new_vector(const side *s)
 {
   const flesh_team *team = s->part ? flesh_rank_part_team(s->part) : NULL;
@@ -94,7 +94,7 @@ static N_Vector new_vector(const side *s)
               : N_VNew_Serial(2 * s->body.n, s->context);
 }
 
-/* How far y of the ranks is from the whole's, of its largest number in either half. */
+/* Returns the difference of the ranks' y from the whole's, over its largest number in either half. */
 static double difference(const sides *s, N_Vector own_vector, N_Vector whole_vector)
 {
   const size_t n = (size_t)s->whole.body.n, own = 3 * (size_t)flesh_rank_part_own(s->own.part);
@@ -155,7 +155,7 @@ static double ask_ida(const side *s, N_Vector results[IDA_PRODUCTS])
   CHECK_OK(flesh_ida_jacobian(0.01, cj, y, yp, NULL, A, problem, NULL, NULL, NULL));
   CHECK(SUNLinSolSetup(solver, A) == 0);
   CHECK(SUNLinSolSolve(solver, A, results[IDA_SOLVED], results[IDA_RESIDUAL], 0) == 0);
-  CHECK(SUNMatScaleAddI(1, A) == 0); /* takes the condensed matrix apart */
+  CHECK(SUNMatScaleAddI(1, A) == 0); /* modifies the condensed matrix */
   CHECK(SUNMatMatvec(A, x, results[IDA_MATVEC]) == 0);
   N_VDestroy(x);
   SUNMatDestroy(A);
@@ -238,13 +238,13 @@ static void what_cvode_asks_for_is_that_of_one_rank(void)
   }
 }
 
-/* How a program steps: each by flesh's matrix and solver, then by GMRES without a matrix. */
+/* How a program steps: with each integrator by flesh's matrix and solver, then by GMRES without a matrix. */
 typedef enum way { IDA, IDA_GMRES, CVODE, CVODE_GMRES, ARK_IMPLICIT, ARK_EXPLICIT, WAYS } way;
 static const char *const names[WAYS] = {"IDA", "IDA by GMRES", "CVODE", "CVODE by GMRES", "ARKODE, implicit", "ARKODE, explicit"};
 
 static const double tolerance = 1e-5;
 
-/* From the state to the next event or the end, by IDA. Returns IDA's steps. */
+/* Runs IDA from the state to the next event or the end. Returns IDA's steps. */
 static long run_ida(const side *s, int gmres, flesh_ida_problem *problem, flesh_state *state)
 {
   long steps = 0;
@@ -355,7 +355,7 @@ static long run_ode(const side *s, way how, flesh_ode_problem *problem, flesh_st
   return steps;
 }
 
-/* From the body's start to the end, over the event; the state is new. */
+/* Runs from the body's start to the end, across the event; returns a new state. */
 static long run(const side *s, way how, flesh_state *state)
 {
   const int n = s->body.n, by_ida = how == IDA || how == IDA_GMRES;
@@ -376,7 +376,7 @@ static long run(const side *s, way how, flesh_state *state)
   return steps;
 }
 
-/* Programs get the same motion on ranks as on one, within what the error test allows; in no more steps. */
+/* Programs get the same motion on ranks as on one, within the tolerance of the error test, in no more steps. */
 static void motions_are_those_of_one_rank(void)
 {
   sides s;
@@ -400,7 +400,7 @@ static void motions_are_those_of_one_rank(void)
   close_sides(&s);
 }
 
-/* An error of one rank alone is refused on all, before anybody waits for another. */
+/* An error of a single rank is refused on all, before any of them waits for another. */
 static void what_is_of_one_rank_is_refused(void)
 {
   sides s;

@@ -1,6 +1,6 @@
 // TEST quick needs=ranks,nvecparallel,cvode,arkode ranks=1,2,3,5
-/* test_parallel_newton.c: flesh's Newton in an IDA, ARKODE or CVODE of several ranks, whose vectors are those of
- * N_VNew_Parallel: the same motion as on one rank, onto an obstacle too. */
+/* test_parallel_newton.c: flesh's Newton in an IDA, ARKODE or CVODE on several ranks, with vectors of N_VNew_Parallel:
+ * the same motion as on one rank, also onto an obstacle. */
 #include "ranks.h"
 
 #include <nvector/nvector_parallel.h>
@@ -12,13 +12,13 @@
 
 static const double end = 0.06, tolerance = 1e-5;
 
-/* A bar as a whole on every rank, and the part of this rank. */
+/* A whole bar on every rank, and the part of this rank. */
 typedef struct bodies {
   test_body whole, own;
   flesh_rank_part *part;
 } bodies;
 
-/* Held at x = 0, its free end falls on a plane. */
+/* Makes a bar held at x = 0; its free end falls on a plane. */
 static void add_effects(bodies *b)
 {
   test_body *const both[] = {&b->whole, &b->own};

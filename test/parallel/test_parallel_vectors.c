@@ -1,5 +1,6 @@
 // TEST full memory needs=ranks,nvecparallel ranks=1,2,3,5
-/* test_parallel_vectors.c: programs of several ranks that own KINSOL and hand vectors of N_VNew_Parallel to callbacks. */
+/* test_parallel_vectors.c: programs on several ranks that own KINSOL and pass vectors of N_VNew_Parallel to
+ * callbacks. */
 #include "ranks.h"
 
 #include <kinsol/kinsol.h>
@@ -11,7 +12,7 @@
 #include "flesh/kinsol.h"
 #include "sundials/compatibility.h"
 
-/* A bar that sags: the whole on every rank, and this rank's part of it, whose own numbers are in u. */
+/* A sagging bar: the whole on every rank, and this rank's part of it, whose own numbers are in u. */
 typedef struct sagging {
   flesh_mesh *mesh;
   flesh_rank_part *part;
@@ -84,7 +85,7 @@ static void drop(sagging *s)
   flesh_rank_part_destroy(&s->part);
 }
 
-/* How far x0 + u is from the whole's equilibrium on one rank, in m. */
+/* Returns the distance of x0 + u from the whole's equilibrium on one rank, in m. */
 static double distance_from_whole(sagging *s)
 {
   flesh_solver_options options = test_options(1e-10);
@@ -124,7 +125,7 @@ static void with_our_matrix_and_solver(void)
   }
 }
 
-/* SUNDIALS' own linear solver takes products and the preconditioner from the callbacks. */
+/* SUNDIALS' own linear solver uses products and the preconditioner from the callbacks. */
 static void with_sundials_pcg(void)
 {
   static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_IC, FLESH_PRECONDITIONER_TWO_LEVEL};
@@ -149,7 +150,7 @@ static void with_sundials_pcg(void)
   }
 }
 
-/* The matrix as SUNDIALS multiplies it, and products as callbacks give them, are the whole's. */
+/* The matrix as multiplied by SUNDIALS, and the callbacks' products, are those of the whole. */
 static void products_are_those_of_one_rank(void)
 {
   sagging s;
@@ -162,7 +163,7 @@ static void products_are_those_of_one_rank(void)
   CHECK(flesh_kinsol_jacobian_times(s.ones, z, s.u, NULL, s.problem) >= 0);
   N_VLinearSum(1, y, -1, z, z);
   CHECK_BELOW(N_VMaxNorm(z), 1e-12 * N_VMaxNorm(y));
-  /* A translation loads what is held alone, and what is next to it. */
+  /* A translation loads only constrained nodes and their neighbours. */
   const double *X = flesh_mesh_positions(s.own.mesh), *at = N_VGetArrayPointer(y);
   for (int d = 0; d < 3 * flesh_rank_part_own(s.part); d++)
     if (X[d - d % 3] > 0.13) CHECK_BELOW(fabs(at[d]), 1e-10 * 1e5);
@@ -172,7 +173,7 @@ static void products_are_those_of_one_rank(void)
   drop(&s);
 }
 
-/* A vector that has not the numbers of own nodes on one rank is refused on all. */
+/* A vector whose size is not that of the own nodes on one rank is refused on all. */
 static void other_vectors_are_refused(void)
 {
   sagging s;

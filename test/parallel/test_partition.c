@@ -1,5 +1,6 @@
 // TEST quick
-/* test_partition.c: which tets go together: as many each, flat cuts, and METIS' where planes cut far more. */
+/* test_partition.c: the distribution of tets: equally many in each part, with flat cuts, and those of METIS if planes
+ * would cut far more. */
 #include "test.h"
 
 #include <stdlib.h>
@@ -34,7 +35,7 @@ static void drop(parted *p)
   free(p->part);
 }
 
-/* Difference of the least and the most tets of a part. */
+/* Returns the difference between the most and the least tets of a part. */
 static int unevenness(const parted *p, int parts)
 {
   int counts[64] = {0}, least = 1 << 30, most = 0;
@@ -46,7 +47,7 @@ static int unevenness(const parted *p, int parts)
   return most - least;
 }
 
-/* Nodes of two parts, and into `place` [3] how far they are from each other along each axis. */
+/* Counts the nodes shared by two parts; `place` [3] gets their extent along each axis. */
 static int nodes_between(const parted *p, double place[3])
 {
   const int nodes = flesh_mesh_node_count(p->mesh), *tets = flesh_mesh_tets(p->mesh);
@@ -124,7 +125,7 @@ static void bent_bodies_are_parted_by_metis(void)
   drop(&p);
 }
 
-/* Tets that are all in one place along an axis are parted by their numbers. */
+/* Tets that are all at one position along an axis are divided by their numbers. */
 static void tets_of_one_place_are_parted(void)
 {
   parted p;

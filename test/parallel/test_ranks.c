@@ -7,7 +7,7 @@
 static int rank(void) { return flesh_communicator_rank(ranks); }
 static int size(void) { return flesh_communicator_size(ranks); }
 
-/* More numbers than are reduced at a time. */
+/* More numbers than fit in one reduction. */
 enum { NUMBERS = 2500 };
 
 static void sums_are_of_all_ranks(void)
@@ -24,7 +24,7 @@ static void sums_are_of_all_ranks(void)
   CHECK(isnan(none));
 }
 
-/* Numbers whose sum depends on the order: the bits are the same on all ranks, and once more. */
+/* Numbers whose sum depends on the order: the bits are the same on all ranks, and when repeated. */
 static void sums_have_the_same_bits_everywhere(void)
 {
   unsigned long long seed = 17 + (unsigned long long)rank();
@@ -53,7 +53,7 @@ static void the_worst_status_wins(void)
   char sentence[64];
   snprintf(sentence, sizeof sentence, "rank %d cannot read", last);
   CHECK(strcmp(flesh_error_text(), sentence) == 0);
-  /* If several ranks fail alike, the first one's sentence counts. */
+  /* If several ranks fail with the same status, the first one's message counts. */
   flesh_fail(FLESH_ERR_SOLVE, "rank %d", rank());
   CHECK(flesh_communicator_agree(ranks, FLESH_ERR_SOLVE) == FLESH_ERR_SOLVE);
   CHECK(strcmp(flesh_error_text(), "rank 0") == 0);
@@ -69,7 +69,7 @@ static flesh_mesh *make_bar(int order)
   return raised;
 }
 
-/* Every tet and, by its owner, every node of the whole is counted once; places are those of the whole. */
+/* Every tet and, by its owner, every node of the whole is counted once; positions are those of the whole. */
 static void check_part(const flesh_mesh *whole, flesh_rank_part *part)
 {
   const flesh_mesh *mesh = flesh_rank_part_mesh(part);
@@ -92,7 +92,7 @@ static void check_part(const flesh_mesh *whole, flesh_rank_part *part)
   }
 }
 
-/* Ghosts get what their owners have; owners get what their ghosts have. */
+/* Ghosts get their owners' values; owners get the sums of their ghosts'. */
 static void check_halo(const flesh_mesh *whole, flesh_rank_part *part)
 {
   const flesh_team *team = flesh_rank_part_team(part);
@@ -104,7 +104,7 @@ static void check_halo(const flesh_mesh *whole, flesh_rank_part *part)
   flesh_team_update_ghosts(team, vector);
   for (int d = 0; d < 3 * team->nodes; d++) CHECK_NEAR(vector[d], 3 * nodes[d / 3] + d % 3, 0);
   for (int i = 0; i < team->nodes; i++) times[nodes[i]] = 1;
-  flesh_communicator_sum(ranks, all, times); /* how many ranks have it */
+  flesh_communicator_sum(ranks, all, times); /* number of ranks that have it */
   flesh_team_add_ghosts(team, vector);
   for (int d = 0; d < 3 * team->nodes; d++)
     CHECK_NEAR(vector[d], d < 3 * team->own ? times[nodes[d / 3]] * (3 * nodes[d / 3] + d % 3) : 0, 0);
@@ -128,7 +128,7 @@ static void every_tet_and_node_is_counted_once(void)
   }
 }
 
-/* Tets dealt out in turn: nearly every node is of nearly every rank. */
+/* Tets distributed in turn: nearly every node belongs to nearly every rank. */
 static void scattered_parts_serve(void)
 {
   flesh_mesh *whole = make_bar(1);
@@ -143,7 +143,7 @@ static void scattered_parts_serve(void)
   flesh_mesh_destroy(&whole);
 }
 
-/* Few tets: no rank is without one, and too many ranks are told. A rank without a tet fails all. */
+/* Few tets: no rank is without one, and too many ranks are refused. A rank without a tet fails on all. */
 static void no_rank_is_empty(void)
 {
   flesh_mesh *cube = NULL;

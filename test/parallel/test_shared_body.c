@@ -1,6 +1,6 @@
 // TEST quick needs=ranks ranks=1,2,3,5
-/* test_shared_body.c: a body that is shared out among ranks against the same body on one: forces, energies, products
- * with the matrix, equilibria and motions under KINSOL. */
+/* test_shared_body.c: a body shared by ranks against the same body on one rank: forces, energies, products with the
+ * matrix, equilibria and motions under KINSOL. */
 #include "ranks.h"
 
 #include "base/error.h"
@@ -13,7 +13,7 @@
 #include "system/system.h"
 #include "time/rigid_guess.h"
 
-/* The body as a whole, which every rank has, and this rank's part of it. */
+/* The whole body, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
   flesh_rank_part *part;
@@ -21,7 +21,7 @@ typedef struct bodies {
   int nodes;
 } bodies;
 
-/* Adds the effects beside inertia and elasticity. */
+/* Adds the effects besides inertia and elasticity. */
 static int add_effects(test_body *b)
 {
   flesh_effect *effect = NULL;
@@ -64,7 +64,7 @@ static void drop(bodies *b)
   flesh_rank_part_destroy(&b->part);
 }
 
-/* This rank's part of a vector of the whole. */
+/* Copies this rank's part of a vector of the whole. */
 static void take(const bodies *b, const double *whole, double *own)
 {
   for (int d = 0; d < b->own.n; d++) own[d] = whole[3 * flesh_rank_part_nodes(b->part)[d / 3] + d % 3];
@@ -77,7 +77,7 @@ static double largest(int n, const double *x)
   return most;
 }
 
-/* How far the ranks' vector is from the whole's, over its largest number. */
+/* Returns the difference of the ranks' vector from the whole's, over its largest number. */
 static double difference(const bodies *b, const double *own, const double *whole)
 {
   double *gathered = malloc(3 * (size_t)b->nodes * sizeof *gathered);
@@ -90,7 +90,7 @@ static double difference(const bodies *b, const double *own, const double *whole
 
 static double *vector(int n) { return calloc((size_t)n + 1, sizeof(double)); }
 
-/* The body in some motion: x, v, a of the whole [3][3*nodes], and of the part. */
+/* Makes the body in some motion: x, v, a of the whole [3][3*nodes], and of the part. */
 static void disturb(const bodies *b, double *whole[3], double *own[3])
 {
   unsigned long long seed = 5;
@@ -132,7 +132,7 @@ static void check_sums(const bodies *b, const flesh_point points[2])
   free(r[1]);
 }
 
-/* The matrix of a rank's overlap is the whole's, every block of it, wherever it was computed. */
+/* The matrix of a rank's overlap is that of the whole, in every block, wherever it was computed. */
 static void check_overlap(const bodies *b, const flesh_block_matrix *whole, const flesh_block_matrix *own)
 {
   const flesh_team *team = flesh_rank_part_team(b->part);
@@ -161,8 +161,8 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
   free(place);
 }
 
-/* The ranks' corrections are added up, for owners and ghosts alike, with weights k^(-1/4) on either side, of a node
- * in the overlaps of k ranks. */
+/* The ranks' corrections are summed, for owners and ghosts alike, with weights k^(-1/4) on either side for a node in
+ * the overlaps of k ranks. */
 static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own)
 {
   const flesh_team *team = flesh_rank_part_team(b->part);
@@ -213,7 +213,7 @@ static void check_products(const bodies *b, const flesh_point points[2])
   }
 }
 
-/* Sums over vectors count ghosts once, although places are consistent. */
+/* Sums over vectors count ghosts once, although positions are consistent. */
 static void check_vectors(const bodies *b, const flesh_point points[2])
 {
   flesh_threads *threads = NULL;
@@ -226,7 +226,7 @@ static void check_vectors(const bodies *b, const flesh_point points[2])
   const double own[] = {flesh_dot(threads, n[1], points[1].x, points[1].v), flesh_norm(threads, n[1], points[1].x),
                         flesh_largest(threads, n[1], points[1].x), flesh_bound_apart(threads, n[1], points[1].x, points[1].v)};
   for (int k = 0; k < 4; k++) CHECK_NEAR(own[k], whole[k], 1e-13 * whole[1]);
-  /* One number on one rank, and vectors are others on all. */
+  /* A different number on one rank makes the vectors different on all. */
   memcpy(y, points[1].x, (size_t)n[1] * sizeof *y);
   CHECK(flesh_same(threads, n[1], points[1].x, y));
   if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) y[0] += 1;
@@ -258,7 +258,7 @@ static flesh_solver_options options_of_ranks(void)
   return options;
 }
 
-/* The equilibrium under gravity; how far ranks are from one rank, and their iterations. */
+/* Computes the equilibrium under gravity: the difference of ranks from one rank, and their iterations. */
 static void equilibria_are_those_of_one_rank(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -283,7 +283,7 @@ static void equilibria_are_those_of_one_rank(void)
   }
 }
 
-/* A few steps of a method, of the whole and of the ranks; with a velocity, which is put in at the free end. */
+/* Takes a few steps of a method, of the whole and of the ranks; with an initial velocity at the free end. */
 static void compare_motions(flesh_method method, int steps, bodies *b)
 {
   const flesh_solver_options options = options_of_ranks();
@@ -320,7 +320,7 @@ static void motions_are_those_of_one_rank(void)
   drop(&b);
 }
 
-/* Two boxes, which no node connects; new. */
+/* Makes two boxes that share no node. */
 static flesh_mesh *two_boxes(void)
 {
   flesh_mesh *box = NULL, *both = NULL;
@@ -337,7 +337,7 @@ static flesh_mesh *two_boxes(void)
   return both;
 }
 
-/* However scattered their tets are over the ranks. A body with a dof that is held on one rank stays. */
+/* Bodies are found however scattered their tets are over the ranks. A body with a constrained dof on one rank stays. */
 static void free_bodies_go_on_as_on_one_rank(void)
 {
   bodies b = {.mesh = two_boxes()};
@@ -365,7 +365,7 @@ static void free_bodies_go_on_as_on_one_rank(void)
     CHECK(parts[k].count == 2);
     for (int p = 0; p < 2; p++) CHECK_NEAR(parts[k].extent[p], parts[0].extent[0], 1e-12); /* of equal boxes */
   }
-  for (int way = 0; way < 4; way++) { /* nearest or not; without and with a node that is held */
+  for (int way = 0; way < 4; way++) { /* nearest or not; without and with a constrained node */
     uint8_t *fixed[2] = {calloc((size_t)n[0], 1), calloc((size_t)n[1], 1)};
     const int local = flesh_rank_part_find(b.part, b.nodes - 1), expected = way < 2 ? 2 : 1;
     fixed[0][n[0] - 1] = 1;
@@ -383,8 +383,7 @@ static void free_bodies_go_on_as_on_one_rank(void)
   drop(&b);
 }
 
-/* An effect or option that cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so
- * on all. */
+/* An effect or option that cannot be shared is refused on all ranks, with one message; so is a failed solve. */
 static void refusals_and_failures_are_everyones(void)
 {
   bodies b;
@@ -402,7 +401,7 @@ static void refusals_and_failures_are_everyones(void)
   CHECK(flesh_integrator_step(integrator, &b.own.state, 0, NULL) == FLESH_ERR_SOLVE);
   CHECK_TEXT(flesh_error_text(), "smallest J");
   flesh_integrator_destroy(&integrator);
-  /* If one rank's energy has no value, that of all has none. */
+  /* If one rank's energy is undefined, the total is undefined on all. */
   double phi, size;
   const flesh_point point = flesh_point_at(0, b.own.state.x, b.own.state.v, b.own.state.v);
   if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) b.own.state.x[0] = NAN;
@@ -410,7 +409,7 @@ static void refusals_and_failures_are_everyones(void)
   drop(&b);
 }
 
-/* A failure of one rank before a creation that ranks share ends that on all of them, with its sentence. */
+/* A failure of one rank before a collective creation ends it on all ranks, with the failing rank's message. */
 static void creations_take_what_failed_before(void)
 {
   bodies b;
@@ -435,7 +434,8 @@ static void creations_take_what_failed_before(void)
   drop(&b);
 }
 
-/* Smooth displacements are left to the coarse level of all ranks: without it iterations grow with the ranks. */
+/* Smooth displacements are left to the coarse level of all ranks: without it iterations grow with the number of
+ * ranks. */
 static void the_coarse_level_is_that_of_all_ranks(void)
 {
   static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC};

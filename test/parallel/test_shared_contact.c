@@ -1,6 +1,6 @@
 // TEST full needs=ranks ranks=1,2,3,5,8
-/* test_shared_contact.c: a block that slides on a slope while its contact is cut into parts, or is all on one of them, and
- * a bar of which a rank has nothing but what is pinned: within the bounds that hold on one rank. */
+/* test_shared_contact.c: a block that slides on a slope with its contact divided among ranks, or entirely on one of
+ * them, and a bar of which one rank has only pinned nodes: within the bounds that hold on one rank. */
 #include "ranks.h"
 
 #include "body.h"
@@ -8,26 +8,26 @@
 #include "geometry/obstacle.h"
 #include "time/integrator.h"
 
-/* The body as a whole, which every rank has, and this rank's part of it. */
+/* The whole body, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
   flesh_rank_part *part;
   test_body whole, own;
 } bodies;
 
-/* Which rank has a tet, by the place of its middle along an axis, from 0 to 1. */
+/* Returns the rank of a tet by the position of its middle along an axis, from 0 to 1. */
 typedef int (*cut)(const double middle[3], int count);
 
 static int cut_along_x(const double middle[3], int count) { return (int)(middle[0] * count); }
 
-/* The first has the lowest of four layers, on which the block lies. */
+/* The first rank has the lowest of four layers, on which the block lies. */
 static int cut_off_below(const double middle[3], int count)
 {
   if (count == 1) return 0;
   return middle[2] < 0.25 ? 0 : 1 + (int)(middle[0] * (count - 1));
 }
 
-/* The first has an eighth of the bar. */
+/* The first rank has an eighth of the bar. */
 static int cut_off_the_end(const double middle[3], int count)
 {
   if (count == 1) return 0;
@@ -96,7 +96,7 @@ static void add_plane(bodies *b, double z, double friction)
   CHECK_OK(flesh_system_add_effect(b->whole.system, &effect));
 }
 
-/* Mean place and velocity along x of the whole. */
+/* Computes mean position and velocity along x of the whole. */
 static void middle_of(const bodies *b, double *x, double *v)
 {
   const int n = b->whole.n;
@@ -113,7 +113,7 @@ static void step(flesh_integrator *integrator, bodies *b, int steps)
   CHECK_OK(status);
 }
 
-/* On a slope of this angle: how far it gets between .5 and 1 s, and with which acceleration. */
+/* Slides on a slope of this angle: computes the displacement between .5 and 1 s, and the acceleration. */
 static void slide(cut rank_of, double angle, double friction, flesh_method method, double *way, double *acceleration)
 {
   bodies b;
@@ -140,7 +140,7 @@ static void slide(cut rank_of, double angle, double friction, flesh_method metho
   close_bodies(&b);
 }
 
-/* The block behaves as on one rank (test_contact_motion): it holds below mu, and slips above with g (sin - mu cos), to
+/* The block behaves as on one rank (test_contact_motion): it sticks below mu, and slips above with g (sin - mu cos), to
  * 1 %. */
 static void check_coulomb(cut rank_of, flesh_method method)
 {
@@ -162,7 +162,7 @@ static void a_cut_goes_through_the_contact(void)
 
 static void one_rank_has_all_of_the_contact(void) { check_coulomb(cut_off_below, FLESH_METHOD_BACKWARD_EULER); }
 
-/* Nothing moves in the part of the bar that the first rank has. */
+/* Nothing moves in the first rank's part of the bar. */
 static void a_rank_has_a_pinned_part_only(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,
@@ -198,7 +198,7 @@ static void a_rank_has_a_pinned_part_only(void)
   }
 }
 
-/* Clearance that is left spares ranks, too, the question how far a step may go. */
+/* Remaining clearance also spares ranks the computation of feasible steps. */
 static void what_is_far_limits_no_step(void)
 {
   bodies b;

@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks ranks=3,8
-/* test_shared_effects.c: every effect that ranks share out against itself on the whole body: forces, potentials, energies,
- * products with the matrix, feasible steps. */
+/* test_shared_effects.c: every effect that ranks can share against itself on the whole body: forces, potentials,
+ * energies, products with the matrix, feasible steps. */
 #include "scene_files.h"
 
 #include "ranks.h"
@@ -17,7 +17,7 @@
 #include "system/system.h"
 #include "system/work.h"
 
-/* Effects on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */
+/* Effects on the unit cube; obstacles are near it, with friction, and bodies' faces are near the core of a ball. */
 static const char *const shared[] = {
     "inertia: {}",
     "elasticity: {}",
@@ -56,10 +56,10 @@ typedef struct pair {
   const char *text;
   flesh_scene *scene;
   flesh_scene_share *share;
-  const flesh_system *systems[2]; /* of the whole, of the part */
+  const flesh_system *systems[2]; /* effects of the whole and of the part */
   int n[2];
   double *x[2], *v[2], *a[2], *x_lag[2], *v_lag[2];
-  double *multipliers[2], *internal; /* all ranks have the whole's internal variables */
+  double *multipliers[2], *internal; /* all ranks have the internal variables of the whole */
   flesh_point points[2];
 } pair;
 
@@ -128,7 +128,7 @@ static void close_pair(pair *p)
   flesh_scene_destroy(&p->scene);
 }
 
-/* How far what the ranks own is from the whole's vector, over its largest number. */
+/* Returns the difference of the ranks' own values from the whole's vector, over its largest number. */
 static double difference(const pair *p, const double *own, const double *whole)
 {
   double *gathered = vector(p->n[0]), most = 0, worst = 0;
@@ -215,7 +215,7 @@ static void check_steps(const pair *p)
   for (int k = 0; k < 2; k++) free(to[k]);
 }
 
-/* Every rank finds what one rank does, with the same bits. */
+/* Every rank finds the same as one rank, bit for bit. */
 static void check_internal(const pair *p)
 {
   const int count = flesh_system_internal_count(p->systems[0]);
@@ -243,7 +243,7 @@ static void make_cube(int cells)
   flesh_mesh_destroy(&cube);
 }
 
-/* Contact between bodies takes longer, and is tried once on tets of each kind. */
+/* Contact between bodies takes longer, and is tested once on tets of each kind. */
 static int is_there(int k)
 {
   return !strstr(shared[k / 2], "between") || k % 2 == (strstr(shared[k / 2], "separate") != NULL);
@@ -276,7 +276,7 @@ static void so_it_does_on_the_coarsest_mesh(void)
   if (flesh_communicator_size(ranks) <= 6) check_effects(1);
 }
 
-/* Also where ranks have all corners of faces that are not theirs. */
+/* Also if ranks have all corners of faces that are not theirs. */
 static void a_face_is_of_one_rank(void)
 {
   flesh_mesh *cube = NULL;
@@ -300,7 +300,7 @@ static void a_face_is_of_one_rank(void)
   flesh_mesh_destroy(&cube);
 }
 
-/* Incompressible tets have a pressure each, which is that of one rank. */
+/* Incompressible tets have a pressure each, which is that on one rank. */
 static void pressures_of_incompressible_tets_are_shared_out(void)
 {
   pair p;
@@ -316,7 +316,7 @@ static void pressures_of_incompressible_tets_are_shared_out(void)
   close_pair(&p);
 }
 
-/* A belt that moves where the first rank is, and pushes with 1 N along x there. */
+/* A belt that moves at the first rank and pushes with 1 N along x there. */
 static int belt_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   (void)effect, (void)point;
@@ -337,7 +337,7 @@ static const flesh_effect_operations belt = {.name = "belt",
                                              .residual = belt_residual,
                                              .time = &(const flesh_effect_time){.carry = belt_carry}};
 
-/* A handle that moves on one rank and stands still on the others works; all ranks learn how much. */
+/* A prescribed motion that acts on one rank and not on the others does work; all ranks know how much. */
 static void what_stands_still_on_some_ranks_works_on_others(void)
 {
   pair p;

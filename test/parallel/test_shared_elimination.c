@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks ranks=1,2,3,5
-/* test_shared_elimination.c: nonlinear elimination of a body that is shared out among ranks: each rank solves for the nodes
- * that it alone has, what all find is one step, and solves take fewer iterations to the same end. */
+/* test_shared_elimination.c: nonlinear elimination of a body shared by ranks: each rank solves for the nodes that only
+ * it has, the results form one step, and solves take fewer iterations to the same solution. */
 #include "ranks.h"
 
 #include "base/parallel_vector.h"
@@ -8,7 +8,7 @@
 #include "newton/newton.h"
 #include "sundials/kinsol.h"
 
-/* The body as a whole, which every rank has, and this rank's part of it. */
+/* The whole body, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
   flesh_rank_part *part;
@@ -37,8 +37,8 @@ static void close_bar(bodies *b)
   flesh_mesh_destroy(&b->mesh);
 }
 
-/* Nodes about one to three places along the bar, which no cut between two, three or five ranks goes through, are thrown
- * by up to `amplitude`, m; the same ones on all ranks that have them. */
+/* Displaces nodes around one to three positions along the bar, through which no cut between two, three or five ranks
+ * passes, by up to `amplitude`, m; the same ones on all ranks that have them. */
 static void throw_about(const bodies *b, int places, double radius, double amplitude, double *x)
 {
   static const double along[] = {0.1, 0.26, 0.5};
@@ -62,7 +62,7 @@ static flesh_stage stage_of(const test_body *b)
                        .x0 = b->state.x, .x_lag = b->state.x, .v_lag = b->state.v};
 }
 
-/* The whole's solver of few nodes, with memory of its own. */
+/* The whole's solver of few nodes, with its own memory. */
 static int solve_stage(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                        flesh_stop stop, flesh_solve_stats *stats, double *u)
 {
@@ -79,7 +79,7 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
   return status;
 }
 
-/* The residual is gone where nodes are free, whichever rank solved for them; nodes of several ranks stay. */
+/* The residual vanishes at free nodes, whichever rank solved for them; nodes of several ranks stay. */
 static void find_together(int places)
 {
   bodies b;
@@ -124,13 +124,13 @@ static void find_together(int places)
   close_bar(&b);
 }
 
-/* Also where all but one find nothing. */
+/* Also if all but one find nothing. */
 static void what_ranks_find_adds_up(void)
 {
   for (int places = 1; places <= 3; places += 2) find_together(places);
 }
 
-/* A step of backward Euler from there, by the solve of its stage alone; x [n] is its end. */
+/* Takes a step of backward Euler from there, by the solve of its stage only; x [n] is its end. */
 static flesh_solve_stats step(const bodies *b, const flesh_solver_options *options, double *x)
 {
   flesh_nonlinear *nonlinear = NULL;

@@ -1,13 +1,12 @@
 // TEST full memory needs=ranks ranks=2,3
 // TEST full needs=ranks ranks=5 args: all
-/* test_shared_motion.c: motions of bodies that are shared out among ranks: adaptive methods and orders against another
- * code's exact motion, what free bodies keep, how steps fail and are stopped. With the argument `all` also what takes
- * long. */
+/* test_shared_motion.c: motions of bodies shared by ranks: adaptive methods and orders against another code's exact
+ * motion, conservation laws of free bodies, failing and stopped steps. With the argument `all` also long tests. */
 #include "shared_body.h"
 
 #include "motion_reference.h"
 
-/* The part's state becomes that of the whole's start; and the other way round. */
+/* Copies the whole's start to the part's state, or back. */
 static void take(const bodies *b, const flesh_state *whole, flesh_state *own)
 {
   const int *nodes = flesh_rank_part_nodes(b->part);
@@ -37,7 +36,7 @@ static void open_oracle_bar(flesh_mass mass, bodies *b)
   open_body(b, mesh, material, mass, 9.8, 1);
 }
 
-/* Names of the files by the mass that the body has. */
+/* Names of the files for the body's kind of mass. */
 static const char *const oracle_states[] = {"grav_lumped_ref_states.txt", "grav_consistent_ref_states.txt"};
 
 static flesh_integrator *adaptive(const test_body *b, flesh_method method, double tolerance, int max_steps)
@@ -98,8 +97,8 @@ static void errors_follow_the_tolerance(void)
   }
 }
 
-/* Steps that errors choose are those of one rank: as many but for two and one in four hundred, as errors are filtered by a rough
- * solve, and as many that are thrown away. The bar is let go bent, so that some are. */
+/* Adaptive steps are those of one rank: equally many except for two plus one in four hundred, because errors are
+ * filtered by a rough solve, with equally many rejected ones. The bar is released bent, so that some are rejected. */
 static void controlled_steps_are_those_of_one_rank(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER,    FLESH_METHOD_BDF2,       FLESH_METHOD_NEWMARK,
@@ -137,7 +136,8 @@ static void controlled_steps_are_those_of_one_rank(void)
   close_body(&b);
 }
 
-/* Every method of fixed steps goes to the exact motion with its order, by the steps and within the bounds of one rank. */
+/* Every method of fixed steps converges to the exact motion with its order, with the steps and within the bounds of one
+ * rank. */
 static void orders_are_those_of_one_rank(void)
 {
   enum { RUNS = 3 };
@@ -177,7 +177,7 @@ static double energy_of(const bodies *b)
   return sum;
 }
 
-/* A free body that tumbles, wildly deformed. */
+/* A free body that tumbles, strongly deformed. */
 static void open_tumbling(flesh_mass mass, bodies *b)
 {
   open_body(b, test_box(3, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), mass, 0, 0);
@@ -191,8 +191,8 @@ static void open_tumbling(flesh_mass mass, bodies *b)
   take(b, &b->whole.state, &b->own.state);
 }
 
-/* The midpoint rule keeps both momenta but for what the solves leave at the middle, r: at most h sqrt(nodes) |r| a step,
- * times the arm, as on one rank. */
+/* The midpoint rule conserves both momenta except for the residual r that the solves leave at the middle: at most h
+ * sqrt(nodes) |r| per step, times the arm, as on one rank. */
 static void midpoint_keeps_both_momenta(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -223,9 +223,9 @@ static void midpoint_keeps_both_momenta(void)
   }
 }
 
-/* The error test of IDA allows these losses of momenta and energy: velocities that are off by some tolerances of their
- * scale, at most as many as places are in `errors_follow_the_tolerance`, and four times that for the energy, as the
- * body is two bodies' sizes away from where it began. */
+/* The error test of IDA allows these losses of momenta and energy: velocities off by some tolerances of their scale, at
+ * most as many as positions in `errors_follow_the_tolerance`, and four times that for the energy, because the body is
+ * two body sizes away from its start. */
 static void adaptive_steps_keep_momenta_and_energy(void)
 {
   bodies b;
@@ -248,14 +248,14 @@ static void adaptive_steps_keep_momenta_and_energy(void)
   close_body(&b);
 }
 
-/* Asks for an end on the last rank alone. */
+/* Requests an end on the last rank only. */
 static int stop_at_third(void *data)
 {
   const int last = flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1;
   return ++*(int *)data == 3 && last ? FLESH_ERR_INTERRUPTED : FLESH_OK;
 }
 
-/* A step that cannot go on fails on all ranks, with one sentence and the numbers of the whole. */
+/* A step that cannot succeed fails on all ranks, with one message and the numbers of the whole. */
 static void failures_and_stops_are_everyones(void)
 {
   bodies b;

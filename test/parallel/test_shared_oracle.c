@@ -1,11 +1,11 @@
 // TEST full memory needs=ranks ranks=1,2,3,5,8
-/* test_shared_oracle.c: a body that ranks share out agrees with independent codes (reference/oracle/README.md) as one on
- * one rank does: forces and matrices of elements, equilibria, backward Euler. */
+/* test_shared_oracle.c: a body shared by ranks agrees with independent codes (reference/oracle/README.md) as on one
+ * rank: forces and matrices of elements, equilibria, backward Euler. */
 #include "ranks.h"
 
 #include "body.h"
 
-static flesh_rank_part *part; /* of the body that is open */
+static flesh_rank_part *part; /* the body that is open */
 static flesh_mesh *whole;
 static double *gathered;
 
@@ -47,7 +47,7 @@ static void oracle_take(const test_body *b, const double *from, double *own)
   for (int d = 0; d < b->n; d++) own[d] = from[3 * flesh_rank_part_nodes(part)[d / 3] + d % 3];
 }
 
-/* The sum of the ranks', each in its nodes' places. */
+/* Sums the ranks' values at the whole's nodes. */
 static double *oracle_dense(const test_body *b, const flesh_block_matrix *K)
 {
   const int n = 3 * oracle_nodes(b), *nodes = flesh_rank_part_nodes(part);

@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks ranks=1,2,3,5
-/* test_shared_solves.c: conjugate gradients of several ranks against those of one: what they solve, in how many
- * iterations, how many sums of all ranks they take, how far they can go, and what they do without curvature. */
+/* test_shared_solves.c: conjugate gradients on several ranks against one rank: solutions, iterations, global sums,
+ * attainable residuals, and negative curvature. */
 #include "ranks.h"
 
 #include "body.h"
@@ -12,10 +12,10 @@ typedef struct problem {
   flesh_mesh *mesh;
   flesh_rank_part *part;
   test_body whole, own;
-  flesh_block_matrix *A[2]; /* of the whole, of the part */
-  flesh_threads *threads[2]; /* the part's with its team */
-  double *b[2], *weights[2]; /* on whole and part */
-  uint8_t *fixed[2];         /* [3*nodes] NULL: no dof is */
+  flesh_block_matrix *A[2]; /* right-hand sides of the whole and of the part */
+  flesh_threads *threads[2]; /* the part's matrix has its team */
+  double *b[2], *weights[2]; /* preconditioners on whole and part */
+  uint8_t *fixed[2];         /* [3*nodes] fixed dofs; NULL: none */
 } problem;
 
 enum { WHOLE, PART };
@@ -58,7 +58,7 @@ static void make(double inertia, problem *p)
   make_of((const int[]){24, 5, 5}, (const double[]){1, 0.2, 0.2}, inertia, p);
 }
 
-/* Holds a face along the body, so that overlaps have constrained nodes that only other ranks have. */
+/* Holds a face along the body, so that overlaps have constrained nodes that only other ranks own. */
 static void hold(problem *p)
 {
   const test_body *bodies[2] = {&p->whole, &p->own};
@@ -88,20 +88,20 @@ static void drop(problem *p)
   flesh_rank_part_destroy(&p->part);
 }
 
-/* How to solve, and what came of it. */
+/* Options and results of a solve. */
 typedef struct solve {
   flesh_preconditioner kind;
-  const flesh_levels *levels; /* NULL: the usual ones */
+  const flesh_levels *levels; /* NULL: the default ones */
   int weighted, after_indefinite, most, single;
   double tolerance;
   int status;
   long reductions, messages;
   flesh_pcg_result result;
   double *x; /* [3*nodes of the whole] */
-  double residual, gap; /* of the whole's matrix; of what conjugate gradients hold it to be */
+  double residual, gap; /* residual of the whole's matrix; residual according to conjugate gradients */
 } solve;
 
-/* r = A x - b of the whole, weighted norm of it. */
+/* Computes r = A x - b of the whole and its weighted norm. */
 static double residual_of(const problem *p, const solve *s, double *r)
 {
   double square = 0;
@@ -151,8 +151,8 @@ static double norm(int n, const double *x)
   return sqrt(square);
 }
 
-/* Two exchanges an iteration, and one at the start. A sum takes a rank as many messages as the ranks' number has binary
- * digits, at most. */
+/* Two exchanges per iteration, and one at the start. A sum takes a rank at most as many messages as the number of ranks
+ * has binary digits. */
 static void check_messages(const problem *p, const solve *s)
 {
   int digits = 0;
@@ -161,8 +161,8 @@ static void check_messages(const problem *p, const solve *s)
   CHECK(s->messages <= neighbours * (2 * s->result.iterations + 1) + digits * s->reductions);
 }
 
-/* With so much inertia that solves are too short for rounding to tell. The preconditioner of diagonal blocks is the same
- * on any number of ranks, and so are its iterations. */
+/* With so much inertia that solves are too short for rounding to matter. The preconditioner of diagonal blocks is the
+ * same on any number of ranks, and so are its iterations. */
 static void an_iteration_takes_one_sum(void)
 {
   static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_IC,
@@ -180,8 +180,8 @@ static void an_iteration_takes_one_sum(void)
       CHECK_BELOW(s[which].residual, 1.001 * tolerance);
       CHECK_NEAR(s[which].result.residual, s[which].residual, 1e-3 * tolerance);
     }
-    /* Besides: b, the first and the last residual; a new load of the coarse level for every three decades, of which
-     * there are fewer than twelve, however residuals go up and down. */
+    /* Additional sums: b, the first and the last residual; a new right-hand side of the coarse level for every three
+     * decades, fewer than twelve in total, however residuals go up and down. */
     const int loads = kinds[k / 2] == FLESH_PRECONDITIONER_TWO_LEVEL ? 12 / 3 : 0;
     if (several) CHECK(s[PART].reductions <= s[PART].result.iterations + 3 + loads);
     if (several) CHECK(s[PART].reductions > s[PART].result.iterations);
@@ -196,7 +196,7 @@ static void an_iteration_takes_one_sum(void)
   drop(&p);
 }
 
-/* Down to what single precision can tell, and by all ranks or none. */
+/* Down to the accuracy of single precision, on all ranks or none. */
 static void solves_in_single_precision_reach_the_tolerance(void)
 {
   problem p;
@@ -234,7 +234,7 @@ static void solves_in_single_precision_reach_the_tolerance(void)
   drop(&p);
 }
 
-/* The residual of a solve that is cut short is one of the predicted ones. */
+/* The residual of a truncated solve is one of the predicted ones. */
 static void residuals_are_foretold(void)
 {
   problem p;
@@ -250,8 +250,8 @@ static void residuals_are_foretold(void)
   drop(&p);
 }
 
-/* The residual that recurrences hold parts from b - A x by rounding alone: some round-off for each iteration of what is
- * added up, which is at most |A| |x| (Greenbaum 1997). */
+/* The recursive residual deviates from b - A x only by rounding: some round-off in each iteration of the summed terms,
+ * which are at most |A| |x| (Greenbaum 1997). */
 static void recurrences_stay_with_the_residual(void)
 {
   problem p;
@@ -275,8 +275,8 @@ static void recurrences_stay_with_the_residual(void)
   drop(&p);
 }
 
-/* K - c M has directions without curvature. The first is met in the same iteration on any number of ranks; on request
- * the solve goes on, and every iteration lowers the model. */
+/* K - c M has directions of negative curvature. The first is met in the same iteration on any number of ranks; on
+ * request the solve continues, and every iteration lowers the model. */
 static void negative_curvature_is_seen(void)
 {
   problem p;
@@ -304,7 +304,7 @@ static void negative_curvature_is_seen(void)
   drop(&p);
 }
 
-/* A set-up that is saved, and loaded into an empty preconditioner, has the same bits. */
+/* A set-up that is saved and loaded into an empty preconditioner has the same bits. */
 static void check_archive(const problem *p, const flesh_levels *levels)
 {
   const flesh_linear *linear = flesh_linear_for(FLESH_INSTRUCTIONS_AUTO);
@@ -334,8 +334,8 @@ static void check_archive(const problem *p, const flesh_levels *levels)
   free(z[1]);
 }
 
-/* Coarse levels `more` take fewer iterations than a single cell that all ranks share. What is found keeps to the
- * constraints, also of nodes that only other ranks have. */
+/* With `more` coarse levels the ranks take fewer iterations than with a single shared cell. The solution satisfies the
+ * constraints, also at nodes that only other ranks own. */
 static void compare_levels(const int cells[3], flesh_levels more)
 {
   const flesh_levels levels[] = {{.shared = 8}, more};
@@ -361,10 +361,10 @@ static void compare_levels(const int cells[3], flesh_levels more)
   drop(&p);
 }
 
-/* Which takes no message. */
+/* This takes no messages. */
 static void ranks_have_levels_of_their_own(void) { compare_levels((const int[]){24, 5, 5}, (flesh_levels){8, 20}); }
 
-/* The factor of their matrix fills in. */
+/* The factor of their matrix has fill-in. */
 static void ranks_share_many_vertices(void) { compare_levels((const int[]){9, 9, 9}, (flesh_levels){250, 0}); }
 
 int main(int argc, char **argv)

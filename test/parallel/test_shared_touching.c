@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks ranks=1,2,3,5,8
-/* test_shared_touching.c: bodies that touch each other and themselves, whose surfaces ranks share out: runs against one
- * rank's, and exchanges of solves, which leave out what is far. */
+/* test_shared_touching.c: bodies that touch each other and themselves, with surfaces shared by ranks: runs compared
+ * with one rank's, and exchanges of solves, which leave out ghosts that are far. */
 #include "scene_files.h"
 
 #include "ranks.h"
@@ -32,7 +32,7 @@ static const char slide[] =
     "time: {method: backward-euler, step: 1/100, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
 
-/* Two blocks of which one goes by twelve times the thickness in a step. */
+/* Two blocks, one of which passes by twelve times the thickness in a step. */
 static const char impact[] =
     "body: {name: left, mesh: block.msh, " MATERIAL "}\n"
     "bodies: [{name: right, mesh: block.msh, translation: [0.9, 0.05, 0.03], rotation: [0.1, 0.2, 0.3], "
@@ -56,7 +56,7 @@ static const char fold[] =
     "time: {method: backward-euler, step: 1/20, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
 
-/* Two blocks welded face on face, whose weld is broken by a pull, and which are then pressed onto each other. */
+/* Two blocks welded face to face; the weld is broken by a pull, and the blocks are then pressed onto each other. */
 static const char torn[] =
     "body: {name: lower, mesh: block.msh, " MATERIAL "}\n"
     "bodies: [{name: upper, mesh: block.msh, translation: [0, 0, 0.5], " MATERIAL "}]\n"
@@ -71,7 +71,7 @@ static const char torn[] =
     "time: {method: backward-euler, step: 1/100, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
 
-/* A plate that comes down on another one's rim by five times the way between them in a step; they begin 0.15 m apart. */
+/* A plate that comes down on another one's rim by five times their distance in a step; they start 0.15 m apart. */
 static const char plates[] =
     "body: {name: lower, mesh: plate.msh, " MATERIAL "}\n"
     "bodies: [{name: upper, mesh: plate.msh, translation: [0.3, 0.05, 0.2], velocity: [0, 0, -40], " MATERIAL "}]\n"
@@ -135,7 +135,7 @@ static void close_run(run *r)
 
 static int advance(run *r) { return flesh_integrator_step(r->integrator, &r->state, flesh_scene_times(r->scene)->step, NULL); }
 
-/* The vector of the whole that the ranks' `own` make up, new. */
+/* Returns the vector of the whole assembled from the ranks' `own`, allocated. */
 static double *gather(const run *shared, int n, const double *own)
 {
   double *whole = malloc((size_t)n * sizeof *whole);
@@ -156,8 +156,8 @@ static int touches(const run *alone, const double *x)
   return values[1] > 0;
 }
 
-/* Nothing crosses; the ranks' run is that of one rank to `limit` m, and has the same bits again. Returns how many steps had
- * contact. */
+/* Nothing crosses; the ranks' run agrees with one rank to `limit` m, and has the same bits when repeated. Returns the
+ * number of steps with contact. */
 static int compare(const char *name, const char *text, int steps, double limit)
 {
   run alone, shared, again;
@@ -193,8 +193,8 @@ static int compare(const char *name, const char *text, int steps, double limit)
   return touching;
 }
 
-/* x [n] from the state, where what is above 0.5 m has come down by a thickness, more so at one side, and keeps its gaps;
- * whether it has changed. */
+/* Computes x [n] from the state with the parts above 0.5 m lowered by a thickness, more so at one side, and keeps its
+ * gaps. Returns whether it has changed. */
 static int come_down(const run *r, double *x)
 {
   for (int d = 0; d < r->n; d++) {
@@ -205,7 +205,7 @@ static int come_down(const run *r, double *x)
   return flesh_system_keep_gaps(r->system, proximity, r->state.internal, r->state.x, x);
 }
 
-/* To the last bit, although each rank knows the gaps of its own nodes alone. */
+/* To the last bit, although each rank only knows the gaps of its own nodes. */
 static void gaps_are_kept_as_by_one_rank(void)
 {
   run alone, shared;
@@ -222,7 +222,8 @@ static void gaps_are_kept_as_by_one_rank(void)
   close_run(&shared);
 }
 
-/* Ranks look at no surfaces that are far apart: all of them know it, and none says so of surfaces that are near. */
+/* Ranks do not examine surfaces that are far apart: all of them know it, and none claims it of surfaces that are
+ * near. */
 static void ranks_know_what_is_far(void)
 {
   const char *const texts[] = {distant, resting};
@@ -243,8 +244,8 @@ static void a_strip_touches_itself_across_a_cut(void) { CHECK(compare("fold", fo
 
 static void a_weld_breaks_and_its_faces_meet_again(void) { CHECK(compare("torn", torn, 40, 1e-6) > 2); }
 
-/* Whether the share's upper plate, so far from its start and tilted, would have gone through the lower one on this straight
- * way. */
+/* Whether the share's upper plate, this far from its start and tilted, would have passed through the lower one on this
+ * straight path. */
 static int is_tunnelled(const run *shared, double tilt, const double from[3], const double way[3])
 {
   double *x[2] = {malloc((size_t)shared->n * sizeof **x), malloc((size_t)shared->n * sizeof **x)};
@@ -261,7 +262,7 @@ static int is_tunnelled(const run *shared, double tilt, const double from[3], co
   return passed;
 }
 
-/* The runs of nodes by which a rank bounds a piece have no node of another piece, whatever nodes the rank owns. */
+/* The runs of nodes with which a rank bounds a piece contain no node of another piece, whatever nodes the rank owns. */
 static void check_pieces(const run *shared)
 {
   int k = 0;
@@ -274,7 +275,7 @@ static void check_pieces(const run *shared)
       CHECK(s->node_place[i] < 0 || near->piece[s->node_place[i]] == near->runs[r].piece);
 }
 
-/* The plates push each other, as on one rank (test_far_bodies). A solve would lead around, as if each was alone. */
+/* The plates push each other, as on one rank (test_far_bodies). A solve could lead around, as if each was alone. */
 static void a_step_does_not_lead_around_what_is_in_its_way(void)
 {
   run shared;
@@ -286,7 +287,7 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   CHECK(is_tunnelled(&shared, 0, start, down) && !is_tunnelled(&shared, 0, start, past));
   CHECK(is_tunnelled(&shared, 0, start, under)); /* and touches from below */
   CHECK(is_tunnelled(&shared, 0.5, above, down));
-  CHECK(!is_tunnelled(&shared, 0.5, touching, down)); /* with one corner, of which one rank knows */
+  CHECK(!is_tunnelled(&shared, 0.5, touching, down)); /* with one corner, which one rank owns */
   for (int s = 0; s < 2; s++) CHECK_OK(advance(&shared));
   const int n = flesh_system_unknowns(flesh_scene_system(shared.scene));
   double *v = gather(&shared, n, shared.state.v), lower = 0, upper = 0;
@@ -297,7 +298,8 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   close_run(&shared);
 }
 
-/* A matrix of the share and of the whole where the block is `moved` along the track, and the ranks as solves see them. */
+/* Makes a matrix of the share and of the whole with the block `moved` along the track, and the ranks as solves see
+ * them. */
 typedef struct matrices {
   run alone, shared;
   flesh_proximity proximity[2];
@@ -326,7 +328,7 @@ static void open_matrices(double moved, matrices *m)
   const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(m->shared.share));
   const double *X = flesh_mesh_positions(flesh_scene_mesh(m->alone.scene));
   for (int d = 0; d < m->alone.n; d += 3)
-    if (X[d + 2] > 0.255) m->alone.state.x[d] += moved; /* the block, which begins above the track */
+    if (X[d + 2] > 0.255) m->alone.state.x[d] += moved; /* the block, which starts above the track */
   for (int d = 0; d < m->shared.n; d++) m->shared.state.x[d] = m->alone.state.x[3 * nodes[d / 3] + d % 3];
   make_matrix(&m->alone, m->alone.state.x, &m->proximity[0], &m->K[0]);
   make_matrix(&m->shared, m->shared.state.x, &m->proximity[1], &m->K[1]);
@@ -349,7 +351,7 @@ static void close_matrices(matrices *m)
   close_run(&m->shared);
 }
 
-/* Ghosts that nothing is exchanged of keep what they have; all others get what their owners have. */
+/* Ghosts without an exchange keep their values; all others get their owners'. */
 static void check_share(const matrices *m)
 {
   const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(m->shared.share)), count = m->team->overlap;
@@ -361,7 +363,7 @@ static void check_share(const matrices *m)
   free(x);
 }
 
-/* The matrix of a rank's overlap is the whole's, with what contact adds, and one at what is left out. */
+/* The matrix of a rank's overlap is that of the whole, including contact, and the identity at ghosts left out. */
 static void check_overlap(const matrices *m)
 {
   const flesh_block_matrix *whole = m->K[0];
@@ -396,7 +398,7 @@ static void check_overlap(const matrices *m)
   free(place);
 }
 
-/* Products that are collected so are those of the whole's matrix. */
+/* Products collected in this way are those of the whole's matrix. */
 static void check_product(const matrices *m)
 {
   double *a = malloc((size_t)m->alone.n * sizeof *a), *y = malloc((size_t)m->alone.n * sizeof *y),
@@ -414,7 +416,7 @@ static void check_product(const matrices *m)
   free(a), free(y), free(b), free(z), free(found);
 }
 
-/* When the block has gone to another rank's end of the track, other ghosts are left out. */
+/* When the block has moved to another rank's end of the track, other ghosts are left out. */
 static void solves_exchange_what_is_near(void)
 {
   double left_out[2] = {0}, ghosts = 0, others = 0;

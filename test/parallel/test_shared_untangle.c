@@ -1,13 +1,13 @@
 // TEST full memory needs=ranks ranks=1,2,3,5
-/* test_shared_untangle.c: tangles of a body that is shared out among ranks: they are found as on one rank, are left through
- * softer materials, and stay where that fails, on all ranks alike. */
+/* test_shared_untangle.c: tangles of a body shared by ranks are found as on one rank, are resolved through softer
+ * materials, and stay if that fails, on all ranks alike. */
 #include "shared_body.h"
 
 #include "body.h"
 #include "time/recovery/lay_out.h"
 #include "time/recovery/winding.h"
 
-/* This rank's part of a vector of the whole. */
+/* Copies this rank's part of a vector of the whole. */
 static void take(const flesh_rank_part *part, const double *whole, double *own)
 {
   const int *nodes = flesh_rank_part_nodes(part);
@@ -17,7 +17,7 @@ static void take(const flesh_rank_part *part, const double *whole, double *own)
 
 static int says(void) { return flesh_communicator_rank(ranks) == 0; }
 
-/* Distance of all nodes of the body, rms, m. */
+/* Returns the root mean square distance over all nodes of the body, m. */
 static double distance(const bodies *b, const double *wanted)
 {
   double *x = malloc((size_t)b->whole.n * sizeof *x);
@@ -28,7 +28,7 @@ static double distance(const bodies *b, const double *wanted)
   return far;
 }
 
-/* A fan of `count` tets around the z axis, each taking `angle` of it: a closed ring at angle = 2 pi / count. */
+/* Makes a fan of `count` tets around the z axis, each taking `angle` of it: a closed ring at angle = 2 pi / count. */
 static void fan_positions(int count, double angle, double *x)
 {
   memcpy(x, (double[]){0, 0, 0, 0, 0, 1}, 6 * sizeof *x);
@@ -47,7 +47,7 @@ static flesh_mesh *fan(int count)
   return mesh;
 }
 
-/* A body and what has been found of tangles in it. */
+/* A body and the tangles found in it. */
 typedef struct search {
   const flesh_mesh *mesh;
   flesh_winding *winding;
@@ -69,7 +69,8 @@ static void close_search(search *s)
   free(s->work);
 }
 
-/* Counts on this rank, [3]: tangled pieces, far dofs, and those of either that the whole's search judges otherwise. */
+/* Counts on this rank, [3]: tangled pieces, far dofs, and those of either that the whole's search judges
+ * differently. */
 static void compare_searches(const flesh_rank_part *part, const search *whole, const search *own, const double *x,
                              double figures[3])
 {
@@ -90,8 +91,8 @@ static void compare_searches(const flesh_rank_part *part, const search *whole, c
   free(x_own);
 }
 
-/* The mesh, cut by METIS, with its tets scattered over the ranks one by one or, `scattered` 2, by sevens, in places
- * that go from rest to tangled all over. */
+/* Partitions the mesh by METIS, or scatters its tets over the ranks one by one or, for `scattered` 2, by sevens, with
+ * positions from rest to completely tangled. */
 static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*place)(int k, const flesh_mesh *mesh, double *x))
 {
   const int tets = flesh_mesh_tet_count(mesh), size = flesh_communicator_size(ranks);
@@ -124,14 +125,14 @@ static void compare_places(flesh_mesh *mesh, int scattered, int places, void (*p
   free(of), free(x);
 }
 
-/* Wound once more around its axis with all volumes positive, which no rank with a part of it can see. */
+/* Wound once more around its axis with all volumes positive, which no rank can see in its part. */
 static void wind(int k, const flesh_mesh *mesh, double *x)
 {
   const int count = flesh_mesh_tet_count(mesh);
   fan_positions(count, 2 * (k + 1) * M_PI / count, x);
 }
 
-/* More and more of the nodes of one end are moved at random. */
+/* More and more of the nodes of one end are moved randomly. */
 static void jitter(int k, const flesh_mesh *mesh, double *x)
 {
   const int n = 3 * flesh_mesh_node_count(mesh);
@@ -156,7 +157,7 @@ static void tangles_are_found_as_on_one_rank(void)
   }
 }
 
-/* Steps of a method with or without untangling; asks what `stop` says. Returns the last status. */
+/* Takes steps of a method with or without untangling, with the callback `stop`. Returns the last status. */
 static int run(test_body *b, flesh_method method, int steps, double h, flesh_solver_options options, int untangle,
                int (*stop)(void *data), void *data, flesh_solve_stats *stats)
 {
@@ -178,7 +179,7 @@ static flesh_solver_options options_of_bar(void)
   return options;
 }
 
-/* A clamped bar that has come to rest mirrored, in a tangle: whole and part are in the same equilibrium. */
+/* Makes a clamped bar at rest in a mirrored, tangled state: whole and part are in the same equilibrium. */
 static void open_tangled_bar(bodies *b)
 {
   flesh_solve_stats stats;
@@ -201,7 +202,7 @@ static void check_counts(const flesh_solve_stats *stats)
   CHECK(counts[0] == -counts[2] && counts[1] == -counts[3]);
 }
 
-/* A body that rests in a tangle leaves it, in statics and in steps that are too short to do so by themselves; as on one
+/* A body at rest in a tangle leaves it, in statics and in steps that are too short to do so by themselves; as on one
  * rank. */
 static void tangled_bodies_come_back(void)
 {
@@ -229,7 +230,7 @@ static void tangled_bodies_come_back(void)
   }
 }
 
-/* Two boxes that no node connects, of `NODES` nodes each, the second one at x = 2. */
+/* Makes two boxes that share no node, of `NODES` nodes each, the second one at x = 2. */
 enum { NODES = 64 };
 static flesh_mesh *two_boxes(void)
 {
@@ -245,8 +246,8 @@ static flesh_mesh *two_boxes(void)
   return both;
 }
 
-/* The second of two boxes has shrunk to a hundredth near a plane, cut by all ranks: it is laid out where one rank does, with
- * its farthest corner on the plane. */
+/* The second of two boxes, partitioned over all ranks, has shrunk to a hundredth near a plane: it is laid out as on one
+ * rank, with its farthest corner on the plane. */
 static void lay_outs_are_those_of_one_rank(void)
 {
   bodies b = {.mesh = two_boxes()};
@@ -295,7 +296,7 @@ static void lay_outs_are_those_of_one_rank(void)
   close_body(&b);
 }
 
-/* Two boxes fall into a point each, cut by all ranks, and come back where they are. */
+/* Two boxes, partitioned over all ranks, collapse to a point each, and recover where they are. */
 static void points_come_back(void)
 {
   bodies b;
@@ -332,7 +333,7 @@ static void points_come_back(void)
 }
 
 typedef struct asking {
-  int count, at; /* how often it was asked, and when the last rank says so; 0: never */
+  int count, at; /* how often the callback was asked, and when the last rank stops; 0: never */
 } asking;
 
 static int stop_last_rank(void *data)
@@ -342,8 +343,8 @@ static int stop_last_rank(void *data)
   return ++a->count == a->at && last ? FLESH_ERR_INTERRUPTED : FLESH_OK;
 }
 
-/* If softer materials lead nowhere, because their solve may take one iteration only, all ranks are back in the tangle;
- * and one that is told to stop on the way stops all. */
+/* If softer materials fail, because their solve may take only one iteration, all ranks return to the tangle; and a rank
+ * that is told to stop on the way stops all. */
 static void failures_are_everyones(void)
 {
   bodies b;

@@ -1,6 +1,6 @@
 // TEST full memory needs=ranks ranks=1,2,3,5
-/* test_shared_volume.c: the volume projection of nearly incompressible ten-node tets whose rows are of several ranks,
- * against that of one: what moves the rows, how often solves iterate, and where equilibria and motions lead. */
+/* test_shared_volume.c: the volume projection of nearly incompressible ten-node tets with rows on several ranks,
+ * against one rank: corrections of the rows, iterations of solves, equilibria and motions. */
 #include "ranks.h"
 
 #include "body.h"
@@ -8,7 +8,7 @@
 #include "linear/linear.h"
 #include "system/stiff_rows.h"
 
-/* A body of ten-node tets as a whole, which every rank has, and this rank's part of it. */
+/* A whole body of ten-node tets, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
   flesh_rank_part *part;
@@ -17,11 +17,11 @@ typedef struct bodies {
 
 enum { WHOLE, PART };
 
-/* Whether a tet of two bars has four nodes, and no row: those of the second one, which is beside the first. */
+/* Whether a tet of two bars has four nodes, and thus no row: those of the second bar, beside the first. */
 static int is_linear(const double *X, const int *corners) { return X[3 * corners[0] + 1] > 0.3; }
 
-/* The last rank has the second of two bars, and so no rows; others share out the first. Every rank has some of its
- * nodes on edges as ghosts, as where an effect ties them together. */
+/* Gives the last rank the second of two bars, and so no rows; the others share the first. Every rank has some of its
+ * mid-edge nodes as ghosts, as if an effect coupled them. */
 static flesh_rank_part *cut_between(const flesh_mesh *mesh)
 {
   flesh_rank_part *part = NULL;
@@ -38,7 +38,7 @@ static flesh_rank_part *cut_between(const flesh_mesh *mesh)
   return part;
 }
 
-/* Held where x is 0, under gravity. Takes the mesh, of order 2. */
+/* Makes a body held at x = 0, under gravity. Takes the mesh, of order 2. */
 static void make(flesh_mesh *mesh, double poisson, int two, bodies *b)
 {
   *b = (bodies){.mesh = mesh, .part = two ? cut_between(mesh) : ranks_cut(mesh)};
@@ -64,7 +64,7 @@ static void drop(bodies *b)
   flesh_rank_part_destroy(&b->part);
 }
 
-/* Tets of ten nodes, and of four in the second of two bars. */
+/* Ten-node tets, and four-node ones in the second of two bars. */
 static flesh_mesh *raise(const flesh_mesh *corners)
 {
   flesh_mesh *raised = NULL, *some = NULL;
@@ -81,7 +81,7 @@ static flesh_mesh *raise(const flesh_mesh *corners)
   return some;
 }
 
-/* Corners are moved by a random part of a cell where it is `irregular`. With the same once more beside it, or without. */
+/* Makes a bar; if `irregular`, corners are moved by a random part of a cell. Optionally with a copy beside it. */
 static flesh_mesh *bar(const int cells[3], int irregular, int two)
 {
   flesh_mesh *box = NULL, *moved = NULL;
@@ -104,7 +104,8 @@ static flesh_mesh *bar(const int cells[3], int irregular, int two)
   return raised;
 }
 
-/* Which row of the whole each of this rank's is, [rows of the part]: rows and their nodes are in orders of their own. */
+/* Returns the row of the whole for each of this rank's, [rows of the part]: rows and their nodes are ordered
+ * differently. */
 static void find_rows(const bodies *b, const flesh_stiff_rows rows[2], int *of)
 {
   const int *nodes = flesh_rank_part_nodes(b->part), m = rows[WHOLE].nodes_per_row;
@@ -121,7 +122,7 @@ static void find_rows(const bodies *b, const flesh_stiff_rows rows[2], int *of)
   }
 }
 
-/* A preconditioner of the body at a disturbed place, by polynomials on one rank, too. */
+/* Makes a preconditioner of the body at a disturbed position, with polynomials on one rank, too. */
 typedef struct solver {
   const flesh_linear *linear;
   flesh_threads *threads;
@@ -168,8 +169,8 @@ static void tear_down(solver *s)
   flesh_threads_destroy(&s->threads);
 }
 
-/* The polynomial of the body's S is the same however its rows are shared out: what moves rows by given errors, P S^-1 of
- * them, agrees to rounding. */
+/* The polynomial of the body's S is the same however its rows are distributed: the corrections of given errors, P S^-1
+ * of them, agree to rounding. */
 static void check_restored(bodies *b, int two)
 {
   solver s[2];
@@ -207,7 +208,7 @@ static void check_restored(bodies *b, int two)
   flesh_communicator_largest(ranks, 2, most);
   if (flesh_communicator_rank(ranks) == 0) printf("# off by %.2g of %.2g\n", most[0], most[1]);
   CHECK_BELOW(most[0], 3e-5 * most[1]);
-  /* Rows that have turned do so for all ranks: the mean of their energies. */
+  /* Rows count as turned for all ranks together: by the mean of their energies. */
   double turned[2];
   for (int k = 0; k < 2; k++) {
     const size_t values = 3 * (size_t)s[k].rows.count * (size_t)s[k].rows.nodes_per_row;
@@ -224,7 +225,7 @@ static void check_restored(bodies *b, int two)
   free(of);
 }
 
-/* Whether what solves go by is wrong, on any rank: they would take long then. */
+/* Whether the data that solves use are wrong on any rank: they would then take long. */
 static int broken;
 
 static void look_back(void)
@@ -277,7 +278,7 @@ static void it_is_symmetric_and_definite(void)
     CHECK(products[j][j] > 0);
     for (int k = 0; k < j; k++) CHECK_NEAR(products[j][k], products[k][j], 1e-5 * (products[j][j] + products[k][k]));
   }
-  /* Ghosts have what their owners have. */
+  /* Ghosts have their owners' values. */
   for (int k = 0; k < VECTORS; k++) {
     memcpy(again, z[k], (size_t)n * sizeof *again);
     flesh_team_update_ghosts(flesh_rank_part_team(b.part), again);
@@ -291,14 +292,14 @@ static void it_is_symmetric_and_definite(void)
   look_back();
 }
 
-/* Some steps, from rest; x is what `which` reaches. */
+/* Takes some steps from rest; x is the result of `which`. */
 static void run(bodies *b, int which, flesh_preconditioner kind, int moves, flesh_solve_stats *stats)
 {
   test_body *own = &b->both[which];
   flesh_solver_options options = test_options(1e-7);
   flesh_integrator *integrator = NULL;
   options.preconditioner = kind;
-  options.max_linear = 300; /* what is wrong fails soon */
+  options.max_linear = 300; /* wrong setups fail soon */
   options.max_cutbacks = 1;
   *stats = (flesh_solve_stats){0};
   memcpy(own->state.x, flesh_mesh_positions(own->mesh), (size_t)own->n * sizeof(double));
@@ -309,7 +310,8 @@ static void run(bodies *b, int which, flesh_preconditioner kind, int moves, fles
   flesh_integrator_destroy(&integrator);
 }
 
-/* Solves end where one rank's do, in not many more iterations. Asked for or by itself, the projection has the same bits. */
+/* Solves end where one rank's do, in not many more iterations. Whether requested or automatic, the projection has the
+ * same bits. */
 static void compare(flesh_mesh *mesh, double poisson, int two, int repeats, const char *what)
 {
   bodies b;

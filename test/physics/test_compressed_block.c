@@ -1,7 +1,7 @@
 // TEST full seconds=300
-/* test_compressed_block.c: deal.II's step-44, a nearly incompressible block that is pressed down on a quarter of its top
- * to less than a third of its height, by another code with another element (reference/dealii/README.md): hexahedra with
- * quadratic displacements and linear pressures. The form comes in as a user's own psi. */
+/* test_compressed_block.c: step-44 of deal.II, a nearly incompressible block pressed on a quarter of its top to less
+ * than a third of its height, compared with another code with another element (reference/dealii/README.md): hexahedra
+ * with quadratic displacements and linear pressures. The form is a user-defined psi. */
 #include "body.h"
 #include "test.h"
 
@@ -36,7 +36,7 @@ static int block_volume(double J, const flesh_material *material, flesh_volume_p
   return FLESH_OK;
 }
 
-/* A cube of 1 m; its faces at 0 slide, its top moves up and down only and bears a dead pressure on a quarter. */
+/* A cube of 1 m; its faces at 0 slide, its top moves only vertically and bears a dead pressure on a quarter. */
 static void make(int cells, flesh_element element, const flesh_material *material, test_body *b)
 {
   flesh_mesh *mesh = test_box(cells, cells, cells, 1, 1, 1), *raised = NULL;
@@ -73,7 +73,7 @@ static void make(int cells, flesh_element element, const flesh_material *materia
   free(pressed);
 }
 
-/* How far the corner under the pressure goes down at the first `count` loads, as shares of the height. */
+/* Computes the displacement of the corner under the pressure at the first `count` loads, as fractions of the height. */
 static void press(int cells, flesh_element element, int count, double down[LOADS])
 {
   block_constants own = {.mu = 80.194e6};
@@ -83,7 +83,7 @@ static void press(int cells, flesh_element element, int count, double down[LOADS
   test_body b;
   own.kappa = 2 * own.mu * (1 + 0.4999) / (3 * (1 - 2 * 0.4999));
   CHECK_OK(flesh_material_from_psi(block_psi, &own, &material));
-  material.lambda = own.kappa; /* of the volume part that tet10-mean takes a mean of */
+  material.lambda = own.kappa; /* the volume part that tet10-mean averages */
   material.volume = block_volume;
   make(cells, element, &material, &b);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
@@ -103,7 +103,7 @@ static void press(int cells, flesh_element element, int count, double down[LOADS
   test_body_destroy(&b);
 }
 
-/* The rows `cells load ...` of the other code's finest mesh. */
+/* Reads the rows `cells load ...` of the other code's finest mesh. */
 static void read_reference(double down[LOADS])
 {
   char line[256];
@@ -121,9 +121,9 @@ static void read_reference(double down[LOADS])
   if (file) fclose(file);
 }
 
-/* 384 tets have the nodes of 4 hexahedra an edge, whose last figure is off by 1.4 % of that of 8 as well; 1296 and
- * 3072 tets are within .3 and .1 %, at the last .9 and .4 %. The others beside: tet10 is off to either side, tet4 hardly
- * gives way. */
+/* 384 tets have the nodes of 4 hexahedra per edge, whose last figure is also off by 1.4 % from that of 8; 1296 and 3072
+ * tets are within .3 and .1 %, at the last load .9 and .4 %. The other elements for comparison: tet10 deviates to
+ * either side, tet4 hardly deforms. */
 static void blocks_are_compressed_as_by_another_code(void)
 {
   double expected[LOADS], mean[LOADS], pointwise[LOADS], linear[LOADS], worst = 0;

@@ -1,7 +1,7 @@
 // TEST name=test_conservation_quick quick excerpt args: no_method_makes_energy midpoint_keeps_both_momenta
 // TEST+ every_method_keeps_momenta_by_its_order methods_converge_to_another_codes_motion small_systems_agree_with_gsl
 // TEST full seconds=120
-/* test_conservation.c: what each method keeps of energy and momenta, and agreement with exact motions: another
+/* test_conservation.c: conservation of energy and momenta by each method, and agreement with exact motions: another
  * code's trajectories and GSL's of small systems. */
 #include <gsl/gsl_eigen.h>
 
@@ -18,7 +18,8 @@ static double energy_of(const test_body *b, const flesh_state *state)
   return sum;
 }
 
-/* Angular frequency of the lowest mode of the clamped rest shape, its shape into `mode` [n] with largest entry 1. */
+/* Returns the angular frequency of the lowest mode of the clamped rest shape, and its shape in `mode` [n] with largest
+ * entry 1. */
 static double lowest_mode(const test_body *b, double *mode)
 {
   int n = b->n, free_count = 0;
@@ -65,7 +66,7 @@ static double lowest_mode(const test_body *b, double *mode)
 }
 
 typedef struct energy_record {
-  double last, lowest, highest, trend; /* of E/E(0) - 1; trend: the fitted line's rise over the run */
+  double last, lowest, highest, trend; /* of E/E(0) - 1; trend: rise of the fitted line over the run */
 } energy_record;
 
 /* A bar 3 x 1 x 1 m swings from its lowest mode, bent by `amplitude` m, for `periods` of that mode with h = T/50. */
@@ -107,7 +108,7 @@ static energy_record swing(flesh_energy energy, flesh_method method, double ampl
   return record;
 }
 
-/* The energy of the discrete motion breathes within fixed bounds: the wider the swing, the wider they are. */
+/* The energy of the discrete motion oscillates within fixed bounds: the larger the amplitude, the wider they are. */
 static void midpoint_keeps_the_energy_for_1000_periods(void)
 {
   energy_record far = swing(FLESH_ENERGY_S, FLESH_METHOD_MIDPOINT, 0.3, 1000),
@@ -120,7 +121,7 @@ static void midpoint_keeps_the_energy_for_1000_periods(void)
   CHECK(lost.last < -0.5);
 }
 
-/* Whatever the method, none makes energy; one of order 1 loses much, and those that say that they damp nothing keep it. */
+/* No method creates energy; those of order 1 lose much, and those without damping keep it. */
 static void no_method_makes_energy(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -131,7 +132,7 @@ static void no_method_makes_energy(void)
   }
 }
 
-/* The bar of the next test, thrown so that it tumbles, wildly deformed. */
+/* The bar of the next test, thrown so that it tumbles, strongly deformed. */
 static void throw_wildly(test_body *b)
 {
   for (int i = 0; i < b->n / 3; i++) {
@@ -143,8 +144,8 @@ static void throw_wildly(test_body *b)
   }
 }
 
-/* Linear momentum stays as far as solves go, and angular momentum by the order of the method: with half the step its
- * error is a half or a quarter. */
+/* Linear momentum is conserved up to the residuals of solves, and angular momentum up to the order of the method: with
+ * half the step its error is a half or a quarter. */
 static void every_method_keeps_momenta_by_its_order(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -173,8 +174,8 @@ static void every_method_keeps_momenta_by_its_order(void)
   }
 }
 
-/* A free body that tumbles, wildly deformed. p and L change in a step by h sum r and h sum x_mid cross r, where r is
- * what the solve leaves at the middle: at most sqrt(nodes) |r|, times the arm. */
+/* A free body that tumbles, strongly deformed. p and L change in a step by h sum r and h sum x_mid cross r, where r is
+ * the residual that the solve leaves at the middle: at most sqrt(nodes) |r|, times the arm. */
 static void midpoint_keeps_both_momenta(void)
 {
   for (int mass = 0; mass < 2; mass++)
@@ -218,7 +219,8 @@ static void midpoint_keeps_both_momenta(void)
     }
 }
 
-/* Every method goes to the exact motion of another code with its order; the extrapolated midpoint rule reaches it. */
+/* Every method converges to the exact motion of another code with its order; the extrapolated midpoint rule reaches
+ * it. */
 static void methods_converge_to_another_codes_motion(void)
 {
   const char *const names[] = {"grav_lumped_ref_states.txt", "grav_consistent_ref_states.txt"};
@@ -244,7 +246,7 @@ static void methods_converge_to_another_codes_motion(void)
         h[k] = end / steps;
         motion_run(&b, method, 1e-9, steps, end, &state);
         error[k] = motion_distance(b.n, state.x, exact.x);
-        if (method == FLESH_METHOD_MIDPOINT && k > 0) /* Richardson: the error's h^2 falls out of the last two */
+        if (method == FLESH_METHOD_MIDPOINT && k > 0) /* Richardson extrapolation removes the error's h^2 from the last two */
           for (int d = 0; d < b.n; d++) best.x[d] = k == 1 ? state.x[d] : (4 * state.x[d] - best.x[d]) / 3;
         state_free(&state);
       }
@@ -264,8 +266,8 @@ static void methods_converge_to_another_codes_motion(void)
   }
 }
 
-/* Free bodies that oscillate by a fifth of their length; midpoint with h, h/2, h/4, h/8, the errors' h^2, h^4 and h^6
- * taken out (Richardson; a symmetric method has even powers only), against GSL. */
+/* Free bodies that oscillate by a fifth of their length; midpoint with h, h/2, h/4, h/8, with the errors' h^2, h^4 and
+ * h^6 removed (Richardson; a symmetric method has only even powers), against GSL. */
 static void check_small(flesh_mesh *mesh, const char *name)
 {
   enum { LEVELS = 4 };

@@ -1,7 +1,6 @@
 // TEST quick seconds=120
-/* test_contact_adaptive.c: a stiffness of contact that follows the pressures: bodies rest at about half of the thickness,
- * with the forces that they have at any stiffness; collisions keep momenta and gain no energy; what it has become is part
- * of the state. */
+/* test_contact_adaptive.c: an adaptive contact stiffness: bodies rest at about half of the thickness, with the same
+ * forces as at any stiffness; collisions conserve momenta and gain no energy; the stiffness is part of the state. */
 #include "touching.h"
 
 #include "effect/effect.h"
@@ -22,7 +21,7 @@ static const char cubes[] =
     "time: {method: backward-euler, step: 1/100, end: 1}\n"
     "solver: {newton_tolerance: 1e-7}\n";
 
-/* A state with the stiffness's variable; `internal` lives as long. */
+/* A state with the stiffness's variable; `internal` must live as long. */
 static void begin(const char *text, const char *const *set, double *internal, touching *m)
 {
   CHECK_OK(touching_begin(text, set, 1000, m));
@@ -33,10 +32,11 @@ static void begin(const char *text, const char *const *set, double *internal, to
 }
 
 typedef struct rest {
-  double gap, force, height, newton, stiffness; /* over the thickness; N; m, of the upper one's nodes; a step; Pa, over that at first */
+  double gap, force, height, newton, stiffness; /* over the thickness; N; m, of the upper one's nodes; time of a step;
+                                                 * Pa, over the initial stiffness */
 } rest;
 
-/* The figures that contact reports, and the place of the upper cube. */
+/* The figures that contact reports, and the position of the upper cube. */
 static rest look(const touching *m, const double *internal)
 {
   const flesh_system *system = flesh_scene_system(m->scene);
@@ -69,8 +69,8 @@ static rest come_to_rest(const char *adaptive)
   return r;
 }
 
-/* The weight, 9.81 N, is borne whatever the stiffness. The least gap is that of the most pressed node; the mean pressure
- * is within BAND of that at half of the thickness. */
+/* The weight, 9.81 N, is borne at any stiffness. The least gap is that of the most pressed node; the mean pressure is
+ * within BAND of that at half of the thickness. */
 static void what_rests_rests_within_the_barrier(void)
 {
   const rest fixed = come_to_rest("effects.contact.adaptive=false"), adaptive = come_to_rest("effects.contact.adaptive=true");
@@ -81,7 +81,7 @@ static void what_rests_rests_within_the_barrier(void)
   CHECK_NEAR(adaptive.height, fixed.height, 0.002);
 }
 
-/* Statics find equilibrium again until the stiffness stays: the same gaps and forces, under gravity alone. */
+/* Statics repeat the equilibrium until the stiffness is constant: the same gaps and forces, under gravity alone. */
 static void statics_settle(void)
 {
   static const char press[] =
@@ -105,8 +105,8 @@ static void statics_settle(void)
   touching_end(&m);
 }
 
-/* Momenta to what the solves leave, no crossing, and energy that only falls but for what a stiffer barrier brings, which
- * counts. */
+/* Momenta are conserved up to the residuals of the solves, nothing crosses, and the energy only falls, except for the
+ * counted energy of a stiffening barrier. */
 static void balls_collide(const char *method, const char *step, int steps)
 {
   const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=1e-3", step, NULL};
@@ -129,10 +129,11 @@ static void balls_collide(const char *method, const char *step, int steps)
 
 static void balls_collide_in_fixed_steps(void) { balls_collide("time.method=backward-euler", "time.step=1/1000", 40); }
 
-/* Steps that errors choose are much shorter than those between which the stiffness changes, by a factor of four at most. */
+/* Adaptive steps are much shorter than those between which the stiffness changes, by a factor of four at most. */
 static void balls_collide_in_steps_of_their_error(void) { balls_collide("time.method=adaptive", "time.step=1/200", 8); }
 
-/* Fixed steps of order 2 gain a hundredth of the motion's energy at most: a barrier that would bring in more stiffens later. */
+/* Fixed steps of order 2 gain at most a hundredth of the motion's energy: a barrier that would add more stiffens
+ * later. */
 static void soft_cubes_gain_little_in_fixed_steps(void)
 {
   static const char *const methods[] = {"time.method=newmark", "time.method=midpoint"};
@@ -158,7 +159,7 @@ static void soft_cubes_gain_little_in_fixed_steps(void)
   }
 }
 
-/* A run that is cut and taken up again from its history and its state has the same bits. */
+/* A run that is interrupted and resumed from its history and its state has the same bits. */
 static void cut(const char *text, const char *method, int changes)
 {
   const char *const set[] = {"effects.contact.adaptive=true", method, "time.tolerance=1e-2", NULL};
@@ -184,7 +185,8 @@ static void cut(const char *text, const char *method, int changes)
   touching_end(&cut);
 }
 
-/* How far ahead surfaces are known to be apart, which a cut forgets, says nothing of whether they touch. */
+/* The distance up to which surfaces are known to be apart, which an interruption forgets, does not affect whether they
+ * touch. */
 static void cuts_change_no_bit(void)
 {
   cut(cubes, "time.method=backward-euler", 1);

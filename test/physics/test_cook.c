@@ -7,7 +7,8 @@
 
 static const double mu = 80.194e6, kappa = 2 * 80.194e6 * (1 + 0.4999) / (3 * (1 - 2 * 0.4999));
 
-/* How far the middle and the upper edge of the end go up in the slab's middle plane, m; the noise of the pressures. */
+/* Computes the displacements of the middle and the upper edge of the end in the slab's middle plane, m, and the noise
+ * of the pressures. */
 static void lift(const int cells[3], flesh_element element, double up[2], double *noise)
 {
   flesh_material material;
@@ -32,7 +33,7 @@ static void lift(const int cells[3], flesh_element element, double up[2], double
   test_body_destroy(&b);
 }
 
-/* The other code's, of the finest two meshes [coarse, fine], m. */
+/* The other code's results on its finest two meshes [coarse, fine], m. */
 static void read_reference(double up[2][2])
 {
   char line[256];
@@ -51,7 +52,7 @@ static void read_reference(double up[2][2])
 }
 
 static const int coarse[3] = {8, 4, 1}, fine[3] = {16, 8, 1}; /* 192 and 768 tets */
-/* For tet4, which has no node in the middle of one cell. */
+/* For tet4, which has no node in the middle of a single cell. */
 static const int coarse_linear[3] = {8, 4, 2}, fine_linear[3] = {16, 8, 2};
 
 static void slab_is_lifted_as_by_another_code(void)
@@ -59,7 +60,7 @@ static void slab_is_lifted_as_by_another_code(void)
   double other[2][2] = {{NAN, NAN}, {NAN, NAN}}, up[2], noise;
   read_reference(other);
   lift(fine, FLESH_ELEMENT_TET10_MEAN, up, &noise);
-  /* The limit is extrapolated by the first power: stresses are singular where the clamped end meets the sides. */
+  /* The limit is extrapolated with the first power: stresses are singular where the clamped end meets the sides. */
   for (int k = 0; k < 2; k++) {
     const double limit = 2 * other[1][k] - other[0][k];
     printf("# %s: deal.II %.4f and %.4f mm, in the limit %.4f; tet10-mean %+.2f %%\n", k ? "edge" : "middle",
@@ -68,7 +69,7 @@ static void slab_is_lifted_as_by_another_code(void)
   }
 }
 
-/* The limit of refinement is the other code's too; the other elements are not there yet. */
+/* The limit of refinement agrees with the other code's; the other elements have not converged yet. */
 static void slab_converges(void)
 {
   double other[2][2] = {{NAN, NAN}, {NAN, NAN}}, at[2], half[2], up[2], noise;
@@ -87,7 +88,7 @@ static void slab_converges(void)
   CHECK(up[0] < 0.5 * other[1][0]);
 }
 
-/* The pressures of tet10-mean come together under refinement; tet4's part. */
+/* The pressures of tet10-mean converge under refinement; those of tet4 get noisier. */
 static void pressures_are_no_checkerboard(void)
 {
   double up[2], wide, narrow, pointwise, linear, finer;

@@ -1,8 +1,8 @@
 // TEST full seconds=600
-/* test_false_equilibria.c: nearly incompressible bodies (form E, Poisson's ratio .499) on irregular meshes, whose nodes
- * are displaced by up to .7 of an edge, are let go. Four-node tets lock, and have equilibria where they are bent,
- * energy left, no tet inverted. Through softer materials these are passed: with four nodes as with ten and the mean of J
- * the bodies go back to their rest shape. */
+/* test_false_equilibria.c: nearly incompressible bodies (form E, Poisson's ratio .499) on irregular meshes, with nodes
+ * displaced by up to .7 of an edge, are released. Four-node tets lock, and have false equilibria in which they are
+ * bent, with energy left but no inverted tet. Softer materials avoid these: with four nodes as well as with ten and the
+ * mean of J the bodies return to their rest shape. */
 #include "body.h"
 #include "test.h"
 
@@ -10,7 +10,7 @@ enum { STEPS = 120 }; /* of 1/60 s */
 
 static const char *const finger = "../data/meshes/finger_coarse.msh", *const limbs = "reference/meshes/limbs.msh";
 
-/* Displaced corners, and nodes on edges between them. */
+/* Displaced corners, with mid-edge nodes between them. */
 static void displace(unsigned long long seed, double amount, test_body *b)
 {
   static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
@@ -55,8 +55,8 @@ static void make(const char *path, flesh_element element, double *edge, double *
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The energies of the body above those at rest, over Young's modulus times its volume, once they are small or after all
- * steps of backward Euler. */
+/* Returns the energies of the body above those at rest, over Young's modulus times its volume, once they are small or
+ * after all steps of backward Euler. */
 static double energy_left(const char *path, flesh_element element, int seed)
 {
   test_body b;

@@ -1,12 +1,13 @@
 // TEST quick seconds=60
-/* test_free_bodies.c: a force that grows and fades moves a free body, with steps that errors choose. Its centre goes as
- * Newton's law says, within the tolerance: what a residual leaves in the momentum is carried on to the end. */
+/* test_free_bodies.c: a force that grows and fades moves a free body, with adaptive steps. Its centre follows Newton's
+ * law within the tolerance: a momentum error by a residual would affect the position until the end. */
 #include <math.h>
 
 #include "flesh/observer.h"
 #include "touching.h"
 
-/* The error of the centre's position at the end over the tolerance and the cube's side; NaN: the method has no estimate. */
+/* Returns the error of the centre's position at the end over the tolerance and the cube's side; NaN: the method has no
+ * estimate. */
 static double carry(const char *method, double tolerance)
 {
   char scene[1024];

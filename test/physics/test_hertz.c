@@ -1,16 +1,17 @@
 // TEST full seconds=300
-/* test_hertz.c: a ball of 1 m on a block, at the default tolerance, is pressed back with Hertz's force, which the
- * block's finite height raises as Dimitriadis et al. say. A quarter of the block is solved for, its edges fine where it
- * is touched: the radius of contact has four to ten of them.
+/* test_hertz.c: a ball of 1 m on a block, at the default tolerance, has Hertz's reaction, increased by the block's
+ * finite height according to Dimitriadis et al. A quarter of the block is solved for, with fine edges at the contact,
+ * whose radius spans four to ten of them.
  *
- * The forces fall with the spacing h by a power between the first (nodes that touch come and go) and the second (linear
- * elements), so that they are taken to the limit by either: the first power takes too much away, 3.4 and 1.6 % below
- * the theory, the second too little, 0.1 and 1.5 % above. With two to five edges in the radius of contact the first
- * power alone gives 6 to 7 % too little: that is an error of extrapolation, and not of the model. What else separates
- * the two, as measured: sides that are free at 1 m, against held ones, 1.5 %; a barrier of 0.1 mm, 0.6 %. */
+ * The forces fall with the spacing h by a power between the first (nodes come into contact and leave it) and the second
+ * (linear elements), so they are extrapolated with both: the first power subtracts too much, giving 3.4 and 1.6 % below
+ * the theory, the second too little, giving 0.1 and 1.5 % above. With two to five edges in the radius of contact the
+ * first power alone gives 6 to 7 % too little, an error of extrapolation, not of the model. Other measured differences:
+ * free instead of held sides at 1 m, 1.5 %; a barrier of 0.1 mm, 0.6 %. */
 #include "press.h"
 
-/* The force of a ball that is pressed into the whole block by `depth`; the quarter slides on its planes of symmetry. */
+/* Computes the force of a ball pressed into the whole block by `depth`; the quarter slides on its planes of
+ * symmetry. */
 static double press_quarter(int cells, int layers, double depth)
 {
   test_body b;

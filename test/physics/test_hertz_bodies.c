@@ -1,15 +1,15 @@
 // TEST full seconds=300
-/* test_hertz_bodies.c: two caps of one radius on blocks of 1 m are pressed together with Hertz's force. Each is pressed
- * in as by a plane, which is the contact of a sphere with a flat block, whose finite height raises the force as
- * Dimitriadis et al. say. A quarter of both is solved for, on curved tets of ten nodes whose edges are fine where they
- * touch: the radius of contact has two to four. Forces are 3.2, 2.1 and 1.5 % above the theory; their limit by the
- * second power of the spacing is .6 % above it, as the surfaces touch with the barrier between them. */
+/* test_hertz_bodies.c: two caps of equal radius on blocks of 1 m are pressed together with Hertz's force. Each is
+ * indented as by a plane, which is the contact of a sphere with a flat block, whose finite height increases the force
+ * according to Dimitriadis et al. A quarter of both is solved for, on curved ten-node tets with fine edges at the
+ * contact, whose radius spans two to four of them. Forces are 3.2, 2.1 and 1.5 % above the theory; their limit by the
+ * second power of the spacing is .6 % above it, because the surfaces touch with the barrier between them. */
 #include "press.h"
 
 static const double RADIUS = 4, HIGH = 1e-3;
 
-/* The quarter of a block below the plane z = 0 with a cap on it, and its image above, 2 HIGH apart, whose mesh is
- * another: turned about the diagonal. Nodes on edges lie on the cap as well. */
+/* Makes the quarter of a block below the plane z = 0 with a cap on it, and its mirror image above, 2 HIGH apart, with
+ * another mesh, mirrored at the diagonal. Mid-edge nodes lie on the cap as well. */
 static flesh_mesh *make_pair(int cells, int layers)
 {
   flesh_mesh *straight = make_mesh(cells, cells, layers, near_the_axis), *block = NULL, *pair = NULL;
@@ -40,7 +40,7 @@ static flesh_mesh *make_pair(int cells, int layers)
   return pair;
 }
 
-/* The downward force of contact on the lower half. */
+/* Returns the downward force of contact on the lower half. */
 static double force_between(const test_body *b)
 {
   const flesh_effect *effect = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
@@ -55,11 +55,11 @@ static double force_between(const test_body *b)
   return low;
 }
 
-/* The force of the whole pair, when the two have come nearer by 2 `depth` than where they touch. */
+/* Returns the force of the whole pair when the two have approached by 2 `depth` since they touched. */
 static double press_quarters(int cells, int layers, double depth, int adaptive)
 {
   test_body b;
-  double hardness = 0; /* ln of the stiffness over that at first */
+  double hardness = 0; /* ln of the stiffness over the initial one */
   flesh_solve_stats stats = {0};
   flesh_effect *contact = NULL;
   flesh_contact_options options;
@@ -104,7 +104,7 @@ static void force_between_two_caps_is_that_of_hertz(void)
   CHECK_NEAR(limit, 1, 0.02);
 }
 
-/* Gaps of half of the thickness in place of its edge are a hundredth of what the caps are pressed in. */
+/* Gaps of half of the thickness, instead of gaps at its edge, are a hundredth of the indentation. */
 static void force_is_that_of_hertz_at_any_stiffness(void)
 {
   const double depth = 0.005, expected = force_on_layer(1e5, 0.3, RADIUS, depth, 1);

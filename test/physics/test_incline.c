@@ -1,12 +1,12 @@
 // TEST full seconds=15
-/* test_incline.c: a block slides down an incline, an obstacle or another body, by every method. It begins just above the
- * incline and bounces in the barrier, so that the forces at the ends of steps are not those that move it. Its velocity
- * obeys Coulomb's law in impulses, dv_t = g sin(angle) t - mu (g cos(angle) t + dv_n), which is
- * v_t = g (sin(angle) - mu cos(angle)) t where it does not bounce. Under a lid of its own mass, which stays where it is
- * along the incline, mu (3 g cos(angle) t + dv_n + 2 dv_n of the lid) brakes it, whatever the two do. In backward Euler
- * friction goes by the normal force of the step before: it is off by the impulse of one step. Methods of order 2 solve their
- * steps again and keep their order, down to what the nodes' own directions of slip leave: the block widens as it is
- * pressed. Where nothing bounces, the order itself shows. */
+/* test_incline.c: a block slides down an incline, an obstacle or another body, with every method. It starts just above
+ * the incline and bounces in the barrier, so that the forces at the ends of steps are not those that move it. Its
+ * velocity follows Coulomb's law in impulses, dv_t = g sin(angle) t - mu (g cos(angle) t + dv_n), which is v_t = g
+ * (sin(angle) - mu cos(angle)) t if it does not bounce. Under a lid of its own mass, which stays at its place along the
+ * incline, it is braked by mu (3 g cos(angle) t + dv_n + 2 dv_n of the lid), however the two bounce. With backward
+ * Euler friction uses the normal force of the previous step: it is off by the impulse of one step. Methods of order 2
+ * repeat the solves of their steps and keep their order, down to the error by the nodes' individual directions of slip:
+ * the block widens while it is pressed. The order is tested without bounces. */
 #include "temporary.h"
 
 #include <math.h>
@@ -26,10 +26,10 @@ typedef struct incline {
   double friction;
   int first, nodes, steps; /* the block's */
   double mass, v[3];       /* kg; m/s, of the block's centre of mass */
-  double pressing, pressed; /* 1, m/s: surfaces bear the weight so many times, and the impulse of this speed more */
+  double pressing, pressed; /* 1, m/s: factor on the weight that surfaces bear, and additional impulse of this speed */
   flesh_fields fields; /* of frames */
-  double error;        /* m/s, the largest departure from Coulomb's law */
-  double force;        /* N, the sum of all steps' normal forces in frames */
+  double error;        /* m/s, largest deviation from Coulomb's law */
+  double force;        /* N, sum of all steps' normal forces in frames */
 } incline;
 
 static int look(void *data, const flesh_step_record *record)
@@ -76,7 +76,7 @@ static void start(ground on, const char *method, double h, incline *s)
   s->first = on == PLANE ? 0 : s->nodes;
 }
 
-/* The mean of the column whose name begins so, over all rows but that of the start. */
+/* Returns the mean of the column whose name begins so, over all rows but that of the start. */
 static double mean_of(const char *path, const char *column)
 {
   char line[8192], *word, *place;
@@ -95,7 +95,8 @@ static double mean_of(const char *path, const char *column)
   return sum / rows;
 }
 
-/* The largest departure from Coulomb's law, m/s. All that is written of the contact is the force that moves the block. */
+/* Returns the largest deviation from Coulomb's law, m/s. Everything written about the contact is the force that moves
+ * the block. */
 static double slide(ground on, flesh_method method, const char *how, double h)
 {
   incline s;
@@ -124,7 +125,7 @@ static double slide(ground on, flesh_method method, const char *how, double h)
   printf("# %s, %s, 1/%g s: from Coulomb's law by %.2e m/s; force over weight in frames %.4f, histories %.4f, probes %.4f, "
          "by its momentum %.4f\n",
          on == PLANE ? "plane" : on == BODY ? "body" : "between", how, 1 / h, s.error, forces[0], forces[1], forces[2], moves);
-  /* Methods weigh the ends differently, and a step in parts has the force of the last one. */
+  /* Methods weigh the ends differently, and a step in parts has the force of the last part. */
   for (int k = 0; k < 3; k++) CHECK_NEAR(forces[k], moves, 1.5 * s.pressing / s.steps);
   for (int k = 0; k < 3 && h < 1. / 700 && on != BETWEEN; k++) CHECK_NEAR(forces[k], 1, 0.011);
   flesh_fields_clear(&s.fields);
@@ -155,15 +156,15 @@ static void blocks_slide(ground on)
   }
 }
 
-/* A stage is solved again while friction is off by more than its residual may be, and what a body is off by counts the more as
- * nothing holds it: outputs are at most 1/400 s apart, at which a fixed step with one solve is off by 1e-2 m/s. On the plane
- * the nodes' own directions of slip leave 1.7e-4 m/s, as fixed steps that resolve the bounces show. */
+/* A stage is solved again while friction is off by more than its residual may be; free bodies weigh such errors more.
+ * Outputs are at most 1/400 s apart, at which a fixed step with one solve is off by 1e-2 m/s. On the plane the nodes'
+ * individual directions of slip leave 1.7e-4 m/s, as fixed steps that resolve the bounces show. */
 static void blocks_slide_by_steps_that_errors_choose(void)
 {
   static const struct {
     const char *how;
     flesh_method method;
-    double most, between; /* m/s, from that of short steps; in all on another body, whose faces widen */
+    double most, between; /* m/s, deviation from that of short steps; total deviation on another body, whose faces widen */
   } runs[] = {{"runge-kutta, tolerance: 1e-4", FLESH_METHOD_RUNGE_KUTTA, 5e-5, 1.4e-3},
               {"runge-kutta, tolerance: 1e-5", FLESH_METHOD_RUNGE_KUTTA, 2e-5, 1.4e-3},
               {"newmark, adaptive: true, tolerance: 1e-3", FLESH_METHOD_NEWMARK, 3e-4, 2e-3}};
@@ -174,8 +175,8 @@ static void blocks_slide_by_steps_that_errors_choose(void)
   }
 }
 
-/* Stiff blocks land on the plane within a small part of a step, and slide on. What residuals and friction are off by is
- * momentum, which vibrations do not show: where it counts for 20 periods of the block at most, steps of BDF2 are off by 60
+/* Stiff blocks land on the plane within a small part of a step, and slide on. Errors of residuals and friction are
+ * momentum, which vibrations do not show: if it counts for at most 20 periods of the block, steps of BDF2 are off by 60
  * tolerances. */
 static void stiff_blocks_slide_within_the_tolerance(void)
 {
@@ -208,8 +209,8 @@ static void stiff_blocks_slide_within_the_tolerance(void)
       }
 }
 
-/* Speeds of a block that slows down on another one, m/s, at LOOKS times. It begins within a soft barrier, which all steps
- * resolve: there are no jolts that would hide the order. */
+/* Computes the speeds of a block that slows down on another one, m/s, at LOOKS times. It starts within a soft barrier,
+ * which all steps resolve: there are no jolts that would hide the order. */
 enum { LOOKS = 25 };
 static void slow_down_begin(const char *method, const char *lag, int steps, touching *m)
 {
@@ -233,17 +234,17 @@ static void slow_down(const char *method, const char *lag, int steps, double spe
     double sum = 0, mass = 0;
     CHECK_OK(touching_step(&m));
     for (int i = m.n / 6; i < m.n / 3; i++) sum += m.mass[i] * m.state.v[3 * i], mass += m.mass[i];
-    speed[s * LOOKS / steps] = sum / mass; /* the last of each look stays */
+    speed[s * LOOKS / steps] = sum / mass; /* the last value before each time is kept */
   }
   touching_end(&m);
 }
 
-/* Friction on another body is of order 2, by normal forces of the step before of order 1. */
+/* Friction on another body is of order 2, although it uses normal forces of the previous step, which are of order 1. */
 static void friction_is_of_the_methods_order(void)
 {
   const struct {
     const char *method, *lag;
-    int order, first; /* looks over the longest step */
+    int order, first; /* intervals over the longest step */
   } cases[] = {{"midpoint", "", 2, 1}, {"newmark", "", 2, 1}, {"hht", "", 2, 1}, {"generalized-alpha", "", 2, 1},
                {"bdf2", "", 2, 2}, {"newmark", ", lag_iterations: 1", 1, 1}};
   for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
@@ -263,7 +264,7 @@ static void friction_is_of_the_methods_order(void)
 typedef struct weighing {
   touching m;
   flesh_fields fields;
-  double force, sum; /* N, upwards: at the last step's end, and that of all steps */
+  double force, sum; /* N, upwards: at the last step's end, and over all steps */
 } weighing;
 
 static int weigh_step(void *data, const flesh_step_record *record)
@@ -276,8 +277,8 @@ static int weigh_step(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* The mean of the contact force on the block of the last test, over 1/20 s, divided by the block's weight and what its momentum
- * takes. */
+/* Returns the mean of the contact force on the block of the last test, over 1/20 s, divided by the block's weight and
+ * its change of momentum. */
 static double weigh(flesh_method method, int steps)
 {
   const double h = 0.05 / steps;

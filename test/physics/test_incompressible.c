@@ -1,13 +1,13 @@
 // TEST quick seconds=120
-/* test_incompressible.c: ten-node tets at Poisson's ratio 1/2 against closed forms of incompressible bodies and the limit
- * of nearly incompressible ones; derivatives, and what is refused. */
+/* test_incompressible.c: ten-node tets at Poisson's ratio 1/2 against closed forms of incompressible bodies and the
+ * limit of nearly incompressible ones; derivatives; refusals. */
 #include <stdlib.h>
 
 #include "flesh/ida.h"
 #include "flesh/ode.h"
 #include "incompressible.h"
 
-/* A user's neo-Hookean psi, with the volume term of its lambda. */
+/* A user-defined neo-Hookean psi, with the volume term of its lambda. */
 static int own_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 {
   *psi = (flesh_psi){.value = m->mu / 2 * (I_C - 3) + m->lambda / 2 * (J - 1) * (J - 1) - m->mu * J,
@@ -37,7 +37,7 @@ static flesh_material material_of(flesh_energy form)
   return form == FLESH_ENERGY_USER ? own_material() : test_material(form, 0.5);
 }
 
-/* psi at F = diag(s, 1/sqrt s, 1/sqrt s). */
+/* Returns psi at F = diag(s, 1/sqrt s, 1/sqrt s). */
 static flesh_psi psi_at(const flesh_material *m, double s)
 {
   flesh_psi psi = {0};
@@ -45,13 +45,13 @@ static flesh_psi psi_at(const flesh_material *m, double s)
   return psi;
 }
 
-/* The nominal stress of uniaxial tension, the sides being free of stress. */
+/* Returns the nominal stress of uniaxial tension with sides free of stress. */
 static double nominal_stress(const flesh_material *m, double s)
 {
   return 2 * psi_at(m, s).I * (s - 1 / (s * s));
 }
 
-/* Triangles of the surface with X_c = at; new. */
+/* Lists the triangles of the surface with X_c = at; allocated. */
 static int *side(const flesh_mesh *mesh, int c, double at, int *count)
 {
   int all;
@@ -68,8 +68,8 @@ static int *side(const flesh_mesh *mesh, int c, double at, int *count)
   return chosen;
 }
 
-/* Uniaxial tension: a nominal traction T at the end of a bar that slides on three planes. With sides free of stress,
- * T = 2 psi_I (s - 1/s^2) and p = -2 psi_I/s - psi_J, psi_J at J = 1 without the pressure. */
+/* Uniaxial tension: a nominal traction T at the end of a bar that slides on three planes. With sides free of stress, T
+ * = 2 psi_I (s - 1/s^2) and p = -2 psi_I/s - psi_J, with psi_J at J = 1 without the pressure. */
 static void bars_stretch_as_they_must(void)
 {
   for (int f = 0; f < FORMS; f++) {
@@ -106,7 +106,7 @@ static void bars_stretch_as_they_must(void)
   }
 }
 
-/* Simple shear by g of a cube whose surface is held, so that the volumes of its tets are not independent: inside
+/* Simple shear by g of a cube whose surface is constrained, so that the volumes of its tets are not independent: inside
  * u_x = g y, and the force on the top is 2 psi_I g per area. */
 static void cubes_shear_as_they_must(void)
 {
@@ -148,7 +148,8 @@ static void cubes_shear_as_they_must(void)
   }
 }
 
-/* A quarter of a thick tube, inner radius 1 m, outer 2 m, of a box of layers x sectors x 1 cells of curved tets. */
+/* Makes a quarter of a thick tube, inner radius 1 m, outer 2 m, from a box of layers x sectors x 1 cells of curved
+ * tets. */
 static flesh_mesh *quarter_tube(int layers, int sectors)
 {
   flesh_mesh *box = test_box(layers, sectors, 1, 1, M_PI / 2, 1. / layers), *raised = NULL, *tube = NULL;
@@ -174,7 +175,7 @@ static flesh_mesh *quarter_tube(int layers, int sectors)
   return tube;
 }
 
-/* The inner radius is prescribed: the pressure that this takes, and the outer radius. */
+/* Prescribes the inner radius: computes the necessary pressure and the outer radius. */
 static void inflate(int layers, int sectors, double a, double *pressure, double *outer)
 {
   test_body b;
@@ -210,9 +211,8 @@ static void inflate(int layers, int sectors, double a, double *pressure, double 
   destroy(&b);
 }
 
-/* A thick tube that keeps its length: r^2 = R^2 + a^2 - 1 whatever it is made of, and of neo-Hookean material the
- * pressure is mu (log(l_a/l_b) + 1/(2 l_b^2) - 1/(2 l_a^2)), l = r/R inside and outside (from the balance of radial
- * forces). */
+/* A thick tube of constant length: r^2 = R^2 + a^2 - 1 for any material, and for a neo-Hookean one the pressure is mu
+ * (log(l_a/l_b) + 1/(2 l_b^2) - 1/(2 l_a^2)), l = r/R inside and outside (from the balance of radial forces). */
 static void tubes_inflate_as_they_must(void)
 {
   const double a = 1.5, outer = sqrt(4 + a * a - 1), stretch = outer / 2;
@@ -231,7 +231,7 @@ static void tubes_inflate_as_they_must(void)
   CHECK_BELOW(fabs(radius[1]), 0.3 * fabs(radius[0]));
 }
 
-/* The tip of a bar of 4 x 1 x 1 m under 200 N/m^3, of nx x ny x ny cells. */
+/* Returns the deflection of the tip of a bar of 4 x 1 x 1 m under 200 N/m^3, of nx x ny x ny cells. */
 static double tip_of(double poisson, int nx, int ny)
 {
   test_body b;
@@ -253,8 +253,8 @@ static double tip_of(double poisson, int nx, int ny)
   return tip;
 }
 
-/* Against the limit of fine meshes at 0.4999, -0.7565 m, which an independent code gives to .15 % (test_tet10_physics);
- * and 1/2 is where the tips go, with an error like 1/lambda. */
+/* Compares with the limit of fine meshes at 0.4999, -0.7565 m, which an independent code gives to .15 %
+ * (test_tet10_physics); for 1/2 the tips converge to the same, with an error like 1/lambda. */
 static void bars_bend_as_in_the_limit(void)
 {
   const double tip = tip_of(0.5, 16, 4), off = 100 * (tip / -0.7565 - 1);
@@ -270,7 +270,7 @@ static void bars_bend_as_in_the_limit(void)
   }
 }
 
-/* Residual and Hessian are derivatives with pressures of a tenth of the penalty, and the penalty raised. */
+/* Residual and Hessian are derivatives, with pressures of a tenth of the penalty, and with the penalty raised. */
 static void derivatives_agree(void)
 {
   for (int f = 0; f < FORMS; f++) {
@@ -286,7 +286,7 @@ static void derivatives_agree(void)
   }
 }
 
-/* Elements, methods and solvers that cannot hold volumes say so. */
+/* Elements, methods and solvers that cannot constrain volumes are refused with a message. */
 static void others_are_refused(void)
 {
   test_body b;
@@ -317,7 +317,7 @@ static void others_are_refused(void)
   destroy(&b);
 }
 
-/* A tet of which every node is held where its volume is another has no solution, and the state stays what it was. */
+/* A tet with all nodes constrained at a different volume has no solution, and the state is unchanged. */
 static void what_cannot_be_held_fails(void)
 {
   test_body b;

@@ -1,6 +1,6 @@
 // TEST full seconds=120
-/* test_incompressible_motion.c: incompressible bodies in motion: volumes, momenta and energy are kept, methods have their
- * orders, states go on. */
+/* test_incompressible_motion.c: incompressible bodies in motion: volumes, momenta and energy are conserved, methods
+ * have their orders, states can be resumed. */
 #include "temporary.h"
 
 #include <stdlib.h>
@@ -19,8 +19,8 @@ static double energy_of(const test_body *b)
   return sum;
 }
 
-/* Volumes are kept at every step's end by all methods, momenta by all (angular ones exactly by the midpoint rule), and
- * the energy as its order has it by those that do not damp. */
+/* Volumes are conserved at every step's end by all methods, momenta by all (angular ones exactly by the midpoint rule),
+ * and the energy up to the order by those without damping. */
 static void motion_keeps_what_it_must(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -61,7 +61,7 @@ static void motion_keeps_what_it_must(void)
   }
 }
 
-/* A body that flies freely, solved no more tightly than by default, keeps its velocity to round-off from its first step on. */
+/* A free body, solved no more tightly than by default, keeps its velocity to round-off from its first step on. */
 static void flight_is_free(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -79,7 +79,7 @@ static void flight_is_free(void)
   }
 }
 
-/* A clamped bar that begins to swing; its positions at 1/4 s, in x [n]. */
+/* Computes the positions x [n] at 1/4 s of a clamped bar that begins to swing. */
 static void swing(flesh_method method, int steps, double *x)
 {
   test_body b;
@@ -94,7 +94,7 @@ static void swing(flesh_method method, int steps, double *x)
   destroy(&b);
 }
 
-/* Halved steps take a quarter of the error of methods of order 2, half of that of backward Euler. Runge-Kutta's order is
+/* Halved steps have a quarter of the error with methods of order 2, a half with backward Euler. Runge-Kutta's order is
  * 2.83 here, and 2.94 with half of these steps. */
 static void methods_have_their_orders(void)
 {
@@ -116,8 +116,8 @@ static void methods_have_their_orders(void)
   }
 }
 
-/* A viscous clamped bar whose velocity changes its volume, as motions may begin, and an integrator of it: by steps that errors
- * choose, where there is a tolerance. */
+/* Makes a viscous clamped bar whose velocity changes its volume, as motions may start, and its integrator: with
+ * adaptive steps if there is a tolerance. */
 static flesh_integrator *expanding(flesh_method method, double tolerance, test_body *b)
 {
   flesh_effect *viscosity = NULL;
@@ -137,7 +137,7 @@ static flesh_integrator *expanding(flesh_method method, double tolerance, test_b
   return integrator;
 }
 
-/* Its positions after 1/20 s, in x [n]. */
+/* Computes its positions after 1/20 s, x [n]. */
 static void expand(flesh_method method, double tolerance, double *x, flesh_solve_stats *stats)
 {
   test_body b;
@@ -148,9 +148,9 @@ static void expand(flesh_method method, double tolerance, double *x, flesh_solve
   destroy(&b);
 }
 
-/* The divergence of a velocity is lost at once, whatever the method and the tolerance: errors that it left would not fall
- * with the step, nor do those of a start that is not as short as the tolerance has it. The forces of viscosity by it keep no
- * start from its solution: with them a start takes 300 iterations. */
+/* The divergence of a velocity vanishes at once, whatever the method and the tolerance: errors that it left would not
+ * fall with the step, nor do those of a start longer than the tolerance allows. Viscous forces by the divergence do not
+ * prevent the start from being solved, although a start with them takes 300 iterations. */
 static void velocities_lose_their_divergence(void)
 {
   static double exact[6000], x[6000];
@@ -168,7 +168,7 @@ static void velocities_lose_their_divergence(void)
   }
 }
 
-/* So it is by fixed steps: no tet's volume has a rate of change that would last, as half of one a second at the start. */
+/* Fixed steps do so as well: no tet's volume keeps a rate of change, such as half of one per second at the start. */
 static void fixed_steps_lose_it(void)
 {
   const double brief = 1e-6; /* s */
@@ -185,7 +185,7 @@ static void fixed_steps_lose_it(void)
   }
 }
 
-/* Gaps that constraints have at the start close within the first step, not at once: else nodes would be thrown. */
+/* Gaps of constraints at the start close within the first step, not at once: otherwise nodes would be thrown. */
 static void gaps_at_the_start_throw_nothing(void)
 {
   for_every_method(method, TEST_FIXED_STEPS) {
@@ -203,8 +203,8 @@ static void gaps_at_the_start_throw_nothing(void)
   }
 }
 
-/* Multipliers are part of the state: a file keeps them, and a state of it goes on with the same bits as the one that was
- * written, for any number of threads; without them the first step must find them again. */
+/* Multipliers are part of the state: a file keeps them, and a run from it has the same bits as the one that wrote it,
+ * for any number of threads; without them the first step must find them again. */
 static void states_go_on(void)
 {
   char folder[200], path[220];
@@ -236,7 +236,7 @@ static void states_go_on(void)
   }
   CHECK(!memcmp(states[0].x, states[1].x, bytes) && !memcmp(states[0].v, states[1].v, bytes) &&
         !memcmp(states[0].multipliers, states[1].multipliers, p_bytes));
-  /* The first step finds its pressures itself: those of the state are where it begins. */
+  /* The first step finds its pressures itself: those of the state are its initial guess. */
   printf("# without its multipliers a state is off by %.2g m after three steps, with %d updates for %d\n",
          test_distance(b.n, states[0].x, states[2].x), stats[2].multiplier_updates, stats[0].multiplier_updates);
   CHECK_BELOW(test_distance(b.n, states[0].x, states[2].x), 1e-8);
@@ -251,8 +251,8 @@ static void states_go_on(void)
   destroy(&b);
 }
 
-/* Equilibria on the way of what is prescribed: a run that is stopped and goes on from its file has the bits of one that
- * was not. */
+/* Equilibria along a prescribed motion: a run that is stopped and resumed from its file has the bits of an
+ * uninterrupted one. */
 static void equilibria_go_on_with_the_same_bits(void)
 {
   const flesh_keyframe frames[2] = {{0}, {.t = 1, .translation = {0.3, 0, 0.2}}};
@@ -284,7 +284,8 @@ static void equilibria_go_on_with_the_same_bits(void)
   destroy(&b);
 }
 
-/* The positions, in x [n], of a clamped bar, the load of whose end is taken off at `until`, s; its Newton iterations. */
+/* Computes the positions, x [n], of a clamped bar whose end load is removed at `until`, s, and its Newton
+ * iterations. */
 static int let_go(flesh_method method, int controlled, double until, double *x)
 {
   test_body b;
@@ -310,14 +311,14 @@ static int let_go(flesh_method method, int controlled, double until, double *x)
   return stats.newton;
 }
 
-/* An event whose time has few digits leaves no brief piece before or after a step's end, in which bodies would burst. */
+/* An event whose time is rounded leaves no tiny part before or after a step's end, in which bodies would burst. */
 static void rounded_events_throw_nothing(void)
 {
   static const double rounded[] = {0.1111111, 0.1111112, 0.11111};
   static double exact[6000], x[6000];
   for (int controlled = 0; controlled < 2; controlled++)
     for_every_method(method, TEST_FIXED_STEPS) {
-      /* The one has no estimate, the other steps across events. */
+      /* One has no error estimate, the other steps across events. */
       if (method == (controlled ? FLESH_METHOD_MIDPOINT : FLESH_METHOD_BACKWARD_EULER)) continue;
       const int newton = let_go(method, controlled, 10. / 90, exact);
       for (int k = 0; k < 3; k++) {
@@ -331,8 +332,8 @@ static void rounded_events_throw_nothing(void)
     }
 }
 
-/* A bar whose end is moved, all at once, is followed by steps that tight tolerances choose: rounding in the pressures gains no
- * energy that would keep steps brief. */
+/* A bar whose end is moved abruptly is resolved by adaptive steps with tight tolerances: rounding in the pressures
+ * gains no energy that would keep steps short. */
 static void sudden_motions_are_followed(void)
 {
   static const flesh_keyframe pull[] = {{0, {0}, {0}}, {0.02, {-0.012, 0, 0.015}, {-0.1, 0, 0}}};

@@ -1,10 +1,11 @@
 // TEST full seconds=300
-/* test_orders.c: how fast the elements converge, in the L2 norm of displacement, and their pressures, to a large smooth
- * motion with the body force and the tractions that hold a body of form S in it (manufactured.h), on irregular meshes. */
+/* test_orders.c: convergence of the elements, in the L2 norm of displacement, and of their pressures, to a large smooth
+ * motion with the body force and the tractions that hold a body of form S in it (manufactured.h), on irregular
+ * meshes. */
 #include "manufactured.h"
 #include "output/fields.h"
 
-/* Nodal forces that are given: a dead load. */
+/* Given nodal forces: a dead load. */
 typedef struct nodal_load {
   int n;
   const double *X;
@@ -36,7 +37,7 @@ static const flesh_effect_operations load_operations = {.name = "nodal load",
                                                         .potential = load_potential,
                                                         .destroy = free};
 
-/* A cube of n cells an edge, its inner corners moved by up to a tenth of a cell. */
+/* Makes a cube of n cells per edge, with inner corners moved by up to a tenth of a cell. */
 static flesh_mesh *irregular_cube(int n, flesh_element element)
 {
   flesh_mesh *box = test_box(n, n, n, 1, 1, 1), *mesh = NULL, *raised = NULL;
@@ -57,7 +58,7 @@ static flesh_mesh *irregular_cube(int n, flesh_element element)
   return raised;
 }
 
-/* Elasticity, the load, and the nodes on all faces but X = 1 where the motion has them. */
+/* Adds elasticity, the load, and constraints of the nodes on all faces but X = 1 to the motion. */
 static void make(int n, flesh_element element, double poisson, const manufactured *m, test_body *b)
 {
   CHECK_OK(test_body_create(irregular_cube(n, element), test_material(FLESH_ENERGY_S, poisson), 1000,
@@ -89,7 +90,7 @@ static void make(int n, flesh_element element, double poisson, const manufacture
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* The motion's pressure at X, Pa. */
+/* Returns the motion's pressure at X, Pa. */
 static double exact_pressure(const manufactured *m, const flesh_material *material, const double X[3])
 {
   jet y[3];
@@ -102,7 +103,7 @@ static double exact_pressure(const manufactured *m, const flesh_material *materi
 
 enum { RAW, OF_TETS, AT_CORNERS, PRESSURES };
 
-/* Root mean square errors over mu of a frame's pressures: of tets by their points, of tets, and at corners. */
+/* Computes root mean square errors over mu of a frame's pressures: of tets by their points, of tets, and at corners. */
 static void find_pressure_errors(const manufactured *m, const test_body *b, double errors[PRESSURES])
 {
   const flesh_mesh *mesh = b->mesh;
@@ -130,7 +131,8 @@ static void find_pressure_errors(const manufactured *m, const test_body *b, doub
   flesh_fields_clear(&fields);
 }
 
-/* How far the equilibrium is from the motion, root mean square, m; and, unless they are NULL, its pressures. */
+/* Returns the distance of the equilibrium from the motion, root mean square, m; and, unless they are NULL, its
+ * pressures. */
 static double error_of(int n, flesh_element element, double poisson, double swell, double pressures[PRESSURES])
 {
   test_body b;
@@ -155,7 +157,7 @@ static double error_of(int n, flesh_element element, double poisson, double swel
   return error;
 }
 
-/* The slope of log error over log size, by least squares. */
+/* Returns the slope of log error over log size, by least squares. */
 static double slope_of(const int cells[3], const double errors[3])
 {
   double x[3], y[3], xx = 0, xy = 0;
@@ -168,7 +170,7 @@ static double slope_of(const int cells[3], const double errors[3])
   return xy / xx;
 }
 
-/* The order of three meshes; the last error too. */
+/* Returns the order over three meshes, and the last error. */
 static double order_of(flesh_element element, double poisson, double swell, const int cells[3], double *last)
 {
   double errors[3];
@@ -190,8 +192,8 @@ static void orders_are_those_of_the_shape_functions(void)
   CHECK(order_of(FLESH_ELEMENT_TET10_MEAN, 0.3, 0.1, coarse, &error) >= 2.7);
 }
 
-/* If the motion keeps every volume, the means of J are as exact as the motion at any Poisson's ratio. The other
- * elements lock: they have not reached their orders with these meshes. */
+/* If the motion preserves every volume, the means of J are as accurate as the motion at any Poisson's ratio. The other
+ * elements lock: they have not reached their orders on these meshes. */
 static void orders_stay_near_incompressibility(void)
 {
   double mean, pointwise, linear;
@@ -203,9 +205,10 @@ static void orders_stay_near_incompressibility(void)
   CHECK_BELOW(30 * mean, linear);
 }
 
-/* A pressure that is constant in each tet errs by the size of the tets, and displacements by its square: where the
- * pressure varies, here by .9 shear moduli, they are of second order, although their shape functions could do better.
- * What frames make of the pressures is of second order, too, where single tets' have a checkerboard. */
+/* A pressure that is constant in each tet has an error of the order of the size of the tets, and displacements of its
+ * square: if the pressure varies, here by .9 shear moduli, they are of second order, although their shape functions
+ * could do better. The pressures computed for frames are of second order, too, where those of single tets have a
+ * checkerboard. */
 static void varying_pressures_cost_an_order(void)
 {
   double errors[3], pressures[3][PRESSURES], of[PRESSURES][3];

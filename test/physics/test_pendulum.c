@@ -1,7 +1,7 @@
 // TEST full seconds=300
-/* test_pendulum.c: a spring pulls without turning: a stiff cube hung up at the middle of a side swings as a physical
- * pendulum, and the angular momentum about the target is kept. By every method, at a point and within a radius, for
- * four-node and ten-node tets. */
+/* test_pendulum.c: a spring pulls without a torque: a stiff cube suspended at the middle of a side swings as a physical
+ * pendulum, and the angular momentum about the target is conserved. With every method, at a point and within a radius,
+ * for four-node and ten-node tets. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -9,7 +9,7 @@
 
 static const double side = 0.1, gravity = 9.81;
 
-/* A cube of 1 kg on a spring at the middle of its side x = 0, whose target is there. */
+/* Makes a cube of 1 kg on a spring at the middle of its side x = 0, whose target is there. */
 static void hang(int order, double radius, double young, double stiffness, test_body *b)
 {
   flesh_mesh *mesh = test_box(3, 3, 3, side, side, side), *raised;
@@ -41,7 +41,7 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_method method, 
   return integrator;
 }
 
-/* Every method of motion: `run` is called with each. */
+/* Calls `run` with every method of motion. */
 static void by_every_method(void (*run)(flesh_method method, int order, double radius))
 {
   const double radii[] = {0, NAN, 0.03};
@@ -50,7 +50,7 @@ static void by_every_method(void (*run)(flesh_method method, int order, double r
       for (int k = 0; k < 3; k++) run((flesh_method)m, order, radii[k]);
 }
 
-/* Height of the middle, by the mass. */
+/* Returns the height of the centre of mass. */
 static double height(const test_body *b)
 {
   double *ones = malloc((size_t)b->n * sizeof *ones), *m = malloc((size_t)b->n * sizeof *m), sum = 0, mass = 0;
@@ -62,8 +62,8 @@ static double height(const test_body *b)
   return sum / mass;
 }
 
-/* The moment of inertia of the rest shape about the axis of y through the target, by the nodes' masses: with many nodes
- * m s^2 (1/6 + 1/4). */
+/* Returns the moment of inertia of the rest shape about the y axis through the target, from the nodes' masses: with
+ * many nodes m s^2 (1/6 + 1/4). */
 static double inertia(const test_body *b)
 {
   const double *X = flesh_mesh_positions(b->mesh);
@@ -74,8 +74,8 @@ static double inertia(const test_body *b)
   return sum;
 }
 
-/* w^2 = m g (s/2) / I; a quarter of the period from the horizontal on is K(sin 45 degrees) / w, K the complete elliptic
- * integral. */
+/* w^2 = m g (s/2) / I; a quarter of the period, starting from the horizontal, is K(sin 45 degrees) / w, with K the
+ * complete elliptic integral. */
 static void swing(flesh_method method, int order, double radius)
 {
   const double h = flesh_method_order(method) == 1 ? 1e-3 : 2e-3;
@@ -89,7 +89,7 @@ static void swing(flesh_method method, int order, double radius)
   for (int k = 1; k * h < 1.25 * quarter; k++) {
     CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
     const double z = height(&b) - side / 2;
-    if (before < lowest) /* the parabola through three heights */
+    if (before < lowest) /* parabola through three heights */
       lowest = before, when = b.state.t - h + h / 2 * (last - z) / (last - 2 * before + z);
     last = before, before = z;
   }
@@ -103,7 +103,7 @@ static void swing(flesh_method method, int order, double radius)
 
 static void a_stiff_cube_is_a_pendulum(void) { by_every_method(swing); }
 
-/* Angular momentum about a place, L - place x p. */
+/* Computes the angular momentum about a position, L - position x p. */
 static void momentum_about(const test_body *b, const double place[3], double L[3])
 {
   double sums[6];
@@ -112,8 +112,8 @@ static void momentum_about(const test_body *b, const double place[3], double L[3
     L[c] = sums[3 + c] - (place[(c + 1) % 3] * sums[(c + 2) % 3] - place[(c + 2) % 3] * sums[(c + 1) % 3]);
 }
 
-/* The largest change of the angular momentum about the target while a soft cube spins and flies round it, in parts of
- * what it is at first. */
+/* Returns the largest change of the angular momentum about the target while a soft cube spins and moves around it, as a
+ * fraction of the initial value. */
 static double drift(flesh_method method, int order, double radius, int steps, double tolerance)
 {
   const double place[3] = {0, side / 2, side / 2};
@@ -140,8 +140,8 @@ static double drift(flesh_method method, int order, double radius, int steps, do
   return worst;
 }
 
-/* The midpoint rule keeps it to what the solves leave; others lose it as their errors in time, which fall with the
- * step. */
+/* The midpoint rule conserves it up to the residuals of the solves; others lose it by their errors in time, which fall
+ * with the step. */
 static void turn(flesh_method method, int order, double radius)
 {
   const int exact = method == FLESH_METHOD_MIDPOINT, accuracy = flesh_method_order(method);

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria
- * with closed forms, and energy that never rises over a backward-Euler step, from any start. */
+/* test_physics.c: properties of a body that hold for any parameters: laws of momentum, free flight, rest volumes,
+ * equilibria with closed forms, and energy that never rises over a backward-Euler step, from any start. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_roots.h>
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 #include "body.h"
 #include "test.h"
 
-/* Steps; stops at the first failure. */
+/* Takes steps; stops at the first failure. */
 static int run(test_body *b, flesh_method method, const flesh_solver_options *options, double h, int steps,
                flesh_solve_stats *stats)
 {
@@ -19,7 +19,7 @@ static int run(test_body *b, flesh_method method, const flesh_solver_options *op
   return status;
 }
 
-/* The larger root of a function between low and high, by GSL's Brent solver. */
+/* Returns the larger root of a function between low and high, by GSL's Brent solver. */
 static double root_of(double (*f)(double, void *), void *data, double low, double high)
 {
   gsl_function function = {f, data};
@@ -42,14 +42,15 @@ static double tension_of_d(double s, void *data)
   return m->mu + m->lambda * (s * s * s - 1) * s;
 }
 
-/* Highest energy density on the way from s = 1 to the point: between the two roots of the tension lies a maximum. */
+/* Returns the highest energy density on the way from s = 1 to the point: between the two roots of the tension lies a
+ * maximum. */
 static double barrier_of_d(const flesh_material *m)
 {
   double s = root_of(tension_of_d, (void *)m, 0, cbrt(0.25));
   return 1.5 * m->mu * (s * s - 1) + m->lambda / 2 * (s * s * s - 1) * (s * s * s - 1);
 }
 
-/* Every tet at J, and the whole a scaled copy of the rest shape. */
+/* Checks that every tet has this J, and the whole is a scaled copy of the rest shape. */
 static void check_scaled(const test_body *b, double J, double tolerance)
 {
   double volume = flesh_mesh_volume(b->mesh, b->state.x) / flesh_mesh_volume(b->mesh, flesh_mesh_positions(b->mesh));
@@ -87,7 +88,7 @@ static void free_body_under_d_rests_at_its_volume(void)
         CHECK_OK(flesh_system_finalize(b.system));
         if (!dynamic) CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, &stats));
         if (dynamic == 1) CHECK_OK(run(&b, FLESH_METHOD_BACKWARD_EULER, &options, 1, 15, &stats));
-        /* A body let go at F = I, where the energy is 0, swings through its rest volume and, where the barrier between
+        /* A body released at F = I, where the energy is 0, swings through its rest volume and, if the barrier between
          * that and the point is below 0, on to the point: only strong damping stops it. */
         if (dynamic == 2 && barrier_of_d(&material) < 0) {
           printf("# nu %g %s: the barrier is below the start\n", poissons[k], raw ? "raw" : "as_e");
@@ -109,7 +110,7 @@ static void free_body_under_d_rests_at_its_volume(void)
     }
 }
 
-/* At rest, matched bodies stay there; disturbed, they come back. */
+/* Matched bodies at rest stay there; disturbed ones return. */
 static void matched_bodies_keep_their_volume(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_B,    FLESH_ENERGY_E,  FLESH_ENERGY_S,  FLESH_ENERGY_NEO,
@@ -126,7 +127,7 @@ static void matched_bodies_keep_their_volume(void)
                                   FLESH_MASS_CONSISTENT, dynamic, &b));
         CHECK_OK(flesh_system_finalize(b.system));
         flesh_method method = dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC;
-        for (int i = 0; i < b.n / 3; i++) { /* turned, so that the residual is rounding instead of 0 */
+        for (int i = 0; i < b.n / 3; i++) { /* rotated, so that the residual is rounding instead of 0 */
           double *x = b.state.x + 3 * i, before = x[0];
           x[0] = cos(0.7) * before - sin(0.7) * x[1];
           x[1] = sin(0.7) * before + cos(0.7) * x[1];
@@ -145,7 +146,7 @@ static void matched_bodies_keep_their_volume(void)
         test_body_destroy(&b);
       }
   printf("# at most %d PCG iterations in five steps at rest\n", most);
-  CHECK(most == 0); /* a residual of rounding is known for what it is */
+  CHECK(most == 0); /* a residual at rounding is recognised as such */
 }
 
 /* Below lambda/mu = 2.1165 nothing holds a free body under D: it shrinks to (nearly) nothing, in finite numbers. */
@@ -187,7 +188,7 @@ static void sum_nodes(int n, const double *y, double sum[3])
   for (int d = 0; d < n; d++) sum[d % 3] += y[d];
 }
 
-/* Largest relative change of an edge's length. */
+/* Returns the largest relative change of an edge's length. */
 static double largest_strain(const test_body *b)
 {
   double worst = 0;
@@ -206,9 +207,9 @@ static double largest_strain(const test_body *b)
   return worst;
 }
 
-/* A tumbling body that is thrown and wildly deformed. With r the residual that the solve leaves,
- *   M (v1 - v0)/h + f(x1) = r, sum f = 0, sum x1 x f = 0, x1 = x0 + h v1
- * give p1 - p0 = h sum r and L1 - L0 = sum x1 x M v1 - (x1 - h v1) x M v0 = h sum v1 x M v0 + h sum x1 x r. */
+/* A tumbling body that is thrown and strongly deformed. With r the residual left by the solve, M (v1 - v0)/h + f(x1) =
+ * r, sum f = 0, sum x1 x f = 0 and x1 = x0 + h v1 give p1 - p0 = h sum r and L1 - L0 = sum x1 x M v1 - (x1 - h v1) x M
+ * v0 = h sum v1 x M v0 + h sum x1 x r. */
 static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solver_options *options)
 {
   test_body b;
@@ -265,7 +266,7 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
   }
   printf("# %s, %s: edges strained by %.2g, L from %.3g to %.3g\n", flesh_energy_name(energy),
          mass ? "consistent" : "lumped", deformed, test_norm(3, L_begin), test_norm(3, L_end));
-  CHECK(deformed > 1); /* the laws were tried on something */
+  CHECK(deformed > 1); /* the laws were tested on a real deformation */
   CHECK(turned > 1e-5);
   flesh_integrator_destroy(&integrator);
   free(x0);
@@ -322,7 +323,7 @@ static void free_flight_is_backward_eulers_parabola(void)
   }
 }
 
-/* The tension across a bar that is stretched by s along x and by t along y and z. */
+/* Returns the tension across a bar that is stretched by s along x and by t along y and z. */
 typedef struct bar {
   const flesh_material *material;
   double along, across, load;
@@ -336,7 +337,7 @@ static double tension_across(double t, void *data)
   return P[4];
 }
 
-/* A bar on rollers, one end pulled: the deformation is affine, its width the root of P_yy = 0. */
+/* A bar on rollers, one end pulled: the deformation is affine, with the width at the root of P_yy = 0. */
 static void check_stretch(flesh_energy energy, double stretch, flesh_linear_solver linear)
 {
   test_body b;
@@ -344,7 +345,7 @@ static void check_stretch(flesh_energy energy, double stretch, flesh_linear_solv
   flesh_keyframe key = {.translation = {2 * (stretch - 1), 0, 0}};
   flesh_motion pull = {.count = 1, .keyframes = &key};
   bar data = {&material, stretch, 0, 0};
-  /* StVK's width is the root of w^2 = 1 - nu (s^2-1), or else 0. */
+  /* StVK's width is the root of w^2 = 1 - nu (s^2-1), or 0 if there is none. */
   const int none = energy == FLESH_ENERGY_STVK && stretch == 2;
   double width = none ? 0 : root_of(tension_across, &data, stretch > 1 ? 0.5 : 0.8, stretch > 1 ? 1.2 : 2.5);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 0, &b));
@@ -436,7 +437,8 @@ static void make_hard(int kind, test_body *b)
   }
 }
 
-/* The incremental potential, of which backward Euler's equations are the gradient, at a step's start and end. */
+/* Computes the incremental potential, of which backward Euler's equations are the gradient, at a step's start and
+ * end. */
 static void check_descent(const test_body *b, const double *x0, const double *v0, double h, const char *name)
 {
   double *v = calloc((size_t)b->n, sizeof *v), *a = calloc((size_t)b->n, sizeof *a), before, after, size[2];
@@ -458,7 +460,7 @@ static void hard_starts_finish_and_descend(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_S, FLESH_ENERGY_E};
   const double poissons[] = {0.3, 0.45, 0.49, 0.45}, h = 1. / 60;
-  /* With PCG; at nu = .45 also with KLU, which cannot see negative curvature before the step has been made. */
+  /* With PCG; at nu = .45 also with KLU, which cannot detect negative curvature before the step has been made. */
   for (int e = 0; e < 2; e++)
     for (int p = 0; p < 4; p++)
       for (int kind = 0; kind < 5; kind++) {
@@ -507,11 +509,11 @@ static void hard_starts_finish_and_descend(void)
       }
 }
 
-/* The order p of |r_k+1| ~ |r_k|^p as Newton nears the solution, measured by stopping after k iterations. */
+/* The order p of |r_k+1| ~ |r_k|^p as Newton approaches the solution, measured by stopping after k iterations. */
 static void newton_converges_quadratically(void)
 {
   for (flesh_energy energy = 0; energy < FLESH_ENERGY_COUNT; energy++) {
-    if (energy == FLESH_ENERGY_C) continue; /* falls without end as J grows negative: it has no rest state to pull at */
+    if (energy == FLESH_ENERGY_C) continue; /* falls without bound as J becomes negative: it has no rest state to pull at */
     test_body b;
     flesh_material material;
     flesh_keyframe key = {.translation = {0.2, 0.1, -0.1}, .rotation = {0.3, 0, 0}};
@@ -540,7 +542,7 @@ static void newton_converges_quadratically(void)
     double best = 0;
     printf("# %s: residuals", flesh_energy_name(energy));
     for (int k = 0; k <= count && k < 8; k++) printf(" %.2e", history[k]);
-    /* The order from the last three above rounding; M is linear: one step is exact. */
+    /* The order from the last three residuals above rounding; M is linear: one step is exact. */
     for (int k = 1; k < count; k++)
       best = fmax(best, log(history[k + 1] / history[k]) / log(history[k] / history[k - 1]));
     printf("; order %.2f\n", best);

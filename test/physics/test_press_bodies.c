@@ -1,7 +1,7 @@
 // TEST quick seconds=60
-/* test_press_bodies.c: a press: two equal blocks face to face, pressed together by prescribed motion, bear the force of
- * one block of their joint height, to the thickness of the barrier between them. Statics, and then every method
- * of fixed steps, which stays where that has put it. */
+/* test_press_bodies.c: two equal blocks face to face, pressed together by prescribed motion, have the force of one
+ * block of their total height, up to the thickness of the barrier between them. Statics, and then every method of fixed
+ * steps, which stays in that equilibrium. */
 #include "barrier_gap.h"
 #include "grids.h"
 #include "methods.h"
@@ -11,8 +11,8 @@ static const double THICKNESS = 0.02, STIFFNESS = 1e5, APART = 0.025, DEPTH = 0.
 
 static void raise(const void *height, double x[3]) { x[2] += *(const double *)height; }
 
-/* Blocks of 1 m, the second APART, more than the thickness, above the first, of so many cells along x and y and two
- * along z; one of 2 m where the second has none. */
+/* Blocks of 1 m, the second APART (more than the thickness) above the first, with this many cells along x and y and two
+ * along z; one of 2 m if the second has none. */
 static flesh_mesh *make_blocks(int first, int second)
 {
   const double low = 0, up = 1 + APART;
@@ -21,7 +21,7 @@ static flesh_mesh *make_blocks(int first, int second)
   return grids_join(grid_of(first, first, 2, raise, &low), grid_of(second, second, 2, raise, &up), parts);
 }
 
-/* The downward force of the body on the support of its base. */
+/* Returns the downward force of the body on the support of its base. */
 static double force_on_base(const test_body *b)
 {
   double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
@@ -34,7 +34,7 @@ static double force_on_base(const test_body *b)
   return sum;
 }
 
-/* Ends that glide, sides that are free: the stress is uniform. `keys` live as long as the body. */
+/* Makes a scene with gliding ends and free sides: the stress is uniform. `keys` must live as long as the body. */
 static void make_press(flesh_mesh *mesh, double high, double depth, flesh_keyframe keys[2], test_body *b)
 {
   keys[0] = (flesh_keyframe){.t = 0};
@@ -47,7 +47,7 @@ static void make_press(flesh_mesh *mesh, double high, double depth, flesh_keyfra
   CHECK_OK(test_body_hold(b, 2, high, FLESH_AXIS_Z, &motion, -INFINITY, INFINITY));
 }
 
-/* The force of one block, 2 m high, that is made so much shorter. */
+/* Returns the force of one block, 2 m high, that is shortened by this much. */
 static double force_of_one(double depth)
 {
   test_body b;
@@ -76,9 +76,9 @@ static void press_pair(int first, int second, double thickness, test_body *b, fl
   solve_statics(b, 1e-10, 1, &stats);
 }
 
-/* The force is that of one block with the gap that the barrier's law has for the pressure. Nodes of rims have areas of
- * side faces, too, which here double the area of all: the gap is at most that of half the pressure. Forces on
- * nodes that face no node, and those of rims, dent the faces: less than 0.2 % of the force, and less on finer meshes. */
+/* The force is that of one block with the gap that the barrier's law gives for the pressure. Nodes of rims also have
+ * areas of side faces, which here double the total area: the gap is at most that of half the pressure. Forces on nodes
+ * that face no node, and those of rims, dent the faces: less than 0.2 % of the force, and less on finer meshes. */
 static void two_blocks_are_one_to_the_thickness(void)
 {
   const int cells[][2] = {{2, 2}, {2, 3}, {4, 5}};
@@ -98,7 +98,7 @@ static void two_blocks_are_one_to_the_thickness(void)
     }
 }
 
-/* An equilibrium of contact is one of every method. */
+/* An equilibrium of contact is an equilibrium for every method. */
 static void every_method_stays_at_rest(void)
 {
   for_every_method(method, TEST_FIXED_STEPS | TEST_STATIC) {

@@ -1,8 +1,8 @@
 // TEST full seconds=300
-/* test_rolling.c: friction that turns a body, by every method of fixed steps and by steps that errors choose. A ball that
- * slides begins to roll with v = v0 / (1 + I/(m R^2)), 5/7 of its speed where the ball is solid, however it got there, as
- * its angular momentum about the line of contact stays. A flat strip that turns about the vertical on a plane is braked by
- * mu N r, with r the mean distance of its lower face from the axis, weighted by area, while it slips. */
+/* test_rolling.c: friction that turns a body, with every method of fixed steps and with adaptive steps. A sliding ball
+ * begins to roll with v = v0 / (1 + I/(m R^2)), 5/7 of its speed for a solid ball, however it got there, because its
+ * angular momentum about the line of contact is conserved. A flat strip that turns about the vertical on a plane is
+ * braked, while it slips, by mu N r, with r the mean distance of its lower face from the axis, weighted by area. */
 #include <math.h>
 
 #include "touching.h"
@@ -14,7 +14,7 @@ typedef struct method {
   double h; /* s, between looks */
 } method;
 
-/* All methods of fixed steps, and two whose steps errors choose. */
+/* All methods of fixed steps, and two adaptive ones. */
 static method method_at(int k)
 {
   static const method chosen[] = {{"runge-kutta, tolerance: 1e-4", 1. / 500},
@@ -36,7 +36,7 @@ static void begin(const char *body, const char *contact, method method, touching
   CHECK_OK(touching_begin(scene, NULL, 1000, m));
 }
 
-/* The body's mass and its moment of inertia about an axis through its centre, and its motion of the moment. */
+/* The body's mass and its moment of inertia about an axis through its centre, and its present motion. */
 typedef struct turning {
   double mass, inertia, centre[3], v[3], spin; /* kg, kg m^2, m, m/s, 1/s */
 } turning;
@@ -60,7 +60,7 @@ static turning look(const touching *m, int axis)
   return t;
 }
 
-/* The barrier is as wide as half the distance of nodes, so that the ball rolls on several, whose distance from its centre
+/* The barrier's width is half the distance of nodes, so that the ball rolls on several, whose distance from its centre
  * is shorter than its radius by up to 4 %: the speed is below the closed form by half a percent. */
 static void a_ball_that_slides_begins_to_roll(void)
 {

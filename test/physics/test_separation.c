@@ -1,7 +1,7 @@
 // TEST full memory seconds=90
-/* test_separation.c: bodies that go through each other at the start and are let apart: nothing of these places touches
- * until they are apart, all else does; then they touch as bodies that never met; whoever is listed first, with any number
- * of threads, and where a run is taken up again. */
+/* test_separation.c: bodies that intersect at the start and may separate: nothing touches at these places until they
+ * are apart, everything else does; then they touch like bodies that never intersected, in any order, with any number of
+ * threads, and in resumed runs. */
 #include "scene_files.h"
 
 #include "flesh/observer.h"
@@ -10,8 +10,8 @@
 
 #define CUBE "mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.3}"
 
-/* Cubes of 0.1 m: the lower one and a neighbour 1.2 mm beside it, within the barrier, both on plates; and the upper one
- * that a plate holds and moves up and down, from `from`, from where it goes through the lower one. */
+/* Cubes of 0.1 m: the lower one and a neighbour 1.2 mm beside it, within the barrier, both on plates; and the upper
+ * one, which a plate holds and moves up and down, starting at `from`, where it intersects the lower one. */
 static const char *scene_of(const char *method, double from, double up, double down, int swapped)
 {
   static char text[2400];
@@ -34,7 +34,7 @@ static const char *scene_of(const char *method, double from, double up, double d
 
 static const double inside = 0.067, above = 0.11;
 
-/* Places at which the edges of one body meet the faces of the other, and the other way round. */
+/* Counts the intersections of the edges of one body with the faces of the other, and vice versa. */
 static int crossings_between(const touching *m, int body, int other)
 {
   const flesh_contact_surface *s = &m->surface;
@@ -64,8 +64,8 @@ static int step(touching *m)
 
 static flesh_separation separation_of(const touching *m) { return flesh_integrator_separation(m->integrator); }
 
-/* Statics: drawn up by 60 mm they come apart, pressed down again by 5 mm they touch, and end where cubes end that never
- * met. The neighbour is pushed away, all the time. */
+/* Statics: moved up by 60 mm they come apart, moved down again by 5 mm they touch, and end like cubes that never
+ * intersected. The neighbour is pushed away all the time. */
 static void what_is_apart_touches_again(void)
 {
   touching m, other;
@@ -102,7 +102,7 @@ static void what_is_apart_touches_again(void)
   touching_end(&other);
 }
 
-/* In motion; with the upper cube before its neighbour, and by several threads. */
+/* In motion; with the upper cube before its neighbour, and with several threads. */
 static void order_and_threads_do_not_matter(void)
 {
   touching m, swapped, shared;
@@ -132,7 +132,7 @@ static void order_and_threads_do_not_matter(void)
   touching_end(&swapped);
 }
 
-/* From step `cut` on with what has been saved there; ends as the whole run has. */
+/* Resumes from step `cut` with the saved data; the end is that of the whole run. */
 static void go_on(const touching *whole, int cut, const double *state, const char *saved, size_t size)
 {
   touching m;
@@ -147,7 +147,7 @@ static void go_on(const touching *whole, int cut, const double *state, const cha
   touching_end(&m);
 }
 
-/* Cut soon after the start, at the end, and where the surfaces are apart but nearer than the thickness. */
+/* Interrupted soon after the start, at the end, and where the surfaces are apart but nearer than the thickness. */
 static void a_run_goes_on_where_it_was_cut(void)
 {
   enum { MOST = 8 };
@@ -180,7 +180,7 @@ static void a_run_goes_on_where_it_was_cut(void)
   touching_end(&m);
 }
 
-/* A file's text, new. */
+/* Returns the text of a file, allocated. */
 static char *text_of(const char *path)
 {
   FILE *file = fopen(path, "rb");
@@ -192,7 +192,7 @@ static char *text_of(const char *path)
   return text;
 }
 
-/* The last column of the history's row, counted from the start. */
+/* Returns the last column of the history's row, counted from the start. */
 static int ignored_in(const char *history, int row)
 {
   const char *line = history;
@@ -202,7 +202,7 @@ static int ignored_in(const char *history, int row)
   return end ? atoi(end) : -1;
 }
 
-/* The history has the run's own figures, although they are evaluated beside it. */
+/* The history has the run's own figures, although they are evaluated separately. */
 static void histories_tell(void)
 {
   touching m;
@@ -224,7 +224,7 @@ static void histories_tell(void)
   touching_end(&m);
 }
 
-/* Without the option they are refused, and obstacles have none. */
+/* Without the option intersections are refused, and obstacles do not have the option. */
 static void without_the_option_they_are_refused(void)
 {
   touching m;
@@ -244,8 +244,8 @@ static void without_the_option_they_are_refused(void)
   if (m.scene) touching_end(&m);
 }
 
-/* A body kept out of itself cannot get out of these starts, which are refused: one that goes through itself, and one
- * that is inside out; a tangle within it is not. */
+/* A body with self-contact cannot leave these starts, which are refused: one that intersects itself, and one that is
+ * inside out; a tangle inside it is accepted. */
 static void tangled_starts_are_refused(void)
 {
   touching m;
@@ -273,8 +273,8 @@ static void tangled_starts_are_refused(void)
   touching_end(&m);
 }
 
-/* A bar that is stuck into another, aslant, is drawn straight out: the place where it goes in wanders over the surface, and
- * nothing holds it, nor strains it. */
+/* A bar stuck obliquely into another is drawn straight out: the intersection wanders over the surface, and nothing
+ * holds or strains the bar. */
 static void what_is_drawn_out_aslant_is_not_held(void)
 {
   touching m;
@@ -305,8 +305,8 @@ static void what_is_drawn_out_aslant_is_not_held(void)
   touching_end(&m);
 }
 
-/* A bar that is thrown along another, in which it sticks, so far in a step that it meets what touches around its patch:
- * that comes into the patch, and the energy of its contact is booked as taken out. */
+/* A bar stuck in another is thrown along it, so far in a step that it meets touching features around its patch: these
+ * join the patch, and the energy of their contact is counted as removed. */
 static void what_a_patch_takes_in_is_booked(void)
 {
   touching m;
@@ -336,7 +336,7 @@ static void what_a_patch_takes_in_is_booked(void)
   touching_end(&m);
 }
 
-/* A strip, curled up so far that its ends are in each other, springs open: they come apart, and touch from then on. */
+/* A strip, curled so far that its ends intersect, springs open: they come apart, and touch from then on. */
 static void a_curled_strip_springs_open(void)
 {
   const double length = 2.4, turns = 2.2 * 3.14159265358979;

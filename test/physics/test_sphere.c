@@ -1,10 +1,10 @@
 // TEST quick seconds=60 args: pressure_is_exact small_strains_are_those_of_lame
 // TEST name=test_inflated_sphere full seconds=300
 // TEST+ args: large_inflation_is_that_of_radial_equilibrium pressures_are_no_checkerboard no_pressure_is_borne_beyond_the_largest
-/* test_sphere.c: a thick hollow sphere of form S at a Poisson's ratio of .4999 under a pressure within: against Lame's
- * closed form where it is small, and where it opens the hole by two fifths against the equation of radial equilibrium,
- * which GSL integrates; and how even its pressures are. An octant that slides on its planes of symmetry, meshed by gmsh
- * with curved and with straight edges (reference/meshes/README.md). */
+/* test_sphere.c: a thick hollow sphere of form S at a Poisson's ratio of .4999 under internal pressure: against Lame's
+ * closed form for small strains and, if the hole opens by two fifths, against the equation of radial equilibrium,
+ * integrated by GSL; and the checkerboard of its pressures. An octant that slides on its planes of symmetry, meshed by
+ * gmsh with curved and with straight edges (reference/meshes/README.md). */
 #include <gsl/gsl_odeiv2.h>
 
 #include "body.h"
@@ -14,7 +14,8 @@
 
 static const double poisson = 0.4999, pi = 3.14159265358979324;
 
-/* The radial stress [Pa] of form S at the stretches s along the radius and t across it; the one across too. */
+/* Returns the radial stress [Pa] of form S at the stretches s along the radius and t across it; also computes the
+ * stress across. */
 static double radial_stress(const flesh_material *m, double s, double t, double *across)
 {
   const double slope = m->mu * (1 - 1 / (s * s + 2 * t * t + 1)), pressure = m->lambda * (s * t * t - m->alpha);
@@ -22,7 +23,7 @@ static double radial_stress(const flesh_material *m, double s, double t, double 
   return slope * s + pressure * t * t;
 }
 
-/* The radial stretch with that radial stress, by Newton's iteration. */
+/* Returns the radial stretch with that radial stress, by Newton's iteration. */
 static double radial_stretch(const flesh_material *m, double stress, double t)
 {
   double s = 1 / (t * t), across;
@@ -33,7 +34,7 @@ static double radial_stretch(const flesh_material *m, double stress, double t)
   return s;
 }
 
-/* y = (r, P): dr/dR = s, dP/dR = -2 (P - P_across)/R. */
+/* Computes the derivatives of y = (r, P): dr/dR = s, dP/dR = -2 (P - P_across)/R. */
 static int radial_equilibrium(double R, const double y[], double slope[], void *data)
 {
   double across;
@@ -44,7 +45,7 @@ static int radial_equilibrium(double R, const double y[], double slope[], void *
   return 0;
 }
 
-/* The pressure in a hole of the radius a that gives the outer radius b the value r, and the hole's then. */
+/* Returns the pressure in a hole of radius a for which the outer radius b becomes r, and the hole's radius then. */
 static double pressure_for(const flesh_material *m, double a, double b, double r, double *hole)
 {
   gsl_odeiv2_system equations = {radial_equilibrium, NULL, 2, (void *)m};
@@ -56,7 +57,7 @@ static double pressure_for(const flesh_material *m, double a, double b, double r
   return -y[1] / (y[0] * y[0] / (a * a));
 }
 
-/* Radii [hole, outer] under a pressure below the largest that the body can bear. */
+/* Computes the radii [hole, outer] under a pressure below the largest that the body can bear. */
 static void inflated(const flesh_material *m, double pressure, const double at_rest[2], double radii[2])
 {
   double low = at_rest[1], high = 1.09 * at_rest[1]; /* before the pressure's maximum */
@@ -66,7 +67,7 @@ static void inflated(const flesh_material *m, double pressure, const double at_r
   }
 }
 
-/* The radii of the inflated sphere for small strains (Lame). */
+/* Computes the radii of the inflated sphere for small strains (Lame). */
 static void inflated_little(double young, double pressure, const double at_rest[2], double radii[2])
 {
   const double a = pow(at_rest[0], 3), b = pow(at_rest[1], 3);
@@ -91,7 +92,7 @@ static flesh_mesh *octant(const char *path, flesh_element element, int curved)
 
 static double radius_of(const double x[3]) { return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
 
-/* The triangles of the faces with all corners on the hole; returns how many. */
+/* Lists the triangles of the faces with all corners on the hole. Returns their number. */
 static int hole_triangles(const flesh_mesh *mesh, int *hole)
 {
   const int four = flesh_mesh_order(mesh) == 2;
@@ -132,7 +133,7 @@ static void make(const char *path, flesh_element element, int curved, const fles
   free(hole);
 }
 
-/* The radii [hole, outer] of the spheres that have the volume of the hole and of all. */
+/* Computes the radii [hole, outer] of the spheres with the volumes of the hole and of all. */
 static void radii_of(const test_body *b, const double *x, double pressure, double radii[2])
 {
   const flesh_effect *effect = flesh_system_effect(b->system, 1);
@@ -144,8 +145,8 @@ static void radii_of(const test_body *b, const double *x, double pressure, doubl
   radii[1] = cbrt(6 / pi * (hole + flesh_mesh_volume(b->mesh, x)));
 }
 
-/* Young's modulus is 1e5 Pa. The larger error of both displacements; the expected ones are those of a sphere with the
- * volumes of the mesh, whose edges may be straight. *noise: of the pressure. */
+/* Young's modulus is 1e5 Pa. Returns the larger error of both displacements; the expected ones are those of a sphere
+ * with the volumes of the mesh, whose edges may be straight. *noise: that of the pressure. */
 static double inflate(const char *path, flesh_element element, int curved, double pressure, int small, double *noise)
 {
   const flesh_material material = test_material(FLESH_ENERGY_S, poisson);
@@ -177,7 +178,7 @@ static double inflate(const char *path, flesh_element element, int curved, doubl
 static const char *const coarse = "reference/meshes/sphere_octant_132.msh";
 static const char *const fine = "reference/meshes/sphere_octant_336.msh";
 
-/* Potential, residual and Jacobian of the pressure in the hole, where the rim may leave its planes too. */
+/* Checks potential, residual and Jacobian of the pressure in the hole, also if the rim leaves its planes. */
 static void pressure_is_exact(void)
 {
   for (int element = FLESH_ELEMENT_TET4; element <= FLESH_ELEMENT_TET10; element++) {
@@ -204,7 +205,7 @@ static void small_strains_are_those_of_lame(void)
   CHECK_BELOW(inflate(fine, FLESH_ELEMENT_TET10_MEAN, 1, 10, 1, &noise), 0.01);
 }
 
-/* The hole opens by two fifths. The others beside: tet10 is stiffer, tet4 does not open at all. */
+/* The hole opens by two fifths. The other elements for comparison: tet10 is stiffer, tet4 does not open at all. */
 static void large_inflation_is_that_of_radial_equilibrium(void)
 {
   const flesh_material material = test_material(FLESH_ENERGY_S, poisson);
@@ -218,7 +219,7 @@ static void large_inflation_is_that_of_radial_equilibrium(void)
   CHECK(inflate(fine, FLESH_ELEMENT_TET4, 0, pressure, 0, &noise) > 0.9);
 }
 
-/* The pressures of tet10-mean come together under refinement; those of the others, whose points all resist changes of
+/* The pressures of tet10-mean converge under refinement; those of the others, whose points all resist changes of
  * volume, do not. */
 static void pressures_are_no_checkerboard(void)
 {
@@ -233,7 +234,8 @@ static void pressures_are_no_checkerboard(void)
   CHECK(linear > 1);
 }
 
-/* A pressure beyond the largest of radial equilibrium blows the sphere up without end; the share that it bears is told. */
+/* A pressure beyond the largest of radial equilibrium would inflate the sphere without bound; the fraction that it
+ * bears is reported. */
 static void no_pressure_is_borne_beyond_the_largest(void)
 {
   const flesh_material material = test_material(FLESH_ENERGY_S, poisson);

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused
- * with the state untouched. */
+/* test_statics.c: equilibria under large prescribed motions, heavy loads and springs: reached, in increments if
+ * necessary, or refused with the state unchanged. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -14,14 +14,14 @@ static void make_bar(flesh_energy energy, double poisson, test_body *b)
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
 
-/* B cannot be pushed through its clamp: statics try increments, give up, and leave the state as it was. */
+/* B cannot be pushed through its clamp: statics try increments, give up, and leave the state unchanged. */
 static void impossible_statics_leave_the_state(void)
 {
   const flesh_keyframe through = {.translation = {-3, 0, 0}};
   const flesh_motion motion = {.count = 1, .keyframes = &through};
   test_body b;
   flesh_solver_options options = test_options(1e-6);
-  options.max_newton = 20; /* with more the bar finds a way round */
+  options.max_newton = 20; /* with more the bar finds a way around */
   options.max_cutbacks = 4;
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
@@ -45,7 +45,7 @@ static void impossible_statics_leave_the_state(void)
   test_body_destroy(&b);
 }
 
-/* Pulled to twice its length, turned over, and pushed to half at once: statics get there. */
+/* Pulled to twice its length, turned over, and pushed to half at once: statics succeed. */
 static void statics_reach_far_handles(void)
 {
   const flesh_keyframe far[] = {{.translation = {2, 0, 0}}, {.rotation = {1.5, 0, 0}}, {.translation = {-1, 0, 0}},
@@ -69,7 +69,7 @@ static void statics_reach_far_handles(void)
       flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
       printf("# %s, handle %d: %d solves, %d Newton, %d linear, %d backtracks; %d inverted\n",
              flesh_energy_name(energies[e]), k, stats.solves, stats.newton, stats.linear, stats.backtracks, inverted);
-      /* It is an equilibrium under the whole load, the handle where it belongs. */
+      /* The result is an equilibrium under the whole load, with the prescribed motion complete. */
       flesh_point point = flesh_point_at(0, b.state.x, b.state.v, b.state.v);
       CHECK_OK(flesh_system_residual(b.system, &point, r));
       flesh_system_fixed(b.system, 0, fixed);
@@ -90,8 +90,8 @@ static void statics_reach_far_handles(void)
     }
 }
 
-/* A solve that spends its iterations goes on as often as halvings are allowed, or else the load is raised in parts; a
- * linear solve that is cut short still helps. All end where the unhindered solve does. */
+/* A solve that uses up its iterations is continued as often as halvings are allowed, or else the load is raised in
+ * increments; a truncated linear solve still helps. All end like the unlimited solve. */
 static void hindered_statics_arrive(void)
 {
   double *free_solution = NULL;
@@ -110,7 +110,7 @@ static void hindered_statics_arrive(void)
     printf("# %d solves, %d Newton, %d linear iterations\n", stats.solves, stats.newton, stats.linear);
     CHECK((stats.solves > 2) == (hindrance == 3));
     if (!hindrance) {
-      CHECK(stats.newton > 8 && stats.linear > 12 * stats.newton); /* or else nothing is hindered */
+      CHECK(stats.newton > 8 && stats.linear > 12 * stats.newton); /* otherwise the limit has no effect */
       free_solution = malloc((size_t)b.n * sizeof *free_solution);
       memcpy(free_solution, b.state.x, (size_t)b.n * sizeof *free_solution);
     }
@@ -121,7 +121,7 @@ static void hindered_statics_arrive(void)
   free(free_solution);
 }
 
-/* The spring's pull is what the clamp holds; let go, the body comes back. */
+/* The spring's pull is balanced by the clamp; when released, the body returns. */
 static void drags_pull_and_let_go(void)
 {
   test_body b;
@@ -157,7 +157,7 @@ static void drags_pull_and_let_go(void)
   test_body_destroy(&b);
 }
 
-/* A block that starts deformed by z += shear x, x *= stretch, and comes back to rest, to 1e-8; its Newton
+/* A block that starts deformed by z += shear x, x *= stretch, and returns to rest, to 1e-8; returns its Newton
  * iterations. */
 static int comes_back(flesh_energy energy, int cells, double stretch, double shear,
                       flesh_eigenvalue_filter eigenvalue_filter)
@@ -183,7 +183,7 @@ static int comes_back(flesh_energy energy, int cells, double stretch, double she
   return stats.newton;
 }
 
-/* Steps that were cut too much are lengthened again, and the last is solved exactly enough to be the last. */
+/* Steps that were cut too much are lengthened again, and the last one is solved accurately enough to be the last. */
 static void far_starts_take_few_iterations(void)
 {
   CHECK_BELOW(comes_back(FLESH_ENERGY_S, 8, 4, 0, FLESH_FILTER_AUTO), 15.5);

@@ -8,8 +8,8 @@ static const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, 0.45, 1, 1,
 
 static double middle(const double v[3]) { return fmax(fmin(v[0], v[1]), fmin(fmax(v[0], v[1]), v[2])); }
 
-/* The work on the crease's patches hangs on rounding (8 to 11 times the median at 0.45), so the middle one of runs that
- * differ by it counts. */
+/* The work on the crease's subdomains depends on rounding (8 to 11 times the median at 0.45), so the middle one of runs
+ * that differ by it counts. */
 static void check(double poisson)
 {
   enum { RUNS = 3 };

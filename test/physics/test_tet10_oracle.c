@@ -1,6 +1,6 @@
 // TEST quick seconds=120
 /* test_tet10_oracle.c: ten-node tets against an independent code (reference/oracle/README.md): equilibria of a bar and
- * of a drawn block, backward Euler with the consistent mass. */
+ * of a stretched block, backward Euler with the consistent mass. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -32,7 +32,7 @@ static int make(flesh_mesh *mesh, flesh_material material, flesh_element element
   return flesh_system_add_effect(b->system, &effect);
 }
 
-/* The largest distance from the displacements in a file, of nodes in the mesh's order. */
+/* Returns the largest distance from the displacements in a file, of nodes in the mesh's order. */
 static double distance_from(const char *name, const test_body *b)
 {
   char path[256];
@@ -81,7 +81,7 @@ static void bar_bends_under_its_weight(void)
   test_body_destroy(&b);
 }
 
-/* In four increments, along the way of the reference. */
+/* In four increments, along the reference's path. */
 static void block_is_drawn_aside(void)
 {
   const flesh_keyframe way[2] = {{.t = 0}, {.t = 4, .translation = {0.06, 0.04, 0.024}}};
@@ -101,7 +101,7 @@ static void block_is_drawn_aside(void)
   test_body_destroy(&b);
 }
 
-/* The largest distance from a file's rows X Y Z ux uy uz, of nodes matched by place. */
+/* Returns the largest distance from a file's rows X Y Z ux uy uz, of nodes matched by position. */
 static double distance_by_place(const char *name, const test_body *b)
 {
   char path[256], line[512];
@@ -126,7 +126,7 @@ static double distance_by_place(const char *name, const test_body *b)
   return worst;
 }
 
-/* Backward Euler, h = 1/60 s, 30 steps, of the mesh of order 1 with nodes put on its edges. */
+/* Backward Euler, h = 1/60 s, 30 steps, with mid-edge nodes added to the mesh of order 1. */
 static void bar_swings(void)
 {
   flesh_mesh *linear = NULL, *mesh = NULL;

@@ -8,7 +8,7 @@
 #include "methods.h"
 #include "test.h"
 
-/* Elasticity, and inertia where asked for, on a mesh of order 2, which is taken. */
+/* Adds elasticity, and inertia if asked for, to a mesh of order 2, which is taken. */
 static void make(flesh_mesh *mesh, flesh_material material, flesh_element element, flesh_mass mass, int inertia,
                  test_body *b)
 {
@@ -31,7 +31,7 @@ static double noise(unsigned long long *seed)
   return (double)(*seed >> 11) * 0x1p-52 - 1;
 }
 
-/* A box of ten-node tets whose inner corners are moved by up to `jitter`, and all nodes on edges by up to `bend`. */
+/* Makes a box of ten-node tets with inner corners moved by up to `jitter`, and all mid-edge nodes by up to `bend`. */
 static flesh_mesh *irregular_box(int nx, int ny, int nz, const double size[3], double jitter, double bend)
 {
   flesh_mesh *box = test_box(nx, ny, nz, size[0], size[1], size[2]), *moved = NULL, *raised = NULL;
@@ -64,7 +64,7 @@ static flesh_mesh *irregular_box(int nx, int ny, int nz, const double size[3], d
   return moved;
 }
 
-/* The largest force of elasticity on nodes that are not on the surface. */
+/* Returns the largest force of elasticity on nodes that are not on the surface. */
 static double inner_force(test_body *b, double *r)
 {
   int triangles;
@@ -80,7 +80,7 @@ static double inner_force(test_body *b, double *r)
 
 static const flesh_element elements[2] = {FLESH_ELEMENT_TET10, FLESH_ELEMENT_TET10_MEAN};
 
-/* The forces of elasticity on inner nodes under a homogeneous deformation. */
+/* Returns the forces of elasticity on inner nodes under a homogeneous deformation. */
 static double imbalance(flesh_element element, flesh_energy energy, double bend)
 {
   static const double A[9] = {1.2, 0.1, -0.05, 0.08, 0.9, 0.11, -0.04, 0.06, 1.05}, size[3] = {2, 1, 1};
@@ -99,7 +99,7 @@ static double imbalance(flesh_element element, flesh_energy energy, double bend)
 }
 
 /* A homogeneous deformation is an equilibrium of straight tets. In curved ones gradients of shape functions are
- * integrated exactly but for what is of degree 3, which goes with the square of how far edges bend. */
+ * integrated exactly except for terms of degree 3, which grow with the square of the edges' bend. */
 static void homogeneous_deformations_are_in_balance(void)
 {
   for (int k = 0; k < 4; k++) {
@@ -115,8 +115,8 @@ static void homogeneous_deformations_are_in_balance(void)
 }
 
 /* Displacements that are quadratic in the rest shape, u_i = c_ijk X_j X_k, need a uniform body force in linear
- * elasticity, -mu lap u - (lambda + mu) grad div u: K at rest gives the exact load, with the mean of J where div u = 0.
- */
+ * elasticity, -mu lap u - (lambda + mu) grad div u: K at rest gives the exact load; with the mean of J, if div u =
+ * 0. */
 static void quadratic_displacements_are_exact(void)
 {
   static const double size[3] = {2, 1, 1};
@@ -214,8 +214,8 @@ static void traction_stretches_homogeneously(void)
   }
 }
 
-/* With gravity as the masses are, nothing strains a body that falls (the bits of k: mass, edges, element), and methods of
- * order 2 take it along its parabola. */
+/* With gravity consistent with the masses, a falling body is not strained (the bits of k: mass, edges, element), and
+ * methods of order 2 move it along its parabola. */
 static void check_fall(flesh_method method)
 {
   static const double size[3] = {2, 1, 1};
@@ -252,8 +252,8 @@ static void free_fall_is_rigid(void)
   for_every_method(method, TEST_FIXED_STEPS) check_fall(method);
 }
 
-/* A free body that tumbles and is stretched: as far as solves go every method keeps the linear momentum, and the midpoint
- * rule the angular one, too. */
+/* A free body that tumbles and is stretched: up to the residuals of solves every method conserves the linear momentum,
+ * and the midpoint rule also the angular one. */
 static void check_momenta(flesh_method method)
 {
   static const double size[3] = {2, 1, 1};
@@ -294,7 +294,7 @@ static void free_bodies_keep_their_momenta(void)
   for_every_method(method, TEST_FIXED_STEPS) check_momenta(method);
 }
 
-/* Forces of a stress have no resultant and no moment, so that momenta stay. */
+/* Forces of a stress have no resultant and no moment, so that momenta are conserved. */
 static void stresses_have_no_resultant(void)
 {
   static const double size[3] = {2, 1, 1};
@@ -314,7 +314,7 @@ static void stresses_have_no_resultant(void)
   }
 }
 
-/* Potential, residual and Jacobian of what acts on ten-node tets. */
+/* Checks potential, residual and Jacobian of all effects on ten-node tets. */
 static void derivatives_agree(void)
 {
   static const double size[3] = {2, 1, 1};
@@ -348,7 +348,7 @@ static void derivatives_agree(void)
   }
 }
 
-/* The tip of a bar of 4 x 1 x 1 m that bends under 200 N/m^3, of 1536 tets. */
+/* Returns the deflection of the tip of a bar of 4 x 1 x 1 m that bends under 200 N/m^3, of 1536 tets. */
 static double tip_of(flesh_element element, double poisson)
 {
   test_body b;
@@ -394,8 +394,8 @@ static void derivatives_of_stretch_forms_agree(void)
   }
 }
 
-/* Limits extrapolated from quadratic displacements with linear pressures by an independent code, good to .15 %; that
- * code's tet10 on this mesh is off by the third column. */
+/* Limits extrapolated from quadratic displacements with linear pressures by an independent code, accurate to .15 %; the
+ * third column is the error of that code's tet10 on this mesh. */
 static void bars_bend_without_locking(void)
 {
   static const double cases[5][3] = {{0.3, -0.7813, -0.40},

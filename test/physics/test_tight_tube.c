@@ -1,11 +1,11 @@
 // TEST quick seconds=60
-/* test_tight_tube.c: a plug in a tube whose bore is narrower is held by the pressure of Lamé's thick-walled tubes, and
- * is pushed through it against the friction of that. A quarter of both is solved for; no cross-section leaves its plane,
- * so that both ends are like the middle. Plug and tube are so light that they rest at the end of every step. */
+/* test_tight_tube.c: a plug in a tube with a narrower bore is held by the pressure of Lamé's thick-walled tubes, and is
+ * pushed through it against the resulting friction. A quarter of both is solved for; no cross-section leaves its plane,
+ * so that the ends are like the middle. Plug and tube are so light that they rest at the end of every step. */
 #include "barrier_gap.h"
 #include "grids.h"
 
-/* At rest; the plug, which has a hole, is wider than the bore by FIT. */
+/* Dimensions at rest; the plug, which has a hole, is wider than the bore by FIT. */
 static const double BORE = 1, OUTER = 2, HOLE = 0.5, FIT = 2e-3, LENGTH = 0.5;
 static const double YOUNG = 1e5, POISSON = 0.3, FRICTION = 0.3, SLIP = 1e-5, THICKNESS = 2e-4, PI = 3.14159265358979;
 
@@ -13,7 +13,7 @@ typedef struct ring {
   double inner, outer;
 } ring;
 
-/* A quarter: along the radius, around, along the axis. */
+/* Makes a quarter: along the radius, around, along the axis. */
 static void bend(const void *data, double x[3])
 {
   const ring *self = data;
@@ -23,8 +23,8 @@ static void bend(const void *data, double x[3])
   x[2] *= LENGTH;
 }
 
-/* Pa: the pressure between two tubes whose surfaces have to give way by FIT and by the gap that the barrier keeps at
- * that pressure (Lamé's tubes in plane strain; Timoshenko & Goodier 1970, section 28). */
+/* Returns the pressure, Pa, between two tubes whose surfaces have to give way by FIT and by the gap that the barrier
+ * keeps at that pressure (Lamé's tubes in plane strain; Timoshenko & Goodier 1970, section 28). */
 static double pressure_of_lame(double stiffness)
 {
   const double young = YOUNG / (1 - POISSON * POISSON), a = BORE * BORE, b = OUTER * OUTER, c = HOLE * HOLE,
@@ -41,7 +41,7 @@ typedef struct fit {
   int tube_nodes;
 } fit;
 
-/* The forces of the contact on the plug, N: outwards from the axis and against the motion. */
+/* Computes the forces of the contact on the plug, N: outwards from the axis and against the motion. */
 static void forces(const fit *self, double *pressing, double *rubbing)
 {
   const flesh_state *s = &self->b.state;
@@ -58,7 +58,7 @@ static void forces(const fit *self, double *pressing, double *rubbing)
   free(r);
 }
 
-/* All nodes' places along the axis: the tube stays, the plug moves. */
+/* Prescribes all nodes' positions along the axis: the tube stays, the plug moves. */
 static void drive(fit *self)
 {
   test_body *b = &self->b;
@@ -75,7 +75,7 @@ static void drive(fit *self)
   CHECK_OK(test_body_hold(b, 1, 0, FLESH_AXIS_Y, NULL, -INFINITY, INFINITY));
 }
 
-/* The plug begins pressed together within the tube. */
+/* Compresses the plug initially to fit into the tube. */
 static void make(int around, double stiffness, fit *self)
 {
   const ring tube = {BORE, OUTER}, plug = {HOLE, BORE + FIT};
@@ -104,7 +104,7 @@ static void make(int around, double stiffness, fit *self)
   self->x0 = malloc((size_t)b->n * sizeof *self->x0);
 }
 
-/* The pressing force over Lamé's, and the rubbing one over that and the coefficient. */
+/* Computes the normal force over Lamé's, and the friction over the normal force and the coefficient. */
 static void push(int around, double *pressing, double *rubbing)
 {
   const double stiffness = YOUNG, area = PI / 2 * BORE * LENGTH;
@@ -127,8 +127,8 @@ static void push(int around, double *pressing, double *rubbing)
   free(self.x0);
 }
 
-/* Circles are polygons: the error of the pressure is of the second order and gone in its limit, and normals lean by up
- * to half an angle between two facets, for which friction may be off by .5 and .12 %. */
+/* Circles are polygons: the error of the pressure is of second order and vanishes in its limit, and normals are tilted
+ * by up to half an angle between two facets, so friction may be off by .5 and .12 %. */
 static void a_plug_is_pushed_against_the_friction_of_its_fit(void)
 {
   double pressing[2], rubbing[2];

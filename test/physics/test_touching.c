@@ -3,9 +3,9 @@
 // TEST+ what_begins_too_near_is_refused only_what_is_named_touches what_is_not_named_costs_nothing
 // TEST+ a_block_slides_from_the_angle_of_friction_on curved_balls_collide balls_collide_with_a_direct_solver
 // TEST name=test_touching_table full seconds=600 builds=plain,memory args: restitution_converges
-/* test_touching.c: bodies that touch: two balls that collide keep their momenta and lose no energy to the contact,
- * whatever the method; no surface ever goes through another; a run that is cut goes on with the same bits, and threads
- * change none; scenes in which bodies go through each other at the start, and what cannot be, are refused. */
+/* test_touching.c: touching bodies: two balls that collide conserve their momenta and lose no energy to the contact,
+ * whatever the method; surfaces never intersect; an interrupted run continues with the same bits, and threads do not
+ * change them; scenes in which bodies intersect at the start, and invalid ones, are refused. */
 #include "system/proximity.h"
 #include "touching.h"
 
@@ -21,12 +21,13 @@ static void torque(const touching *m, const double *x, const double *y, double s
 }
 
 typedef struct collision {
-  double restitution, linear, angular, rise, lost; /* momenta: change over what the solves may leave; energies, J */
+  double restitution, linear, angular, rise, lost; /* momenta: change over the residuals that the solves may leave;
+                                                    * energies, J */
   double gained; /* energy, over that of the motion */
   int steps, together, refused; /* 1: ended with FLESH_ERR_ENERGY */
 } collision;
 
-/* Mean velocity along x of the second half of the nodes (the right ball) less that of the first. */
+/* Returns the mean velocity along x of the second half of the nodes (the right ball) minus that of the first. */
 static double parting(const touching *m)
 {
   double mean[2] = {0};
@@ -43,8 +44,8 @@ static double kinetic(const touching *m)
   return sum;
 }
 
-/* The torque of the forces that act in a step about the origin, at the positions where the method takes them. Backward
- * Euler: at the end of the step, v - v0 is h times a there; midpoint: in its middle. */
+/* Returns the torque about the origin of the forces that act in a step, at the positions where the method evaluates
+ * them. Backward Euler: at the end of the step, v - v0 is h times a there; midpoint: in its middle. */
 static double step_torque(const touching *m, flesh_method method, const double *x0, const double *v0)
 {
   double *x = malloc((size_t)m->n * sizeof *x), *dv = malloc((size_t)m->n * sizeof *dv), sum[3];
@@ -91,7 +92,7 @@ static collision collide(const char *scene, const char *method, const char *step
                  left = m.h * sqrt(m.n / 3.) * m.last.residual_target * m.last.solves;
     touching_momenta(&m, p, L);
     for (int k = 0; k < 3; k++) c.linear = fmax(c.linear, fabs(p[k] - p0[k]) / (m.slack + 1e-13 * motion));
-    /* The formula is that of a step that was taken whole, by its own method. */
+    /* The formula is that of a step that was taken as a whole, by its own method. */
     if (number == FLESH_METHOD_BACKWARD_EULER ||
         (number == FLESH_METHOD_MIDPOINT && m.last.steps == 1 && !m.last.impact_steps && !m.last.damped_steps)) {
       wholes++;
@@ -126,7 +127,7 @@ static collision collide(const char *scene, const char *method, const char *step
 
 static const char *const head_on = TOUCHING_BALLS("0, 0"), *const off_centre = TOUCHING_BALLS("0.03, 0.02");
 
-/* Fast methods in the quick test; the table over steps is the full one's. */
+/* Fast methods in the quick test; the table over step sizes belongs to the full one. */
 static void balls_collide(void)
 {
   const char *const scenes[] = {head_on, off_centre};
@@ -139,10 +140,10 @@ static void balls_collide(void)
   }
 }
 
-/* Restitution goes to one limit; what the balls keep as vibration is lost to the bounce, and not to the contact. Backward
- * Euler is on its way there. Where one step meets the barrier and the next leaves it, methods of order 2 that damp little
- * would gain energy, the trapezoidal rule up to half of the motion's; their steps are cut, and all together may gain a
- * hundredth of it. */
+/* Restitution converges to one limit; energy that the balls keep as vibration is lost to the bounce, not to the
+ * contact. Backward Euler approaches the limit. If one step meets the barrier and the next leaves it, methods of order
+ * 2 with little damping would gain energy, the trapezoidal rule up to half of the motion's; their steps are cut, and
+ * may gain a hundredth of it in total. */
 static void restitution_converges(void)
 {
   const char *const methods[] = {"backward-euler", "bdf2", "hht", "midpoint", "newmark", "generalized-alpha"},
@@ -159,7 +160,7 @@ static void restitution_converges(void)
     }
     CHECK_BELOW(c[0][3].restitution, c[1][3].restitution);
     CHECK_NEAR(c[1][2].restitution, c[1][3].restitution, 0.01);
-    /* Backward Euler takes the steps of midpoint and generalized-alpha whose ends an obstacle bars. */
+    /* Backward Euler replaces steps of midpoint and generalized-alpha whose ends an obstacle blocks. */
     for (int k = 2; k < 6; k++)
       for (int s = k % 2; s < 4; s++)
         CHECK_NEAR(c[k][s].restitution, c[1][3].restitution, k % 2 ? 0.02 : 0.01);
@@ -172,7 +173,7 @@ static void same_bits(const touching *a, const touching *b)
   CHECK(!memcmp(a->state.v, b->state.v, (size_t)a->n * sizeof(double)));
 }
 
-/* The pattern has grown by then, and grows on. Friction's lag is part of what is kept. */
+/* The pattern has grown by then, and continues to grow. Friction's lag is part of the saved data. */
 static void threads_and_cuts_change_no_bit(void)
 {
   const char *const methods[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=midpoint"};
@@ -203,7 +204,7 @@ static void threads_and_cuts_change_no_bit(void)
   }
 }
 
-/* A body in a body is met where its surface crosses; the sentence says who, which nodes and where. */
+/* A body inside a body is detected where their surfaces cross; the message says which bodies, which nodes and where. */
 static void what_begins_crossed_is_refused(void)
 {
   touching m;
@@ -218,7 +219,8 @@ static void what_begins_crossed_is_refused(void)
   touching_end(&m);
 }
 
-/* Between where two balls cross and where they are apart they touch, but for rounding: the barrier would throw them off. */
+/* Between intersecting and separate positions of two balls, they touch up to rounding: the barrier would throw them
+ * apart. */
 static void what_begins_too_near_is_refused(void)
 {
   touching m;
@@ -261,7 +263,7 @@ static void what_cannot_be_is_refused(void)
   refused("time.method=ida", "contact");
 }
 
-/* Bodies that are not paired go through each other. */
+/* Bodies that are not paired pass through each other. */
 static void only_what_is_named_touches(void)
 {
   touching m;
@@ -289,8 +291,8 @@ static void what_is_not_named_costs_nothing(void)
   }
 }
 
-/* A leaning plate presses a cube that may touch itself: in one step of statics, which the plate cannot take at once, as far
- * as in eight. */
+/* A leaning plate presses a cube with self-contact: one step of statics, which the plate cannot take at once, leads as
+ * far as eight. */
 static void a_plate_presses_far_in_one_step(void)
 {
   touching m[2];
@@ -327,7 +329,7 @@ static void collide_with(const char *const *set, int steps)
   touching_end(&m);
 }
 
-/* Ten-node tets, whose faces are four triangles each; a direct solver, whose matrix has another pattern where bodies
+/* Ten-node tets, whose faces are four triangles each; a direct solver, whose matrix has another pattern when bodies
  * touch. */
 static void curved_balls_collide(void)
 {
@@ -339,8 +341,9 @@ static void balls_collide_with_a_direct_solver(void)
   collide_with((const char *[]){"solver.linear_solver=klu", "time.step=1/300", NULL}, 5);
 }
 
-/* A bar on a clamped one under gravity that leans by `slope`, friction 0.5. Where it is along x and how fast. It moves
- * by less than the spacing of nodes, so that none comes under it or leaves, which a barrier of nodes would feel. */
+/* A bar on a clamped one under gravity inclined by `slope`, friction 0.5. Returns its position along x and velocity. It
+ * moves by less than the spacing of nodes, so that none comes under it or leaves it, which would affect a barrier of
+ * nodes. */
 static void slide(double slope, int steps, double *place, double *speed)
 {
   char scene[2048];
@@ -366,7 +369,7 @@ static void slide(double slope, int steps, double *place, double *speed)
   touching_end(&m);
 }
 
-/* Below the angle of friction it holds, but for the creep of smooth friction, slower than the slip speed; above it
+/* Below the angle of friction it sticks, except for the creep of smooth friction, slower than the slip speed; above, it
  * slides with g (sin - mu cos). */
 static void a_block_slides_from_the_angle_of_friction_on(void)
 {
@@ -384,8 +387,9 @@ static void a_block_slides_from_the_angle_of_friction_on(void)
   CHECK_NEAR((v[1] - v[0]) / 0.3, expected, 0.01 * expected);
 }
 
-/* A bar comes down on another, or on a plane where `plane`, while it slides along it. The largest and the least friction
- * over normal force of steps in which it is hit, 0.3 being the coefficient, both from what its momentum changes by. */
+/* A bar comes down on another, or on a plane if `plane`, while it slides along it. Computes the largest and the least
+ * friction over normal force of steps in which it is hit, 0.3 being the coefficient, both from its change of
+ * momentum. */
 static void hit(int plane, const char *lag_iterations, double *least, double *most)
 {
   char scene[2048];
@@ -416,7 +420,7 @@ static void hit(int plane, const char *lag_iterations, double *least, double *mo
   touching_end(&m);
 }
 
-/* With normal forces of the step's beginning a blow begins without friction; solved again, it has its own. */
+/* With normal forces of the step's beginning an impact begins without friction; solved again, the step has its own. */
 static void a_blow_rubs_by_its_own_force(void)
 {
   for (int plane = 0; plane < 2; plane++) {

@@ -1,5 +1,5 @@
 // TEST full memory seconds=60
-/* test_curved.c: bodies whose boundary is put on spheres, cylinders and surfaces: volumes, places of nodes, refusals. */
+/* test_curved.c: bodies with boundaries on spheres, cylinders and surfaces: volumes, positions of nodes, refusals. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 #include "flesh/surface.h"
 
-/* The scene of one body of `mesh` with these keys. */
+/* Makes the scene of one body of `mesh` with these keys. */
 static int open_scene(const char *mesh, const char *keys, flesh_scene **scene)
 {
   char text[6000];
@@ -34,7 +34,7 @@ static double volume_of(const char *mesh, const char *keys)
   return volume;
 }
 
-/* Half of a thick sphere, and a rod with a round end: what is lacking of their volumes all but vanishes. */
+/* Half of a thick sphere, and a rod with a round end: the error of their volumes nearly vanishes. */
 static void volumes_are_those_of_the_shapes(void)
 {
   const double shell = 2 * M_PI / 3 * (1e-3 - 3.43e-4), rod = M_PI * 0.028 * 0.028 * (0.272 + 2. / 3 * 0.028);
@@ -50,8 +50,8 @@ static void volumes_are_those_of_the_shapes(void)
   CHECK(fabs(rods[1] / rod - 1) < 0.02 * fabs(rods[0] / rod - 1));
 }
 
-/* The error of the volume falls with the fourth power of the edges, and every tet keeps a positive Jacobian, without
- * which a mesh is refused. */
+/* The error of the volume falls with the fourth power of the edge length, and every tet keeps a positive Jacobian,
+ * without which a mesh is refused. */
 static void refined_volumes_converge(void)
 {
   const double ball = 4 * M_PI / 3 * 1.25e-4, rod = M_PI * 0.028 * 0.028 * (0.272 + 2. / 3 * 0.028);
@@ -78,7 +78,7 @@ static void refined_volumes_converge(void)
   }
 }
 
-/* A slice of a ball, twelve prisms of three tets each between two planes. */
+/* Makes a slice of a ball: twelve prisms of three tets each between two planes. */
 static void write_slice(double low, double high, const char *path)
 {
   enum { SIDES = 12 };
@@ -90,7 +90,7 @@ static void write_slice(double low, double high, const char *path)
     const double r = i % (SIDES + 1) ? sqrt(1 - z * z) : 0;
     X[3 * i] = r * cos(at), X[3 * i + 1] = r * sin(at), X[3 * i + 2] = z;
   }
-  for (int k = 0; k < SIDES; k++) { /* each quadrilateral is cut from its lower first to its upper last node */
+  for (int k = 0; k < SIDES; k++) { /* each quadrilateral is divided from its lower first to its upper last node */
     const int a = 1 + k, b = 1 + (k + 1) % SIDES, p = a < b ? a : b, q = a < b ? b : a, up = SIDES + 1;
     const int prism[12] = {0, p, q, q + up, 0, p, p + up, q + up, 0, up, p + up, q + up};
     memcpy(tets + 12 * k, prism, sizeof prism);
@@ -100,7 +100,7 @@ static void write_slice(double low, double high, const char *path)
   flesh_mesh_destroy(&mesh);
 }
 
-/* The planes that cut a ball aslant stay planes. Their rims become circles, so that the volume is that of the slice. */
+/* Planes that cut a ball obliquely stay planes. Their rims become circles, so that the volume is that of the slice. */
 static void cuts_stay_flat(void)
 {
   const double low = 0.3, high = 0.6, height = high - low;
@@ -118,7 +118,7 @@ static void cuts_stay_flat(void)
   CHECK(fabs(before) < 1e-5);
 }
 
-/* Nodes where two surfaces meet are on both, also those that come by refinement. */
+/* Nodes on the intersection of two surfaces are on both, including those added by refinement. */
 static void surfaces_meet_in_their_nodes(void)
 {
   flesh_scene *scene = NULL;
@@ -142,7 +142,8 @@ static void surfaces_meet_in_their_nodes(void)
   flesh_scene_destroy(&scene);
 }
 
-/* One corner of the ball's boundary stands out by a seventh of an edge: its faces stay as they are, and that is told. */
+/* One corner of the ball's boundary stands out by a seventh of an edge: its faces are left unchanged, and that is
+ * reported. */
 static void faces_that_are_left_are_told(void)
 {
   const char *sphere = "element: tet10, refine: 1, curved: [{sphere: {radius: 0.05}}]";
@@ -190,7 +191,7 @@ static void nodes_lie_on_the_spheres(void)
   flesh_scene_destroy(&scene);
 }
 
-/* A coarse shell is curved by a file of a finer one's surface, whose facets are half as long. */
+/* A coarse shell is curved with a file of a finer one's surface, whose facets are half as long. */
 static void surfaces_of_files_are_followed(void)
 {
   flesh_scene *scene = NULL;

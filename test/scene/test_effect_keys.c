@@ -1,6 +1,6 @@
 // TEST full memory seconds=60
-/* test_effect_keys.c: every effect that a scene can name with every subset of its optional keys, made from the tables
- * of keys: it is refused in words, or everything that a run asks of an effect can be asked. */
+/* test_effect_keys.c: every effect that a scene can name, with every subset of its optional keys, generated from the
+ * tables of keys, is refused with a message, or supports everything that a run asks of an effect. */
 #include "temporary.h"
 #include "system/system.h"
 
@@ -14,7 +14,7 @@
 
 enum { TEXT = 4096, KEYS_MAX = 16 };
 
-static char surface[512]; /* what keys that name a file are given: a triangle far below the body */
+static char surface[512]; /* value for keys that name a file: a triangle far below the body */
 
 static void add_text(char *text, const char *format, const char *word)
 {
@@ -24,7 +24,7 @@ static void add_text(char *text, const char *format, const char *word)
 
 static void add_mapping(char *text, const flesh_key *keys, int item);
 
-/* A number that is allowed and not the default; in the item of a list one that ascends. */
+/* Returns a valid number other than the default; in items of a list, ascending ones. */
 static double number_for(const flesh_key *key, int item)
 {
   const double given = key->default_value ? atof(key->default_value) : 0;
@@ -32,7 +32,7 @@ static double number_for(const flesh_key *key, int item)
   return isfinite(given) ? 2 * given + 0.5 + item : given < 0 ? 0 : 1;
 }
 
-/* Vectors differ from key to key, and point from the unit cube to where obstacles leave room. */
+/* Returns vectors that differ from key to key, and point from the unit cube to where obstacles leave room. */
 static void add_value(char *text, const flesh_key *key, int place, int item)
 {
   char number[64];
@@ -72,7 +72,7 @@ static void add_mapping(char *text, const flesh_key *keys, int item)
   add_text(text, "%s", "}");
 }
 
-/* The row's keys with values: the sample's, made up where it has none. */
+/* Writes the row's keys with values: the sample's, or made-up ones. */
 static flesh_node *full_mapping(const flesh_effect_row *row, flesh_arena *arena)
 {
   char text[TEXT];
@@ -96,7 +96,7 @@ static flesh_node *full_mapping(const flesh_effect_row *row, flesh_arena *arena)
   return full;
 }
 
-/* Everything that runs, checks and their files ask of a system's effects. */
+/* Asks everything that runs, checks and their files ask of a system's effects. */
 static void ask_everything(const test_body *b)
 {
   flesh_derivative_report report;
@@ -125,7 +125,7 @@ static void make_cube(flesh_mass mass, test_body *b)
 {
   static const flesh_body_part whole = {"whole", 0, 6};
   CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, mass, 1, b));
-  /* The set of the name that texts have: a tet, and the nodes where the box chooses some. */
+  /* The sets of the name that texts have: a tet, and the nodes chosen by the box. */
   int set;
   CHECK_OK(flesh_mesh_sets_take(&b->mesh->sets, "whole", 5, &set));
   CHECK_OK(flesh_members_add(&b->mesh->sets.sets[set].tets, 0));
@@ -137,7 +137,7 @@ static void make_cube(flesh_mass mass, test_body *b)
   for (int d = 0; d < b->n; d++) b->state.v[d] = 0.1 * (d % 5);
 }
 
-/* One subset; whether it is accepted. */
+/* Tries one subset. Returns whether it is accepted. */
 static int try_subset(const flesh_effect_row *row, const flesh_node *full, unsigned chosen, flesh_mass mass)
 {
   test_body b;
@@ -155,7 +155,7 @@ static int try_subset(const flesh_effect_row *row, const flesh_node *full, unsig
   void *parameters = flesh_arena_take(&arena, row->parameters_size);
   const flesh_key_reader reader = {.arena = &arena};
   int status = flesh_keys_read(&reader, row->keys, mapping, mapping, row->name, parameters);
-  CHECK_OK(status); /* every value by itself is a valid one */
+  CHECK_OK(status); /* each value alone is valid */
   if (!status && !row->once) status = row->add(parameters, &b.body, b.system);
   const int accepted = !status;
   if (status) CHECK(status == FLESH_ERR_ARGUMENT && strlen(flesh_error_text()) > 10);
@@ -202,7 +202,7 @@ static void every_subset_of_keys_runs_or_is_refused(void)
         if (ran) seen |= chosen;
       }
     printf("# %-10s %2u optional keys: %4u of %4u runs\n", row->name, optional, accepted, tried);
-    CHECK((seen | of_two) == (1u << optional) - 1); /* every key was in one that ran */
+    CHECK((seen | of_two) == (1u << optional) - 1); /* every key was in a subset that ran */
     flesh_arena_free(&arena);
   }
   test_folder_remove(folder);

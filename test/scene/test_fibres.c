@@ -1,6 +1,6 @@
 // TEST quick
-/* test_fibres.c: which tets a scene's muscle has and along what its fibres run: by direction, by file, along arcs; what
- * is refused, with file and line. */
+/* test_fibres.c: the tets of a scene's muscle and the directions of its fibres: given by a vector, by a file, along
+ * arcs; refusals, with file and line. */
 #include "temporary.h"
 
 #include <math.h>
@@ -42,7 +42,7 @@ static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
   }
 }
 
-/* A box of 4 x 2 x 2 cells whose regions are 1 for x < 2 and 2 beyond, the halves two bodies. */
+/* Makes a box of 4 x 2 x 2 cells with region 1 for x < 2 and 2 beyond, the halves two bodies. */
 static void make(flesh_mesh **mesh, flesh_body *body, flesh_body_part parts[2])
 {
   flesh_mesh *box = test_box(4, 2, 2, 4, 1, 1);
@@ -93,8 +93,8 @@ static void tets_are_those_that_meet_all_conditions(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* At right angles to the radius of the circle through both points and the tet's centre, in their plane; the angles at
- * both ends are the same. */
+/* Checks that a fibre is orthogonal to the radius of the circle through both points and the tet's centre, in their
+ * plane, with equal angles at both ends. */
 static void fibres_along_are_tangents_of_circles(void)
 {
   flesh_mesh *mesh;

@@ -1,11 +1,10 @@
 // TEST quick
-/* test_probe_keys.c: probes that are wrong give one sentence that says where and what; those that are right are written
- * and read back. */
+/* test_probe_keys.c: invalid probes give one message that says where and what; valid ones are written and read back. */
 #include "scene_files.h"
 
 #define SCENE "body: {mesh: bar.node}\neffects: [gravity]\ntime: {end: 1}\noutput: {probes: [{%s}]}\n"
 
-/* Invalid probes, and parts of the sentence that must say so. */
+/* Invalid probes, and parts of the message that they must give. */
 static const struct {
   const char *probe, *parts[3];
 } bad[] = {

@@ -1,6 +1,5 @@
 // TEST quick seconds=60
-/* test_scene.c: scenes that are right: their numbers, overrides, resolved form, states and
- * documentation. */
+/* test_scene.c: valid scenes: their numbers, overrides, resolved form, states and documentation. */
 #include "scene_files.h"
 
 #include <libfyaml.h>
@@ -239,7 +238,7 @@ static void without_inertia_the_scene_is_static(void)
   flesh_scene_destroy(&scene);
 }
 
-/* body.element puts nodes on the edges of a four-node mesh, after its own; statics take gravity's exact load. */
+/* body.element adds mid-edge nodes to a four-node mesh, after its own; statics use gravity's exact load. */
 static void elements_are_chosen(void)
 {
   static const char text[] = "body: {mesh: bar.node, material: {energy: S, young: 1e5, poisson: 0.49}}\n"
@@ -263,7 +262,7 @@ static void elements_are_chosen(void)
   flesh_scene_destroy(&scene);
 }
 
-/* Elasticity's key speaks for all effects, also for those that stand before it. */
+/* Elasticity's key applies to all effects, including those before it. */
 static void instructions_are_the_scenes(void)
 {
   flesh_scene *scene = NULL;
@@ -298,7 +297,7 @@ static void aliases_repeat_what_they_name(void)
   uint8_t fixed[60];
   CHECK(flesh_system_fixed(flesh_scene_system(scene), 0, fixed) == 12);
   char *whole = resolved(scene);
-  CHECK_TEXT(whole, "axes: [x]"); /* changing the alias's copy leaves the anchor's */
+  CHECK_TEXT(whole, "axes: [x]"); /* changing the alias's copy leaves the anchor unchanged */
   CHECK_TEXT(whole, "axes: [z]");
   free(whole);
   flesh_scene_destroy(&scene);
@@ -367,7 +366,7 @@ static void resolving_again_changes_nothing(void)
     free(second);
   }
   CHECK_TEXT(first, "title: \"quotes \\\" and \\\\ and\\ttabs: # é\"");
-  CHECK_TEXT(first, "until: 0.14285714285714285\n"); /* the shortest that reads back */
+  CHECK_TEXT(first, "until: 0.14285714285714285\n"); /* the shortest decimal that reads back exactly */
   free(first);
   flesh_scene_destroy(&scene);
   flesh_scene_destroy(&again);
@@ -389,7 +388,7 @@ static void states_come_back_bit_for_bit(void)
   CHECK_OK(flesh_state_read(file_path("state.txt"), 20, &back));
   CHECK(back.t == state.t && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));
 
-  /* The file serves as a scene's start; its velocity then does not count, whoever reads the scene. */
+  /* The file can be a scene's start; its velocity is then ignored, whoever reads the scene. */
   flesh_scene *scene = NULL, *again = NULL;
   char text[2048];
   snprintf(text, sizeof text, "%sstart: {state: state.txt, velocity: [1, 1, 1]}\n", example);
@@ -484,7 +483,7 @@ static struct fy_document *json;
 
 static int check_json(const flesh_key *key, const char *path)
 {
-  /* The JSON pointer of the key: properties, and items of lists. */
+  /* JSON pointer of the key: properties, and items of lists. */
   char pointer[512] = "";
   const flesh_key *keys = flesh_scene_table;
   char copy[256];
@@ -529,12 +528,12 @@ static void the_json_schema_is_json_and_lists_every_key(void)
 static int check_default(const flesh_key *key, const char *path)
 {
   if (!key->default_value || !*key->default_value) return 1;
-  /* A table of this row alone reads its default. */
+  /* A table of only this row reads its default. */
   flesh_key table[2] = {*key, {0}};
   flesh_arena arena = {0};
   flesh_key_reader reader = {.arena = &arena};
   if (key->type == FLESH_KEY_OBJECT)
-    table[0].default_value = ""; /* its children come by themselves */
+    table[0].default_value = ""; /* its children are visited separately */
   char target[4096];
   int status = flesh_keys_read(&reader, table, NULL, NULL, "", target);
   CHECK_OK(status);
@@ -543,7 +542,7 @@ static int check_default(const flesh_key *key, const char *path)
   return 1;
 }
 
-/* Pictures stand upright: as the scene says, else against what pulls, else along z. */
+/* Pictures are upright: as the scene says, else opposite to gravity, else along z. */
 static void up_is_against_gravity(void)
 {
   static const struct {

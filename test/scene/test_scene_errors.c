@@ -1,11 +1,11 @@
 // TEST quick seconds=60
-/* test_scene_errors.c: scenes, overrides and states that are wrong give one sentence that says
- * where and what; no text makes the reader fail in any other way. */
+/* test_scene_errors.c: invalid scenes, overrides and states give one message that says where and what; no text makes
+ * the reader fail in any other way. */
 #include "scene_files.h"
 
 #include <sys/stat.h>
 
-/* Invalid scenes, and parts of the sentence that must say so. */
+/* Invalid scenes, and parts of the message that they must give. */
 typedef struct bad_scene {
   const char *text;
   const char *parts[3];
@@ -229,7 +229,7 @@ static const bad_scene scenes[] = {
 #endif
 };
 
-/* Right scenes that name wrong files. */
+/* Valid scenes that name invalid files. */
 static const bad_scene scenes_of_bad_files[] = {
     {GRAVITY "body: {mesh: nowhere.node}\n",
      {"bad.yaml:2:14: body.mesh: ", "nowhere.node", "No such file"}},
@@ -353,7 +353,7 @@ static void files_that_are_no_scenes_are_refused(void)
   CHECK(flesh_scene_read(file_path("pipe"), 0, NULL, &scene) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "not a regular file");
   write_text("huge.yaml", "a: b\n");
-  CHECK(!truncate(file_path("huge.yaml"), (off_t)1 << 33)); /* a hole: takes no room */
+  CHECK(!truncate(file_path("huge.yaml"), (off_t)1 << 33)); /* a hole: occupies no disk space */
   CHECK(flesh_scene_read(file_path("huge.yaml"), 0, NULL, &scene) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "8589934592 bytes");
   CHECK(flesh_scene_read(write_bytes("zeros", "body\0: 3", 8), 0, NULL, &scene) ==
@@ -400,7 +400,7 @@ static void bombs_are_defused(void)
     CHECK(!scene);
     free(text);
   }
-  /* Ten lists of ten aliases each of the one before: 10^10 values when written out. */
+  /* Ten lists of ten aliases each of the previous one: 10^10 values when expanded. */
   char text[4096] = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 10; i++) {
     size_t used = strlen(text);
@@ -446,7 +446,7 @@ static void bad_states_are_refused_with_the_line(void)
     CHECK_TEXT(flesh_error_text(), bad[i].part);
   }
   CHECK(flesh_state_read(folder, 2, &state) == FLESH_ERR_FILE);
-  /* A state that cannot be written leaves the old file. */
+  /* If a state cannot be written, the old file stays. */
   for (int i = 0; i < 6; i++) x[i] = v[i] = 1;
   v[4] = NAN;
   write_text("state.txt", "kept");
@@ -459,7 +459,7 @@ static void bad_states_are_refused_with_the_line(void)
   CHECK(flesh_state_write(file_path("nowhere/state.txt"), 2, &state) == FLESH_ERR_FILE);
 }
 
-/* Changes a few bytes: replaced, inserted, removed, or a piece repeated. */
+/* Damages the text: bytes are replaced, inserted, removed, or a piece is repeated. */
 static size_t mutate(char *text, size_t size, size_t room, unsigned long long *seed)
 {
   static const char alphabet[] = " \n\t:-[]{},&*!|>'\"%@`#?=/.0123456789eExyz~<\\\x00\x80\xc3\xff";

@@ -1,9 +1,9 @@
 // TEST full memory seconds=60
-/* test_scene_stop.c: scenes that the caller no longer wants are given up wherever they are asked for. */
+/* test_scene_stop.c: reading scenes that the caller no longer wants stops wherever the caller is asked. */
 #include "scene_files.h"
 
 typedef struct question {
-  int asked, last, status; /* the last one is answered with the status */
+  int asked, last, status; /* the last question is answered with the status */
 } question;
 
 static int answer(void *data)
@@ -24,7 +24,7 @@ static void check(const char *text)
     const int status = flesh_scene_read(path, 0, NULL, &scene);
     done = q.asked < last;
     CHECK(status == (done ? FLESH_OK : q.status) && !scene == !done);
-    CHECK(q.asked <= last); /* who has said no is not asked again */
+    CHECK(q.asked <= last); /* a caller who has stopped is not asked again */
     if (!done) CHECK(strstr(flesh_error_text(), "scene.yaml: ") && strstr(flesh_error_text(), "while the scene was set up"));
     flesh_scene_destroy(&scene);
   }
@@ -43,7 +43,7 @@ static void every_question_ends_a_scene(void)
         "effects: [gravity: {}]\n");
 }
 
-/* Nobody is asked about small scenes, nor after scenes. */
+/* The caller is not asked for small scenes, nor after scenes. */
 static void nobody_is_asked_elsewhere(void)
 {
   flesh_mesh *mesh = NULL, *finer = NULL;

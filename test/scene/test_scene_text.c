@@ -45,7 +45,7 @@ static void nothing_is_no_scene(void)
   CHECK_TEXT(flesh_error_text(), "note:1:1: the scene is empty");
 }
 
-/* Keys without a text and tags have a place of their own. */
+/* Keys without a text, and tags, have a position of their own. */
 static void what_is_no_word_is_refused_at_its_place(void)
 {
   static const struct {

@@ -1,7 +1,7 @@
 // TEST quick
-/* test_sets.c: what a scene selects by the name of a set of its mesh, or by the numbers of a set's nodes, is what a box selects
- * there: nodes, triangles, tets of muscles; with ten nodes, refined and in several bodies; names that there are not are refused
- * with those that there are. */
+/* test_sets.c: selections by the name of a set of the mesh, or by the numbers of a set's nodes, equal those by a box:
+ * nodes, triangles, tets of muscles; with ten nodes, refined and in several bodies; unknown names are refused with a
+ * list of the known ones. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -13,7 +13,8 @@
 #include "scene/selection.h"
 #include "system/parts.h"
 
-/* bar.inp: 4 x 1 x 1 m in cubes of six tets; the nodes at x = 0 are the set clamp, the tets with x < 2 the set lower. */
+/* bar.inp: 4 x 1 x 1 m in cubes of six tets; the set `clamp` has the nodes at x = 0, the set `lower` the tets with x <
+ * 2. */
 static void write_deck(void)
 {
   flesh_mesh *mesh;
@@ -85,7 +86,7 @@ static flesh_scene *read_bar(const char *body, const char *effects)
   return scene;
 }
 
-/* The nodes of the set clamp in the file, of a body whose first node is `first`. */
+/* Returns the nodes of the set `clamp` in the file, for a body whose first node is `first`. */
 static flesh_selection listed(int first)
 {
   static int numbers[4];
@@ -151,7 +152,7 @@ static void a_list_has_the_nodes_between_in_each_body(void)
   }
 }
 
-/* The ends of edges, and the numbers of nodes that stand on edges in the file, are these nodes alone. */
+/* The ends of edges, and the file's numbers of mid-edge nodes, select only these nodes. */
 static void a_list_of_a_file_with_ten_nodes_is_its_nodes(void)
 {
   flesh_mesh *mesh, *raised;

@@ -42,7 +42,7 @@ static void an_unknown_technique_is_named(void)
   CHECK_TEXT(flesh_error_text(), "or [-negative_curvature] for all but that");
 }
 
-/* Names and docs go by the bits of the enum. */
+/* Names and docs are in the order of the enum's bits. */
 static void every_bit_has_a_name_and_a_doc(void)
 {
   for (int k = 0; k < 32; k++) {

@@ -1,5 +1,6 @@
 // TEST quick
-/* test_unused_keys.c: keys and effects that mean nothing beside what else a scene chose are told, others not. */
+/* test_unused_keys.c: keys and effects that have no effect beside other choices of a scene are reported, others are
+ * not. */
 #include "scene_files.h"
 
 enum { SETS = 3 };
@@ -7,7 +8,7 @@ enum { SETS = 3 };
 #define OWN "material: {energy: E, young: 2, poisson: 0.3}"
 #define MUSCLE(peak, keys) "effects[1]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: " peak ", " keys "}}"
 
-/* Values of a scene in motion, and the sentence about what has no effect beside them; NULL: there is none. */
+/* Values of a scene in motion, and the warning about those without effect; NULL: none. */
 static const struct {
   const char *sets[SETS], *warning;
 } rows[] = {
@@ -115,7 +116,7 @@ static const struct {
 static const char moving[] = "body: {mesh: bar.node, material: {energy: S, young: 1, poisson: 0.3}}\n"
                              "effects: [inertia, gravity, pin: {nodes: [1, 2]}]\ntime: {end: 1}\n";
 
-/* The scene as a run writes it, with all defaults, has the same warning. */
+/* The scene as written by a run, with all defaults, has the same warning. */
 static void what_means_nothing_is_told(void)
 {
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
@@ -141,7 +142,7 @@ static void what_means_nothing_is_told(void)
   }
 }
 
-/* A state has velocities of its own; what ended before it has acted in the run that made it. */
+/* A state has its own velocities; an effect that ended before it has acted in the run that made it. */
 static void what_a_state_replaces_is_told(void)
 {
   flesh_scene *scene = NULL;
@@ -164,7 +165,7 @@ static void what_a_state_replaces_is_told(void)
   CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "time.method=static"}, &scene));
   CHECK(scene && !flesh_scene_warning(scene));
   flesh_scene_destroy(&scene);
-  /* The scene as a run writes it, from which the run is resumed, has the same warning. */
+  /* The scene as written by a run, from which the run is resumed, has the same warning. */
   for (int k = 0; k < 2; k++) {
     if (k) CHECK_OK(flesh_scene_read(file_path("again.yaml"), 0, NULL, &scene));
     else CHECK_OK(read_scene("moving.yaml", moving, 2, (const char *[]){set, "start.velocity=[0, 1, 0]"}, &scene));

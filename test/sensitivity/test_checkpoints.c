@@ -1,8 +1,8 @@
 // TEST full seconds=20
-/* test_checkpoints.c: steps that are taken again from checkpoints have the same bits: gradients of motions of which few
- * states are kept are those of which all are, bit by bit, by all methods, through events, impacts with friction, between
- * bodies, by muscles, viscosity, loads that follow the shape, welds that break and incompressible tets. A thousand steps
- * need no more memory than was asked for. */
+/* test_checkpoints.c: steps recomputed from checkpoints have the same bits: gradients of motions with few kept states
+ * equal those with all states, bit by bit, with all methods, through events, impacts with friction, between bodies,
+ * with muscles, viscosity, follower loads, breaking welds and incompressible tets. A thousand steps need no more memory
+ * than was requested. */
 #include "body.h"
 #include "gradients.h"
 
@@ -62,14 +62,14 @@ static const kept_case incompressible = {
     "  constants: matched, young: 1e4, poisson: 0.5}}\nstart: {velocity: [0, 0.3, 0.1]}\neffects:\n  - inertia: {}\n  - gravity: {acceleration: [0, 0, -9.81]}\n"
     "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.113}\n" TIME("0.01", "0.2", "")};
 
-/* A gradient of a run of which so many states are kept. */
+/* A gradient of a run with this number of kept states. */
 typedef struct kept {
   int n, steps, broken;
   double values[2], *start, *tangent;
   flesh_trajectory_costs costs;
 } kept;
 
-/* Runs it; the gradient is asked for at the end, and `twice`: before that half way, too. */
+/* Runs it; the gradient is computed at the end and, if `twice`, also half-way. */
 static kept run(const kept_case *c, flesh_method method, int states, int twice)
 {
   kept result = {0};

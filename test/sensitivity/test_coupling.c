@@ -1,11 +1,11 @@
 // TEST quick
-/* test_coupling.c: an effect is differenced by few directions, whatever other effects make of K. */
+/* test_coupling.c: an effect is differenced along few directions, whatever other effects add to K. */
 #include "body.h"
 #include "sensitivity/coupling.h"
 #include "system/pattern.h"
 #include "test.h"
 
-/* Couplings of a drag by the state that it lags, where K has the pairs of these cells. */
+/* Counts the directions for a drag by its lagged state, if K has the pairs of these cells. */
 static void find(const test_body *b, const flesh_cells *cells, flesh_couplings *couplings)
 {
   flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);

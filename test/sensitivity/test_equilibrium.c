@@ -1,6 +1,6 @@
 // TEST full memory seconds=5
-/* test_equilibrium.c: gradients of equilibria, tangents and adjoints, are those of whole solves, by differences of the
- * fourth order: of loads that follow the shape, contact, muscles, welds, prescribed motions and incompressible bodies. */
+/* test_equilibrium.c: gradients of equilibria, by tangents and adjoints, agree with fourth-order differences of
+ * complete solves: for follower loads, contact, muscles, welds, prescribed motions and incompressible bodies. */
 #include "body.h"
 #include "gradients.h"
 
@@ -12,8 +12,8 @@
 
 typedef struct equilibrium_case {
   const char *name, *text;
-  int x;                /* what is held at this x [m] gives the reaction */
-  gradient_key keys[6]; /* ended by one of 0 */
+  int x;                /* the reaction is that of nodes constrained at this x [m] */
+  gradient_key keys[6]; /* terminated by one of 0 */
 } equilibrium_case;
 
 static const equilibrium_case cases[] = {
@@ -22,7 +22,7 @@ static const equilibrium_case cases[] = {
      "  - traction: {box: [[3.999, -1, -1], [5, 2, 2]], traction: [100, 200, 0]}\n" SOLVER, 0,
      {{"body.material.young", 1e5, 2e2, 1e2}, {"body.material.poisson", 0.45, 2e-4, 1e-4}, {"body.density", 1000, 2, 1},
       {"effects.pressure.pressure", 400, 1, 1}, {"effects.traction.traction[1]", 200, 1, 1}}},
-    /* Lags swing it ever wider: solves with K alone, repeated, do not end. */
+    /* The lag diverges: repeated solves with K alone do not converge. */
     {"follower pressure on an end",
      BAR("0.45", "tet4") "effects:\n" CLAMP "  - pressure: {box: [[3.9, -1, 0.5], [5, 2, 2]], pressure: 12000}\n" SOLVER, 0,
      {{"body.material.young", 1e5, 1e2, 1e2}, {"effects.pressure.pressure", 12000, 10, 1e3}}},
@@ -58,7 +58,7 @@ static const equilibrium_case cases[] = {
       {"bodies[0].density", 500, 1, 1}}},
 };
 
-/* An equilibrium of a scene. */
+/* Computes an equilibrium of a scene. */
 typedef struct solved {
   flesh_scene *scene;
   flesh_integrator *integrator;
@@ -92,7 +92,7 @@ static void drop(solved *s)
   free(s->state.internal);
 }
 
-/* Weights of nodes at this x at rest on one component. */
+/* Returns weights of nodes at this x at rest, in one component. */
 static void weigh(const flesh_mesh *mesh, double x, int component, double *weights)
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -100,7 +100,7 @@ static void weigh(const flesh_mesh *mesh, double x, int component, double *weigh
     if (fabs(X[3 * i] - x) < 1e-6) weights[3 * i + component] = 1;
 }
 
-/* The reaction [N] on what is held at x, along y. */
+/* Returns the reaction [N] along y on nodes constrained at x. */
 static double reaction(const solved *s, double x, int component)
 {
   double *r = calloc(2 * (size_t)s->n, sizeof *r), sum = 0, *e = r + s->n;

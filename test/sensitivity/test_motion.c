@@ -1,6 +1,6 @@
 // TEST full memory seconds=10
-/* test_motion.c: gradients of motions, by one adjoint, are those of whole runs, by differences of the fourth order: by all
- * methods of fixed steps, through an impact with friction, by loads that follow the shape, of muscles and welds. */
+/* test_motion.c: gradients of motions, by one adjoint, agree with fourth-order differences of complete runs: with all
+ * methods of fixed steps, through an impact with friction, with follower loads, muscles and welds. */
 #include "body.h"
 #include "gradients.h"
 
@@ -8,11 +8,11 @@
 #define CLAMP "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}\n"
 #define TIME(step, end) "time: {step: " step ", end: " end "}\nsolver: {newton_tolerance: 1e-13, linear_tolerance: 1e-4}\n"
 
-/* A motion, its keys, ended by one of 0, and how many steps it has. */
+/* A motion, its keys, terminated by one of 0, and its number of steps. */
 typedef struct motion_case {
   const char *name, *text;
   gradient_key keys[7];
-  int kinked; /* it begins where it has no derivative by positions (1), nor by velocities (2) */
+  int kinked; /* start without a derivative by positions (1), or by velocities (2) */
 } motion_case;
 
 static const motion_case swing = {
@@ -35,7 +35,7 @@ static const motion_case incompressible = {
      {"effects.gravity.acceleration[2]", -9.81, 0.02, 0.01},
      {"effects.prescribed_motion.motion[1].translation[1]", 0.03, 1e-4, 1e-5}}, 0};
 
-/* A clamp that turns under pressure and is let go; masses, which parameters change, share its jumps. */
+/* A clamp that turns under pressure and is released; masses, which parameters change, share its jumps. */
 static const motion_case driven = {
     "driven",
     "body: {name: bar, mesh: ../meshes/cube_3x3x3.mesh, density: 1000, mass: consistent, material: {energy: S, constants: matched, "
@@ -48,7 +48,8 @@ static const motion_case driven = {
      {"effects.prescribed_motion.motion[1].rotation[0]", 0.2, 1e-3, 1e-4}, {"body.material.young", 1e4, 20, 10},
      {"body.density", 1000, 2, 1}, {"body.regions[0].density", 800, 2, 1}}, 0};
 
-/* Sequences of equilibria. What stays as it is, which later steps know at once, still changes by a parameter as time goes on. */
+/* Sequences of equilibria. A constant quantity, known at once in later steps, still changes with a parameter over
+ * time. */
 static const motion_case equilibria[] = {
     {"pressed onto a ground that moves to the side",
      BODY "young: 2e4, poisson: 0.4}}\neffects:\n"
@@ -96,7 +97,7 @@ static const motion_case others[] = {
      "  - muscle: {fibres: {direction: [1, 0.3, 0]}, peak_stress: 3e3, activation: [{time: 0, value: 0.5}]}\n"
      TIME("0.01", "0.04"),
      {{"effects.muscle.peak_stress", 3e3, 6, 10}, {"effects.viscosity.shear", 20, 0.04, 0.1},
-      {"body.material.young", 1e4, 20, 10}}, 1}, /* as tension at the optimal stretch */
+      {"body.material.young", 1e4, 20, 10}}, 1}, /* equal to the tension at the optimal stretch */
     {"viscous body whose clamp turns within",
      BODY "young: 1e4, poisson: 0.4}}\nstart: {velocity: [0, 0.3, 0.1]}\neffects:\n  - inertia: {}\n  - viscosity: {shear: 20}\n"
      "  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0}, {time: 0.015, translation: [0, 0.01, 0]}, "
@@ -119,23 +120,23 @@ static const motion_case others[] = {
      {{"effects.weld.stiffness", 1e6, 2e3, 1e3}, {"body.material.young", 1e4, 20, 10}, {"bodies[0].density", 500, 1, 1}}, 0},
 };
 
-/* A run of a scene to its end; `shift` moves the free dofs of the start along `direction` [2*n], x and v. */
+/* Runs a scene to its end; `shift` moves the free dofs of the start along `direction` [2*n], x and v. */
 typedef struct moved {
   flesh_scene *scene;
   flesh_integrator *integrator;
   flesh_trajectory *trajectory;
   int n, steps;
-  double integral; /* of `linear` over time, by the trapezoidal rule */
+  double integral; /* integral of `linear` over time, by the trapezoidal rule */
   flesh_state state;
 } moved;
 
-/* A linear function of the state, the derivatives of which are `by` [2*n]. */
+/* A linear function of the state, with derivatives `by` [2*n]. */
 static double linear(const moved *m, double *by)
 {
   double sum = 0;
   for (int d = 0; d < 2 * m->n; d++) {
     const double w = cos(0.3 + d) / m->n;
-    sum += w * m->state.x[d]; /* and v, behind x */
+    sum += w * m->state.x[d]; /* and v, after x */
     if (by) by[d] = w;
   }
   return sum;
@@ -149,7 +150,7 @@ static moved begin(const char *text, const char *key, double value, flesh_method
   m.state.x = calloc(2 * (size_t)m.n, sizeof(double));
   m.state.v = m.state.x + m.n;
   flesh_scene_start(m.scene, &m.state);
-  for (int d = 0; d < m.n; d++) /* not the same everywhere */
+  for (int d = 0; d < m.n; d++) /* different weights everywhere */
     m.state.v[d] *= 1 + 3 * flesh_mesh_positions(flesh_scene_mesh(m.scene))[d / 3 * 3];
   CHECK_OK(flesh_integrator_create(system, method, flesh_scene_solver(m.scene), &m.integrator));
   CHECK_OK(flesh_integrator_set_max_energy_gain(m.integrator, INFINITY)); /* steps of the same length in all runs */
@@ -177,7 +178,7 @@ static void end(moved *m)
   free(m->state.x);
 }
 
-/* The quantity: a nonlinear function of all positions and velocities; its derivatives are added where `by` is not NULL. */
+/* The quantity: a nonlinear function of all positions and velocities; adds its derivatives unless `by` is NULL. */
 static double quantity(const moved *m, double *by)
 {
   double sum = 0;
@@ -199,7 +200,7 @@ static void compare(const char *name, const char *key, double found, const doubl
   CHECK_BELOW(fabs(found - expected), 1e-6 * fabs(expected) + noise);
 }
 
-/* Sums of a tangent: the product with `by` [2*n] at the last state, and its integral over time. */
+/* Sums of a tangent: its product with `by` [2*n] at the last state, and its integral over time. */
 typedef struct added {
   int n, states;
   const double *by;
@@ -243,7 +244,7 @@ static void try_case(const motion_case *c, flesh_method method)
     CHECK_OK(flesh_trajectory_tangent(m.trajectory, &all[i], dx, dx + n));
     for (int d = 0; d < 2 * n; d++) by_tangent += by[d] * dx[d];
     CHECK_NEAR(by_tangent, gradient[i], 1e-7 * fabs(gradient[i]) + 1e-13 * fabs(Q / c->keys[i].step));
-    double by_start = 0, size = fabs(gradient[i]); /* with derivatives of the start as large as those */
+    double by_start = 0, size = fabs(gradient[i]); /* with derivatives of the start of the same magnitude */
     added all_of_it = {.n = n, .by = by};
     for (int d = 0; d < 2 * n; d++) size += fabs(start[d]) / n;
     for (int d = 0; d < 2 * n; d++) dx[d] = size * sin(d + 1) / n, by_start += start[d] * dx[d];
@@ -275,13 +276,13 @@ static void try_case(const motion_case *c, flesh_method method)
     gradient_parameter_clear(&parameters[i]);
   }
   double along = 0; /* the start's velocities and positions */
-  const double step = c == &incompressible ? 1e-4 : 1e-5; /* which is solved less deep */
+  const double step = c == &incompressible ? 1e-4 : 1e-5; /* which is solved less accurately */
   const int compared = c->kinked < TEST_FEWER(2, 0);
   for (int k = 0; k < 4 && compared; k++) {
     moved other = begin(c->text, NULL, 0, method);
     for (int d = 0; d < n; d++) {
       const double X = flesh_mesh_positions(flesh_scene_mesh(m.scene))[d / 3 * 3], move = X > 1e-9 ? cos(d) : 0;
-      /* Shear keeps the volumes of tets: where constraints do not hold motions begin in another way. */
+      /* Shear preserves the volumes of tets: if constraints do not hold, motions start in another way. */
       const double shift = c->kinked ? 0 : c == &incompressible ? (d % 3 == 1) * 0.1 * X : 0.01 * move;
       other.state.v[d] += gradient_at[k] * step * move;
       other.state.x[d] += gradient_at[k] * step * shift;
@@ -313,7 +314,7 @@ static void gradients_of_every_kind(void)
   }
 }
 
-/* A body that is a little wider than at rest, where eigenvalues of its stiffness are clamped from zero on. */
+/* A body slightly wider than at rest, whose stiffness has eigenvalues clamped at zero. */
 static void no_difference_crosses_a_kink(void)
 {
   static const char text[] = "body: {mesh: ../meshes/cube_of_six_tets.mesh, density: 1000, material: {energy: E, young: 1e4, poisson: 0.4}}\n"
@@ -371,7 +372,7 @@ static void what_has_no_gradient_is_refused(void)
   end(&m);
 }
 
-/* The status of a tangent by a time, at which methods of order 2 cut their steps. */
+/* Returns the status of a tangent by a time at which methods of order 2 cut their steps. */
 static int by_a_time(const char *text, gradient_key key, flesh_method method)
 {
   moved m = begin(text, NULL, 0, method);

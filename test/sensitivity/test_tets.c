@@ -1,6 +1,6 @@
 // TEST full memory seconds=5
-/* test_tets.c: what a constant of each single tet changes: the sum is that of the constant of all, a tet's is that of a scene
- * in which it alone differs (body.material_map), and adjoints by it are gradients. */
+/* test_tets.c: derivatives by a constant of each single tet: their sum is that by the constant of all tets, a tet's is
+ * that of a scene in which only it differs (body.material_map), and adjoints by it are gradients. */
 #include <unistd.h>
 
 #include "gradients.h"
@@ -15,7 +15,7 @@ static const char text[] =
 
 static const char *added_effects = "effects.drag=null"; /* an override; without "null" the scene has inertia, too */
 
-/* The scene with another element and constant, and a map of one tet: the first `key` is that of the whole. */
+/* Makes the scene with another element and constant, and a map of one tet: the first `key` is that of the whole. */
 static flesh_scene *scene_with(const char *element, const char *poisson, const char *key, double value, int tet)
 {
   char sets[7][128];
@@ -55,7 +55,7 @@ static flesh_state solve(const flesh_scene *scene)
   return state;
 }
 
-/* f [3*nodes] = the sum of a tet's forces, or of all (-1). */
+/* Computes f [3*nodes], the sum of a tet's forces, or of all tets' (-1). */
 static void gather(const flesh_mesh *mesh, const double *forces, int only, double *f)
 {
   const int size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
@@ -143,7 +143,7 @@ static void forces_of_tets_are_those_of_scenes(void)
   try_element("tet10-mean", "0.5", "young", 1e5, 1e2);
 }
 
-/* A Q of all states: a linear function of x and v by `by` [2*n], which counts by the time. */
+/* A quantity Q of all states: a linear function of x and v by `by` [2*n], weighted by the time. */
 typedef struct weighed {
   int n, states;
   const double *by;
@@ -159,7 +159,7 @@ static int add_weighed(void *data, double t, double *by_x, double *by_v)
   return FLESH_OK;
 }
 
-/* The sum of its tangent. */
+/* Returns the sum of its tangent. */
 typedef struct summed {
   weighed of;
   double sum;
@@ -173,7 +173,7 @@ static int sum_up(void *data, int k, double t, const double *dx, const double *d
   return FLESH_OK;
 }
 
-/* Derivatives of a motion's Q by single tets, and by all, are those of tangents by scenes that differ in them. */
+/* Derivatives of a motion's Q by single tets, and by all, agree with tangents by scenes that differ in them. */
 static void try_motion(const char *element, const char *damping, flesh_method method)
 {
   enum { STEPS = 6 };
@@ -232,7 +232,7 @@ static void motions_have_derivatives_by_tets(void)
   try_motion("tet4", damping[0], FLESH_METHOD_RUNGE_KUTTA);
 }
 
-/* A map names tets of the mesh as it is in its file: parts of refined ones have the constants of the whole. */
+/* A map names tets of the mesh in the file: parts of refined ones have the constants of their parents. */
 static void maps_go_to_refined_tets(void)
 {
   char sets[2][64];
@@ -246,7 +246,7 @@ static void maps_go_to_refined_tets(void)
   CHECK_OK(flesh_scene_read_text(text, "../data/scenes/tets.yaml", 2, list, &scene));
   unlink(map_file);
   const flesh_body *body = flesh_scene_body(scene);
-  CHECK(flesh_scene_material_count(scene) == 3); /* both rows of 2e5 have one */
+  CHECK(flesh_scene_material_count(scene) == 3); /* both rows of 2e5 have a tet */
   for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
     const flesh_material *own = &body->materials[body->tet_material[t]];
     const int of = t / 8;

@@ -6,7 +6,7 @@
 
 #include "flesh/flesh.h"
 
-/* A smooth quadratic map of space, mild on the unit cube. */
+/* A smooth quadratic map of space, moderate on the unit cube. */
 static void bend(const double X[3], double x[3])
 {
   x[0] = X[0] + 0.15 * X[1] * X[1] - 0.1 * X[0] * X[2];
@@ -14,7 +14,7 @@ static void bend(const double X[3], double x[3])
   x[2] = X[2] + 0.1 * X[0] * X[1] - 0.08 * X[2] * X[2];
 }
 
-/* A unit cube of ten-node tets; `curved`: moved by the map. */
+/* Makes a unit cube of ten-node tets; `curved`: mapped. */
 static flesh_mesh *cube(int cells, int curved)
 {
   flesh_mesh *box, *straight, *mesh;
@@ -36,7 +36,7 @@ static flesh_mesh *cube(int cells, int curved)
   return mesh;
 }
 
-/* Single triangles with the given corners [3*count]. */
+/* Makes single triangles with the given corners [3*count]. */
 static flesh_surface *surface_of(int count, const double *x)
 {
   int *corners = malloc(sizeof *corners * (size_t)count), *starts = malloc(sizeof *starts * ((size_t)count / 3 + 1));
@@ -48,7 +48,7 @@ static flesh_surface *surface_of(int count, const double *x)
   return surface;
 }
 
-/* Farthest of the skin's vertices from y [3*count] with the nodes at x. */
+/* Returns the largest distance of the skin's vertices from y [3*count] with the nodes at x. */
 static double off_by(const flesh_skin *skin, int count, const double *x, const double *y)
 {
   double *at = malloc(3 * sizeof *at * (size_t)count), worst = 0;
@@ -58,8 +58,8 @@ static double off_by(const flesh_skin *skin, int count, const double *x, const d
   return worst;
 }
 
-/* Points in the cube, and where the map takes them: a quadratic motion is followed exactly, which
- * four nodes cannot. */
+/* Points in the cube, and their images under the map: a quadratic motion is followed exactly, which four nodes cannot
+ * do. */
 static void quadratic_motions_are_followed_exactly(void)
 {
   enum { COUNT = 300 };
@@ -86,7 +86,7 @@ static void quadratic_motions_are_followed_exactly(void)
   flesh_mesh_destroy(&lowered), flesh_mesh_destroy(&lowered_moved);
 }
 
-/* Points of the curved body are found inside it, where they came from, and are followed back to the straight cube. */
+/* Points of the curved body are found inside it, at their origin, and are followed back to the straight cube. */
 static void points_of_curved_tets_are_found(void)
 {
   enum { COUNT = 300 };
@@ -103,7 +103,7 @@ static void points_of_curved_tets_are_found(void)
   CHECK(info.outside == 0 && info.weight_min > -1e-12);
   CHECK_BELOW(off_by(skin, COUNT, flesh_mesh_positions(curved), y), 2e-14);
   CHECK_BELOW(off_by(skin, COUNT, flesh_mesh_positions(mesh), X), 5e-14);
-  /* Saved and read back it is the same, for this mesh only. */
+  /* A skin saved and read back is the same, for this mesh only. */
   CHECK_OK(flesh_skin_write(skin, in_work_folder("skin")));
   CHECK_OK(flesh_skin_read(in_work_folder("skin"), curved, surface, &again));
   CHECK(!memcmp(flesh_skin_weights(skin), flesh_skin_weights(again), 4 * COUNT * sizeof(double)));
@@ -115,7 +115,7 @@ static void points_of_curved_tets_are_found(void)
   flesh_mesh_destroy(&mesh), flesh_mesh_destroy(&curved);
 }
 
-/* Directions spread evenly (Fibonacci's spiral), and their points at a radius. */
+/* Makes evenly spread directions (Fibonacci's spiral), and their points at a radius. */
 static void on_sphere(int count, double radius, double *x)
 {
   for (int v = 0; v < count; v++) {
@@ -126,8 +126,8 @@ static void on_sphere(int count, double radius, double *x)
   }
 }
 
-/* About a ball of curved tets: the skin's vertices come back at rest, and go with an affine motion,
- * inside and outside; those on the sphere are near its curved faces, where flat ones are far. */
+/* Around a ball of curved tets: the skin's vertices are reproduced at rest, and follow an affine motion, inside and
+ * outside; those on the sphere are near its curved faces, but far from flat ones. */
 static void vertices_outside_are_continued(void)
 {
   enum { COUNT = 600 };
@@ -164,7 +164,7 @@ static void vertices_outside_are_continued(void)
     flesh_skin_destroy(&skin), flesh_skin_destroy(&of_flat);
     flesh_surface_destroy(&surface);
   }
-  /* Far away no tet can be continued, or one can, and then gives the point back. */
+  /* Far away no tet can be extrapolated, or one can, and then reproduces the point. */
   on_sphere(COUNT, 40, x);
   flesh_surface *surface = surface_of(COUNT, x);
   flesh_skin *skin = NULL;

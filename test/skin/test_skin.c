@@ -1,5 +1,5 @@
 // TEST quick
-/* test_skin.c: surfaces bound to tets: the right tet, weights that are exact, saved and read back. */
+/* test_skin.c: surfaces bound to tets: the right tet, exact weights, saved and read back. */
 #include "mesh_files.h"
 
 #include <math.h>
@@ -17,8 +17,8 @@ static double dot(const double a[3], const double b[3])
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Distance of p from the hull of `count` corners, if its projection on their plane lies within;
- * else infinite. Least squares by elimination: nothing of the library's own way. */
+/* Returns the distance of p from the hull of `count` corners, if its projection on their plane lies within; else
+ * infinite. Uses least squares by elimination, independent of the library. */
 static double within_hull(const double p[3], int count, const double *const corners[4])
 {
   double e[3][3], q[3], A[3][4], w[3] = {0, 0, 0}, sum = 0, squares = 0;
@@ -49,7 +49,7 @@ static double within_hull(const double p[3], int count, const double *const corn
   return sqrt(squares);
 }
 
-/* The least distance from all tets: over every subset of every tet's corners. */
+/* Returns the least distance from all tets, over every subset of every tet's corners. */
 static double distance_by_all(const flesh_mesh *mesh, const double p[3])
 {
   double least = INFINITY;
@@ -73,7 +73,7 @@ static flesh_mesh *read_mesh(const char *path)
   return mesh;
 }
 
-/* A point in the mesh's bounding box, widened. */
+/* Returns a point in the mesh's bounding box, enlarged. */
 static void random_point(const flesh_mesh_info *info, double widened, unsigned long long *seed,
                          double p[3])
 {
@@ -113,7 +113,7 @@ static void nearest_tets_are_found(void)
   }
 }
 
-/* A vertex at a node of the mesh is shared by many tets: it is inside, whichever it gets. */
+/* A vertex at a node of the mesh is shared by many tets: it is inside whichever it is bound to. */
 static void nodes_are_inside(void)
 {
   flesh_mesh *mesh = read_mesh("../data/meshes/hand_coarse.msh");
@@ -130,7 +130,7 @@ static void nodes_are_inside(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A skin of single triangles with corners anywhere about the mesh. */
+/* Makes a skin of random single triangles around the mesh. */
 static flesh_surface *scattered(const flesh_mesh *mesh, int triangles, double widened,
                                 unsigned long long seed)
 {
@@ -213,7 +213,7 @@ static void rigid_motions_move_the_skin_exactly_along(void)
       for (int i = 0; i < 4; i++) scale += fabs(flesh_skin_weights(skin)[4 * v + i]);
       for (int d = 0; d < 3; d++) worst = fmax(worst, fabs(y[3 * v + d] - q[d]) / scale);
     }
-    CHECK_BELOW(worst, 4e-16 * (0.3 + far[k])); /* of its place, at most 0.3 m + far from the origin */
+    CHECK_BELOW(worst, 4e-16 * (0.3 + far[k])); /* of its position, at most 0.3 m + the distance from the origin */
   }
   free(x), free(y);
   flesh_skin_destroy(&skin);
@@ -221,7 +221,7 @@ static void rigid_motions_move_the_skin_exactly_along(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A field stays within its range outside the body when weights are clamped; a constant one stays. */
+/* With clamped weights a field stays within its range outside the body; a constant one stays constant. */
 static void clamped_weights_only_interpolate(void)
 {
   flesh_mesh *mesh = read_mesh("../data/meshes/bar_8x2x2.mesh");
@@ -243,12 +243,12 @@ static void clamped_weights_only_interpolate(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Beyond a face, an edge or a node of a tet, the nodes that the point is not near to have no share at all, and the others
+/* Beyond a face, an edge or a node of a tet, the nodes that do not bear the nearest point have weight 0, and the others
  * keep the ratios of theirs: w_i = max(w_i, 0) / sum of them. */
 static void clamped_shares_are_those_of_the_positive_weights(void)
 {
   static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
-  /* Points with the weights 1-x-y-z, x, y, z, and what is left of them. */
+  /* Points with the weights 1-x-y-z, x, y, z, and the clamped weights. */
   static const struct {
     double point[3], share[4];
   } rows[] = {{{.25, .25, -.5}, {2. / 3, 1. / 6, 1. / 6, 0}},
@@ -338,7 +338,7 @@ static void bindings_are_saved_and_checked(void)
   flesh_mesh_destroy(&mesh), flesh_mesh_destroy(&other), flesh_mesh_destroy(&fine);
 }
 
-/* Five vertices on every boundary triangle, up to half a millimetre off it. */
+/* Five vertices on every boundary triangle, displaced by up to half a millimetre. */
 static flesh_surface *refined_boundary(const flesh_mesh *mesh)
 {
   int count, corners[3] = {0, 1, 2}, starts[2] = {0, 3};
@@ -359,7 +359,7 @@ static flesh_surface *refined_boundary(const flesh_mesh *mesh)
   return surface;
 }
 
-/* None is farther from the tet found than it was moved from its triangle. */
+/* None is farther from the tet found than it was displaced from its triangle. */
 static void fifty_thousand_on_fifty_thousand(void)
 {
   flesh_mesh *mesh = read_mesh("../data/meshes/hand_fine.msh");
@@ -378,7 +378,8 @@ static void fifty_thousand_on_fifty_thousand(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A point on the edge that six tets share is as well in each of them: it goes to the first, wherever the search begins. */
+/* A point on the edge that six tets share is equally well in each of them: it is bound to the first, wherever the
+ * search begins. */
 static void of_equals_the_first_is_taken(void)
 {
   flesh_mesh *box = NULL;

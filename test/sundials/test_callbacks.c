@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_callbacks.c: what the callbacks take: kinds of vectors and matrices, a user_data of one's own; and the KINSOL
- * and IDA that integrators hand out. */
+/* test_callbacks.c: arguments of the callbacks: kinds of vectors and matrices, a user-defined user_data; and the KINSOL
+ * and IDA that integrators provide. */
 #include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>
@@ -67,7 +67,8 @@ static void close_owned(owned *o)
   SUNContext_Free(&o->context);
 }
 
-/* All three residuals with these vectors (of n, and of 2 n) into out [5*n]; the first status that is not 0. */
+/* Evaluates all three residuals with these vectors (of n, and of 2 n) into out [5*n]. Returns the first status that is
+ * not 0. */
 static int evaluate(owned *o, N_Vector u, N_Vector y, double *out)
 {
   int n = o->b.n, status;
@@ -88,7 +89,7 @@ static int evaluate(owned *o, N_Vector u, N_Vector y, double *out)
   return status;
 }
 
-/* The vector operations of ours against SUNDIALS' own, on a length that is no multiple of eight; in place, too. */
+/* Compares our vector operations with SUNDIALS' own, on a length that is no multiple of eight; also in place. */
 static void quick_operations_are_the_same(void)
 {
   enum { LENGTH = 1003 };
@@ -250,7 +251,7 @@ static void user_data_of_ones_own(void)
   CHECK_TEXT(flesh_error_text(), "user_data is neither a flesh_problem nor");
   CHECK(flesh_ida_residual(0, y, y, F, NULL) == FLESH_ERR_ARGUMENT);
   CHECK(flesh_ode_rhs(0, y, F, NULL) == FLESH_ERR_ARGUMENT);
-  /* The kinds must not be mixed up. */
+  /* Kinds must not be mixed. */
   struct {
     void *wrong;
     void *zero[8];
@@ -303,7 +304,7 @@ static void memory_handed_out(void)
   test_body_destroy(&b);
 }
 
-/* Every count of the struct comes out, under a name of its own, in all layouts alike. */
+/* Every counter of the struct is printed under its own name, in all layouts. */
 static void statistics(void)
 {
   flesh_solve_stats stats = {.solves = 1, .newton = 2, .linear = 3, .assemblies = 4, .projections = 5, .residuals = 6,
@@ -352,7 +353,7 @@ static void statistics(void)
   CHECK(flesh_solve_stats_print(&stats, (flesh_stats_format)9, stdout) == FLESH_ERR_ARGUMENT);
 }
 
-/* 32-bit indices of SUNDIALS say that they cannot count so far; 64-bit ones can. */
+/* With 32-bit indices SUNDIALS reports that it cannot count so far; with 64-bit ones it can. */
 static void counts_beyond_the_indices_are_refused(void)
 {
   const int64_t most = INT32_MAX;

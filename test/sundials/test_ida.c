@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_ida.c: the callbacks and solvers for IDA in the hands of a program that owns its IDA: derivatives, agreement of
- * the ways to solve, the sequence that ida.h documents. */
+/* test_ida.c: the callbacks and solvers for IDA in a program that owns its IDA: derivatives, agreement of the linear
+ * solvers, the sequence documented in ida.h. */
 #include <ida/ida.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_klu.h>
@@ -12,7 +12,7 @@
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 
-/* Velocities and accelerations of a motion against differences of its positions. */
+/* Compares velocities and accelerations of a motion with differences of its positions. */
 static void rates_of_motions(void)
 {
   const flesh_keyframe keys[] = {{0, {0}, {0}}, {0.5, {1, 2, 3}, {0.3, -0.4, 0.2}}, {1.5, {0, 0, 1}, {2.5, 3, -4}}};
@@ -76,7 +76,7 @@ static void close_owned(owned *o)
   SUNContext_Free(&o->context);
 }
 
-/* ida.h's sequence: from the state to `end` by way of all events; the steps taken. */
+/* Follows ida.h's sequence from the state to `end` through all events. Returns the number of steps. */
 static long run_owned(owned *o, double tolerance, int order, double end, flesh_state *state)
 {
   long steps = 0;
@@ -106,7 +106,7 @@ static long run_owned(owned *o, double tolerance, int order, double end, flesh_s
   return steps;
 }
 
-/* The 2N Jacobian against differences of F, and the condensed solve against a solve of the 2N matrix. */
+/* Compares the 2N Jacobian with differences of F, and the condensed solve with a solve of the 2N matrix. */
 static void check_jacobian(flesh_mass mass)
 {
   test_body b;
@@ -122,7 +122,7 @@ static void check_jacobian(flesh_mass mass)
   b.state.t = 0.14;
   CHECK_OK(flesh_ida_start(sparse.problem, &b.state, sparse.y, sparse.yp));
   CHECK_OK(flesh_ida_start(condensed.problem, &b.state, condensed.y, condensed.yp));
-  test_jitter(N, 0.02, 7, N_VGetArrayPointer(sparse.y)); /* not on the constraints, either */
+  test_jitter(N, 0.02, 7, N_VGetArrayPointer(sparse.y)); /* also off the constraints */
   test_jitter(N, 0.5, 8, N_VGetArrayPointer(sparse.yp));
   memcpy(N_VGetArrayPointer(condensed.y), N_VGetArrayPointer(sparse.y), (size_t)N * sizeof(double));
   memcpy(N_VGetArrayPointer(condensed.yp), N_VGetArrayPointer(sparse.yp), (size_t)N * sizeof(double));
@@ -180,7 +180,7 @@ static void jacobians_are_derivatives(void)
   check_jacobian(FLESH_MASS_CONSISTENT);
 }
 
-/* One motion with all constraints and events, by every way to solve; the exact one by GSL (lumped mass). */
+/* One motion with all constraints and events, with every linear solver; the exact one by GSL (lumped mass). */
 static void ways_to_solve_agree(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -219,7 +219,8 @@ static void ways_to_solve_agree(void)
   }
 }
 
-/* Starts: F(t, y, y') = 0, constrained dofs where they belong, momentum of what is jerked. */
+/* Consistent starts: F(t, y, y') = 0, constrained dofs in place, momentum conserved at jumps of prescribed
+ * velocities. */
 static void starts_are_consistent(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -235,7 +236,7 @@ static void starts_are_consistent(void)
     for (int d = 0; d < b.n; d++) kinematic = fmax(kinematic, fabs(F[d])), force = fmax(force, fabs(F[b.n + d]));
     CHECK_BELOW(kinematic, 1e-14);
     CHECK_BELOW(force, 1e-8); /* of some 1e4 N */
-    /* The jerk is an impulse of the constraints: none acts on free dofs. */
+    /* The jump is an impulse of the constraints: none acts on free dofs. */
     double *dv = malloc((size_t)b.n * sizeof *dv), *impulse = malloc((size_t)b.n * sizeof *impulse), largest = 0;
     uint8_t *fixed = malloc((size_t)b.n);
     flesh_system_fixed(b.system, 0, fixed);
@@ -283,14 +284,14 @@ static void events_belong_to_what_was_before_them(void)
   test_body_destroy(&b);
 }
 
-/* IDA must be told in its own words that a matrix is indefinite, or it takes the step that is none. */
+/* IDA must get its own status for an indefinite matrix, or it takes an invalid step. */
 static void indefinite_matrices_are_recoverable(void)
 {
   test_body b;
   owned o;
   make_busy_bar(FLESH_MASS_LUMPED, &b);
   open_owned(&b, FLESH_LINEAR_PCG, 0, &o);
-  for (int d = 0; d < b.n; d++) b.state.x[d] *= d % 3 == 0 ? 0.3 : 1; /* squashed: it would buckle */
+  for (int d = 0; d < b.n; d++) b.state.x[d] *= d % 3 == 0 ? 0.3 : 1; /* compressed: it would buckle */
   CHECK_OK(flesh_ida_start(o.problem, &b.state, o.y, o.yp));
   for (int k = 0; k < 3; k++) { /* no step has these */
     const double cj = (double[]){0, NAN, INFINITY}[k];
@@ -315,7 +316,8 @@ static void indefinite_matrices_are_recoverable(void)
   test_body_destroy(&b);
 }
 
-/* The scale of velocity is that of the slowest bending: a slender bar's frequency of free bending is known. */
+/* The scale of velocity is that of the slowest bending mode: the frequency of free bending of a slender bar is
+ * known. */
 static void scales_are_the_bodys_own(void)
 {
   double velocity[3], length[3];
@@ -338,7 +340,7 @@ static void scales_are_the_bodys_own(void)
   CHECK_NEAR(length[0], 1, 1e-15);
   CHECK_NEAR(length[2], 2, 1e-15);
   CHECK_NEAR(velocity[1], 2 * velocity[0], 1e-12 * velocity[1]); /* sqrt(E) */
-  CHECK_NEAR(velocity[2], velocity[0], 1e-12 * velocity[0]);     /* larger and slower alike */
+  CHECK_NEAR(velocity[2], velocity[0], 1e-12 * velocity[0]);     /* larger and slower by the same factor */
   /* Euler-Bernoulli, free ends: omega = 22.37 sqrt(E I/(rho A L^4)), I/A = thickness^2/12. The mesh is stiffer. */
   double exact = 22.37 * sqrt(1e5 / 1000 * 0.1 * 0.1 / 12) / 6.283185307179586;
   printf("# velocity scale %.4g m/s, that of the beam %.4g m/s\n", velocity[0], exact);

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
 /* test_kinsol.c: a program that owns its KINSOL uses flesh's callbacks (flesh/kinsol.h): with flesh's matrix and linear
- * solver, with SUNDIALS' PCG, with SUNDIALS' KLU on its sparse matrix. All take the integrator's step. */
+ * solver, with SUNDIALS' PCG, with SUNDIALS' KLU on its sparse matrix. All give the integrator's step. */
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@
 
 static const double h = 1. / 60;
 
-/* A bar in motion, clamped at one end, its other end moved by a handle that holds x and z. */
+/* Makes a bar in motion, clamped at one end, with x and z of its other end prescribed. */
 typedef struct set_up {
   test_body b;
   SUNContext context;
@@ -50,7 +50,7 @@ static void make_viscous(flesh_solver_options options, double viscosity, set_up 
     s->b.state.v[3 * i + 1] = x[0] * (1 + x[2]);
     s->b.state.v[3 * i + 2] = -2 * x[0];
   }
-  /* Backward Euler's stage, as any program would write it. */
+  /* Sets up backward Euler's stage, as any program would. */
   s->a0 = malloc((size_t)s->b.n * sizeof *s->a0);
   for (int d = 0; d < s->b.n; d++) s->a0[d] = -s->b.state.v[d] / h;
   s->stage = (flesh_stage){.t = h, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
@@ -87,7 +87,7 @@ static flesh_solver_options defaults(void)
   return options;
 }
 
-/* The end of the integrator's own step; new, freed by the caller. */
+/* Returns the end of the integrator's own step, to be freed by the caller. */
 static double *integrated(const set_up *s)
 {
   flesh_solver_options options = defaults();
@@ -115,7 +115,7 @@ static double distance_from_integrated(const set_up *s)
   return worst;
 }
 
-/* The calls of flesh/kinsol.h's comment, word for word. */
+/* Makes the calls of flesh/kinsol.h's comment, literally. */
 static int as_the_header_says(set_up *s, SUNMatrix *matrix, SUNLinearSolver *linear_solver)
 {
   const flesh_system *system = s->b.system;
@@ -154,7 +154,7 @@ static void our_solver(flesh_solver_options options)
          flesh_problem_stats(s.problem)->newton, distance_from_integrated(&s));
   CHECK(flag >= 0);
   CHECK_BELOW(distance_from_integrated(&s), 1e-6);
-  /* Again, to a tight tolerance, from where it stands and from u = 0. */
+  /* Again, with a tight tolerance, from the solution and from u = 0. */
   KINSetFuncNormTol(s.kin, 1e-8);
   for (int pass = 0; pass < 2; pass++) {
     CHECK(KINSol(s.kin, s.u, KIN_NONE, s.ones, s.ones) >= 0);
@@ -240,7 +240,7 @@ static void with_sundials_klu(void)
     CHECK_BELOW(distance_from_integrated(&s), 1e-9);
     SUNLinSolFree(solver);
     SUNMatDestroy(A);
-    /* A matrix that is too small is refused, not overrun. */
+    /* A matrix that is too small is refused instead of overrun. */
     A = SUNSparseMatrix(s.b.n, s.b.n, flesh_problem_entries(s.problem) - 1, CSC_MAT, s.context);
     CHECK(flesh_kinsol_jacobian(s.u, s.ones, A, s.problem, NULL, NULL) == FLESH_ERR_ARGUMENT);
     CHECK_TEXT(flesh_error_text(), "room for");
@@ -249,8 +249,9 @@ static void with_sundials_klu(void)
   }
 }
 
-/* A start that ignores the constraints is brought to them. */
-/* Solves and freezes in turn until a step of the midpoint rule is the integrator's; one solve falls short of it. */
+/* A start that ignores the constraints is corrected. */
+/* Solves and freezes in turn until a step of the midpoint rule agrees with the integrator's; one solve is not
+ * enough. */
 static void freezing_ends_at_the_midpoint_rule(void)
 {
   set_up s;
@@ -297,7 +298,7 @@ static void from_a_start_that_violates_the_constraints(void)
   test_jitter(s.b.n, 0.05, 3, N_VGetArrayPointer(s.u));
   CHECK(KINSol(s.kin, s.u, KIN_NONE, s.ones, s.ones) >= 0);
   CHECK_BELOW(distance_from_integrated(&s), 1e-9);
-  /* If only the constraints are violated, and far, a step or two repairs them. */
+  /* If only the constraints are violated, by a lot, one or two steps repair them. */
   uint8_t *fixed = malloc((size_t)s.b.n);
   flesh_system_fixed(s.b.system, h, fixed);
   for (int d = 0; d < s.b.n; d++) N_VGetArrayPointer(s.u)[d] += 3 * fixed[d];
@@ -312,7 +313,7 @@ static void from_a_start_that_violates_the_constraints(void)
   drop(&s);
 }
 
-/* The Jacobian in every form against differences of the residual, constrained rows and columns included. */
+/* Compares the Jacobian in every form with differences of the residual, including constrained rows and columns. */
 static void jacobian_is_the_residuals(void)
 {
   set_up s;
@@ -350,7 +351,7 @@ static void jacobian_is_the_residuals(void)
     for (int j = 0; j < n; j++) {
       double J = dense[i * n + j];
       size = fmax(size, fabs(J));
-      CHECK((!fixed[i] && !fixed[j]) || (i == j ? J > 0 : J == 0)); /* identity rows, their columns moved away */
+      CHECK((!fixed[i] && !fixed[j]) || (i == j ? J > 0 : J == 0)); /* identity rows, with their columns eliminated */
       worst = fmax(worst, fabs(J - differences[i * n + j]));
     }
   printf("# the Jacobian is off by %.2g of its largest entry\n", worst / size);
@@ -378,7 +379,7 @@ static void jacobian_is_the_residuals(void)
   drop(&s);
 }
 
-/* Codes of the callbacks where there is no number to give. */
+/* Statuses of the callbacks where a value is undefined. */
 static void callbacks_say_what_is_undefined(void)
 {
   for (int plain = 0; plain < 2; plain++) {
@@ -396,8 +397,8 @@ static void callbacks_say_what_is_undefined(void)
     int setup = flesh_kinsol_preconditioner_setup(s.u, s.ones, r, s.ones, s.problem);
     CHECK(plain ? residual < 0 && jacobian < 0 && setup < 0 : residual > 0 && jacobian > 0 && setup > 0);
     N_VGetArrayPointer(s.u)[40] = 0;
-    CHECK(flesh_kinsol_residual(s.u, r, s.problem) == 0); /* and it was not remembered */
-    /* A direction of negative curvature stops SUNDIALS' PCG instead of poisoning it. */
+    CHECK(flesh_kinsol_residual(s.u, r, s.problem) == 0); /* and it was not stored */
+    /* A direction of negative curvature stops SUNDIALS' PCG instead of corrupting it. */
     for (int i = 0; i < s.b.n / 3; i++) N_VGetArrayPointer(s.u)[3 * i] = -1.9 * s.b.state.x[3 * i];
     s.stage.shift = (flesh_shift){.x = 1};
     CHECK_OK(flesh_problem_set_stage(s.problem, &s.stage));
@@ -406,7 +407,7 @@ static void callbacks_say_what_is_undefined(void)
     flesh_sunboolean fresh = 0;
     int negative = 0;
     for (unsigned k = 0; k < 50; k++) {
-      /* Turns of an inside-out body in the middle, with ever more noise, which is stiff. */
+      /* Rotates an inside-out body in the middle, with increasing noise, which is stiff. */
       for (int d = 0; d < s.b.n; d++) {
         const double *X = s.b.state.x + d - d % 3;
         double turn[3] = {-X[2], 0, X[0]};

@@ -1,7 +1,7 @@
 // TEST quick
-/* test_members.c: states without positions or velocities, stages without a base or with numbers that are none, observers
- * without a function, pairs without an array, materials that nothing made, and overrides that are NULL are refused before
- * anything is read of them. */
+/* test_members.c: states without positions or velocities, stages without a base or with invalid numbers, observers
+ * without a function, pairs without an array, materials that were not initialised, and NULL overrides are refused
+ * before anything of them is read. */
 #include <nvector/nvector_serial.h>
 
 #include "body.h"
@@ -18,7 +18,7 @@ static void refused(int status, const char *part)
   CHECK_TEXT(flesh_error_text(), part);
 }
 
-/* A free cube; its parts outlive what is made of it. */
+/* A free cube; its parts outlive the objects made of it. */
 static void make_cube(test_body *b)
 {
   CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
@@ -78,7 +78,7 @@ static void states_have_arrays(void)
   test_body_destroy(&b);
 }
 
-/* The numbers that equations of motion begin with. */
+/* The numbers at the start of a struct of equations of motion. */
 static void starts_are_finite_and_tolerances_positive(void)
 {
   test_body b;

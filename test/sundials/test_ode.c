@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_ode.c: the right-hand side for CVODE and ARKODE: against IDA's residual, differences, GSL's integration and, in
- * the hands of CVODE, through all events. */
+/* test_ode.c: the right-hand side for CVODE and ARKODE: against IDA's residual, differences, GSL's integration and,
+ * with CVODE, through all events. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -57,7 +57,8 @@ static void close_owned(owned *o)
   SUNContext_Free(&o->context);
 }
 
-/* A resistance to velocities that couples neighbours along a chain: r_i += c (2 v_i - v_{i-1} - v_{i+1}), and so on. */
+/* Adds a resistance to velocities that couples neighbours along a chain: r_i += c (2 v_i - v_{i-1} - v_{i+1}), and so
+ * on. */
 static const double resistance = 30;
 
 static int chain_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -113,7 +114,7 @@ static void open_damped(flesh_mass mass, owned *o)
   o->f = N_VClone(o->y);
 }
 
-/* Somewhere in the middle of a motion. */
+/* Makes a state in the middle of a motion. */
 static void start_disturbed(owned *o)
 {
   test_jitter(o->b.n, 0.05, 5, o->b.state.x);
@@ -122,7 +123,7 @@ static void start_disturbed(owned *o)
   CHECK_OK(flesh_ode_start(o->problem, &o->b.state, o->y));
 }
 
-/* y' = f makes IDA's residual vanish on free dofs, wherever y is. */
+/* y' = f makes IDA's residual vanish on free dofs, for any y. */
 static void agrees_with_the_residual(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -137,7 +138,7 @@ static void agrees_with_the_residual(void)
     CHECK_OK(flesh_ida_start(ida, &o.b.state, y, yp));
     CHECK(test_distance(o.N, N_VGetArrayPointer(y), N_VGetArrayPointer(o.y)) == 0);
     const double t = 0.15;
-    test_jitter(o.N, 0.02, 7, N_VGetArrayPointer(o.y)); /* off the constraints, too */
+    test_jitter(o.N, 0.02, 7, N_VGetArrayPointer(o.y)); /* also off the constraints */
     CHECK_OK(flesh_ode_rhs(t, o.y, o.f, o.problem));
     CHECK_OK(flesh_ida_residual(t, o.y, o.f, F, ida));
     uint8_t *fixed = malloc((size_t)o.b.n);
@@ -168,7 +169,7 @@ static void agrees_with_the_residual(void)
   }
 }
 
-/* Products against differences of f, and a direct "preconditioner" against the products. */
+/* Compares products with differences of f, and a direct "preconditioner" with the products. */
 static void products_are_derivatives(void)
 {
   for (int kind = 0; kind < 4; kind++) {
@@ -195,7 +196,7 @@ static void products_are_derivatives(void)
     printf("# %s, mass %d: Jw off by %.3g of %.3g\n", kind < 2 ? "undamped" : "damped", kind % 2, off, size);
     CHECK_BELOW(off, 1e-8 * size);
 
-    /* The sparse matrix gives the same products, twice, so that nothing of the first is left. */
+    /* The sparse matrix gives the same products, twice, so that nothing of the first remains. */
     SUNMatrix J = SUNSparseMatrix(o.N, o.N, flesh_ode_entries(o.problem), CSC_MAT, o.context);
     if (kind % 2 == FLESH_MASS_LUMPED) {
       for (int again = 0; again < 2; again++)
@@ -227,7 +228,7 @@ static void products_are_derivatives(void)
 }
 
 #ifdef HAVE_CVODE
-/* The sequence of ode.h through all events, user_data being a struct of the program's own. */
+/* Follows the sequence of ode.h through all events, with user_data a struct of the program's own. */
 enum { BY_GMRES, BY_KLU, BY_OWN, WAYS };
 static const char *const ways[] = {"GMRES", "KLU", "own solver"};
 
@@ -235,7 +236,7 @@ typedef struct costs {
   long steps, setups, jacobians, linear;
 } costs;
 
-/* Slot by slot, the solver of one of the ways. */
+/* Sets, slot by slot, one of the linear solvers. */
 static void set_solver(owned *o, int way, void *cvode, SUNLinearSolver *solver, SUNMatrix *J)
 {
   *J = NULL;
@@ -304,7 +305,7 @@ static costs run_cvode(owned *o, int way, double tolerance, double end, flesh_st
 
 static void cvode_finds_the_motion(void)
 {
-  for (int way = 0; way < WAYS + 1; way++) { /* the last: the own solver, direct */
+  for (int way = 0; way < WAYS + 1; way++) { /* the last one: the own solver, direct */
     owned o;
     const int direct = way == WAYS, kind = direct ? BY_OWN : way;
     open_owned(FLESH_MASS_LUMPED, direct ? FLESH_LINEAR_KLU : FLESH_LINEAR_PCG, &o);
@@ -318,7 +319,7 @@ static void cvode_finds_the_motion(void)
            all.jacobians, all.linear, off);
     CHECK_BELOW(off, 1e-5);
     if (kind == BY_OWN) {
-      CHECK(all.jacobians > 0 && all.jacobians < all.setups); /* df/dy is kept where only gamma changes */
+      CHECK(all.jacobians > 0 && all.jacobians < all.setups); /* df/dy is kept if only gamma changes */
       CHECK(flesh_ode_stats(o.problem)->assemblies == all.jacobians);
       CHECK(direct ? all.linear == 0 : all.linear > 0 && all.linear <= flesh_ode_stats(o.problem)->linear);
     }
@@ -327,7 +328,7 @@ static void cvode_finds_the_motion(void)
   }
 }
 
-/* Consistent mass: CVODE's result against IDA's, each at its own tight tolerance. */
+/* Consistent mass: CVODE's result against IDA's, each with its own tight tolerance. */
 static void cvode_agrees_with_ida(int way)
 {
   owned o;
@@ -359,7 +360,7 @@ static void cvode_by_the_own_solver_agrees_with_ida(void) { cvode_agrees_with_id
 #endif
 
 #ifdef HAVE_ARKODE
-/* How far the far end of a bar that is clamped at the other falls within `end`, by ARKODE. */
+/* Returns how far the far end of a bar clamped at the other end falls until `end`, by ARKODE. */
 static double fall_by_arkode(const test_body *b, double end, double tolerance, SUNContext context)
 {
   flesh_solver_options options;
@@ -389,8 +390,9 @@ static double fall_by_arkode(const test_body *b, double end, double tolerance, S
   return fallen;
 }
 
-/* Waves from the clamp have not reached the far end, which falls by g t^2/2. ARKODE predicts the stages of a fall so well
- * that the rate of convergence it remembers becomes tiny (ode.h): the later stages would stop at their first iterate. */
+/* Waves from the clamp have not reached the far end, which falls by g t^2/2. ARKODE predicts the stages of a fall so
+ * well that the rate of convergence it remembers becomes tiny (ode.h): the later stages would stop at their first
+ * iterate. */
 static void arkode_solves_the_stages_of_a_fall(void)
 {
   static const double ratios[] = {0, 0.2};

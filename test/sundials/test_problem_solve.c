@@ -1,12 +1,13 @@
 // TEST quick seconds=5
-/* test_problem_solve.c: flesh_problem_solve solves with the derivative of the residual itself: along its solution the
- * residual changes by the right-hand side, by every linear solver, where K is indefinite and where contact has secants. */
+/* test_problem_solve.c: flesh_problem_solve solves with the true derivative of the residual: along its solution the
+ * residual changes by the right-hand side, with every linear solver, also if K is indefinite and if contact has
+ * secants. */
 #include "busy_bar.h"
 #include "flesh/kinsol.h"
 #include "sundials/problem.h"
 #include "touching.h"
 
-/* A right-hand side of random forces on the free dofs; new. */
+/* Returns a right-hand side of random forces on the free dofs, allocated. */
 static double *forces(int n, int seed)
 {
   double *b = calloc((size_t)n, sizeof *b);
@@ -14,7 +15,8 @@ static double *forces(int n, int seed)
   return b;
 }
 
-/* How far the residual's derivative along p is from b on the free dofs, over b; fourth-order differences of `longest` [m] at u. */
+/* Returns the difference of the residual's derivative along p from b on the free dofs, over b; fourth-order differences
+ * of `longest` [m] at u. */
 static double departure(flesh_problem *problem, const double *u, const double *b, const double *p, double longest)
 {
   flesh_equations *equations = &problem->newton.equations;
@@ -65,7 +67,7 @@ static void the_residual_changes_by_the_right_hand_side(void)
     CHECK_OK(flesh_problem_solve(problem, u, 2, two, 1e-11));
     CHECK_BELOW(departure(problem, u, first, two, 1e-6), 1e-8);
     CHECK_BELOW(departure(problem, u, second, two + b.n, 1e-6), 1e-8);
-    /* K serves again, and is symmetric: second . K^-1 first = first . K^-1 second. */
+    /* K is reused, and is symmetric: second . K^-1 first = first . K^-1 second. */
     double left = 0, right = 0;
     const uint8_t *is = problem->newton.equations.constrained.is;
     for (int d = 0; d < b.n; d++)
@@ -83,8 +85,8 @@ static void the_residual_changes_by_the_right_hand_side(void)
   }
 }
 
-/* A column pressed to four fifths of its length stays straight, and its stiffness is indefinite; one that nothing holds has a
- * singular one. */
+/* A column compressed to four fifths of its length stays straight, with an indefinite stiffness; an unconstrained one
+ * has a singular one. */
 static void indefinite_and_singular_matrices(void)
 {
   for (int held = 0; held < 2; held++) {
@@ -111,7 +113,7 @@ static void indefinite_and_singular_matrices(void)
     if (held) {
       CHECK(problem->newton.tangent.has_pivots); /* it was indefinite */
       CHECK_BELOW(departure(problem, u, right, p, 1e-6), 1e-7);
-      problem->newton.tangent.most = 1e4; /* operations, which its factors exceed */
+      problem->newton.tangent.most = 1e4; /* a number of operations that its factors exceed */
       memcpy(p, right, (size_t)b.n * sizeof *p);
       CHECK_OK(flesh_problem_solve(problem, u, 1, p, 1e-11));
       CHECK(problem->newton.tangent.indefinite);
@@ -126,7 +128,7 @@ static void indefinite_and_singular_matrices(void)
   }
 }
 
-/* Newton's matrix of bodies that touch has secants to where the iteration is expected to end; this one has none. */
+/* Newton's matrix of touching bodies has secants to the expected end of the iteration; this matrix has none. */
 static void contact_has_its_tangent(void)
 {
   touching m;
@@ -144,7 +146,7 @@ static void contact_has_its_tangent(void)
                              .x0 = m.state.x};
   CHECK_OK(flesh_problem_set_stage(problem, &stage));
   double *u = calloc((size_t)m.n, sizeof *u), *b = forces(m.n, 6), *p = calloc((size_t)m.n, sizeof *p);
-  for (int k = 0; k < 3; k++) { /* as iterates of Newton's would be */
+  for (int k = 0; k < 3; k++) { /* like iterates of Newton's method */
     for (int d = m.n / 2 + 2; d < m.n; d += 3) u[d] = -1e-4 * (k + 1);
     CHECK_OK(flesh_newton_matrix(&problem->newton, u, NULL));
   }

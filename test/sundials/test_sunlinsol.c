@@ -1,7 +1,7 @@
 // TEST quick seconds=60
-/* test_sunlinsol.c: flesh's linear solvers as SUNLinearSolver objects behave as SUNDIALS' own tests ask of a solver:
- * type, initialisation, set-up, a solution that its matrix maps back to the right-hand side, the last flag, statistics,
- * and signs of failures that SUNDIALS understands. */
+/* test_sunlinsol.c: flesh's linear solvers as SUNLinearSolver objects pass the checks of SUNDIALS' own tests: type,
+ * initialisation, set-up, a solution that the matrix maps back to the right-hand side, the last flag, statistics, and
+ * flags of failures that SUNDIALS understands. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #ifdef HAVE_SUNLINSOLSPGMR
@@ -39,7 +39,7 @@ enum { SOLVERS = sizeof solvers / sizeof solvers[0] };
 enum { OF_KINSOL, OF_IDA, OF_RHS, KINDS };
 static const char *const names[] = {"KINSOL", "IDA", "CVODE"};
 
-/* df/dy, and of it I - gamma df/dy. */
+/* df/dy, and I - gamma df/dy */
 static void assemble_rhs(owned *o, double gamma)
 {
   CHECK_OK(flesh_ode_jacobian(0.01, o->at, o->rate, o->A, o->rhs, o->at, o->at, o->at));
@@ -52,7 +52,7 @@ static void open_owned(int kind, flesh_linear_solver linear, owned *o)
   flesh_solver_options_default(&options);
   options.linear_solver = linear;
   options.linear_tolerance = 1e-12;
-  options.line_search = FLESH_LINE_SEARCH_NONE; /* the bare solution, not a guarded step */
+  options.line_search = FLESH_LINE_SEARCH_NONE; /* the plain solution, not a guarded step */
   *o = (owned){0};
   make_busy_bar(FLESH_MASS_CONSISTENT, &o->b);
   CHECK(!flesh_suncontext_create(&o->context));
@@ -102,7 +102,8 @@ static void types(void)
     for (int k = 0; k < SOLVERS; k++) {
       owned o;
       open_owned(kind, solvers[k], &o);
-      /* IDA would ask an iterative one for more than it needs; KINSOL's may come back short of the whole step. */
+      /* IDA would require an iterative solver to be more accurate than necessary; KINSOL's may return less than the
+       * full step. */
       int direct = kind == OF_IDA || (kind == OF_RHS && solvers[k] != FLESH_LINEAR_PCG);
       CHECK(SUNLinSolGetType(o.S) == (direct ? SUNLINEARSOLVER_DIRECT : SUNLINEARSOLVER_MATRIX_ITERATIVE));
       close_owned(&o);
@@ -142,7 +143,7 @@ static void solutions(void)
     }
 }
 
-/* Set up and solved again, after the matrix changed: the newest counts. */
+/* Set up and solved again after the matrix changed: the latest counts. */
 static void set_up_again(void)
 {
   for (int kind = 0; kind < KINDS + 2; kind++) { /* the last two: on the sum of matrices */
@@ -174,7 +175,7 @@ static void set_up_again(void)
   }
 }
 
-/* A system that cannot be solved as it is gives a positive flag (IDA, CVODE and KINSOL then try otherwise), one that
+/* A system that cannot be solved at present gives a positive flag (IDA, CVODE and KINSOL then try otherwise), one that
  * can never be solved a negative flag. */
 static void failures(void)
 {
@@ -182,7 +183,7 @@ static void failures(void)
   N_Vector b, x, small;
   for (int kind = OF_IDA; kind <= OF_RHS; kind++) {
     open_owned(kind, FLESH_LINEAR_PCG, &o);
-    (kind == OF_IDA ? o.ida : o.rhs->motion)->options.max_linear = 1; /* one iteration does not do */
+    (kind == OF_IDA ? o.ida : o.rhs->motion)->options.max_linear = 1; /* one iteration is not enough */
     b = N_VClone(o.at), x = N_VClone(o.at), small = N_VNew_Serial(3, o.context);
     N_VConst(0, b);
     test_jitter(o.N, 1, 9, N_VGetArrayPointer(b));
@@ -208,12 +209,12 @@ static void failures(void)
   CHECK(!SUNLinSolSetup(o.S, o.A));
   CHECK(SUNLinSolSolve(o.S, o.A, o.at, small, 1e-9) < 0);
   CHECK(!SUNMatZero(o.A));
-  CHECK(SUNLinSolSetup(o.S, o.A) >= 0); /* KINSOL's demand for a projected one comes in the solve */
+  CHECK(SUNLinSolSetup(o.S, o.A) >= 0); /* KINSOL requests a projected matrix during the solve */
   N_VDestroy(small);
   close_owned(&o);
 }
 
-/* A solve whose set-up failed or never came is an error, not a crash. */
+/* A solve without a successful set-up is an error, not a crash. */
 static void solves_without_a_set_up(void)
 {
   for (int kind = OF_IDA; kind <= OF_RHS; kind++)
@@ -234,7 +235,7 @@ static void solves_without_a_set_up(void)
       }
 }
 
-/* IDA's slots for solvers without a matrix: the preconditioner by a direct solver is the inverse. */
+/* IDA's slots for matrix-free solvers: the preconditioner by a direct solver is the inverse. */
 static void slots_without_a_matrix(void)
 {
   owned o;
@@ -255,7 +256,7 @@ static void slots_without_a_matrix(void)
 }
 
 #ifdef HAVE_SUNLINSOLSPGMR
-/* IDA by GMRES with flesh's preconditioner and products finds the motion that it finds by the condensed solver. */
+/* IDA by GMRES with flesh's preconditioner and products finds the same motion as by the condensed solver. */
 static void ida_by_gmres(void)
 {
   const double end = 0.09; /* before the first event */

@@ -1,7 +1,7 @@
 // TEST quick seconds=60
-/* test_sunmatrix.c: flesh's matrices as SUNMatrix objects behave as SUNDIALS' own tests ask of a matrix: identity of
- * the kind, clones, copies, zero, sums with matrices and the identity, products against entries, space; and refusal of
- * what does not fit, destruction that leaves the problem whole. */
+/* test_sunmatrix.c: flesh's matrices as SUNMatrix objects pass the checks of SUNDIALS' own tests: identity of the kind,
+ * clones, copies, zero, sums with matrices and the identity, products against entries, space; misfits are refused, and
+ * destruction leaves the problem intact. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -12,14 +12,15 @@
 #include "flesh/ode.h"
 #include "sundials/compatibility.h"
 
-/* A matrix of flesh, a full one of the same entries by way of SUNSparseMatrix, and what made them. */
+/* A matrix of flesh, a full one with the same entries obtained through SUNSparseMatrix, and the objects they are made
+ * from. */
 typedef struct pair {
   test_body b;
   SUNContext context;
   flesh_problem *kinsol;
   flesh_ida_problem *ida;
   flesh_ode_problem *rhs;
-  SUNMatrix own, sparse; /* sparse NULL: of f with consistent mass there is none */
+  SUNMatrix own, sparse; /* sparse NULL: f with consistent mass has no sparse matrix */
   N_Vector at, rate; /* where they are evaluated */
   int N;
 } pair;
@@ -70,7 +71,7 @@ static void open_pair(int kind, pair *p)
   }
   if (entries) p->sparse = SUNSparseMatrix(p->N, p->N, entries, CSC_MAT, p->context);
   if (p->sparse) assemble(p, p->sparse);
-  assemble(p, p->own); /* last, as both live in the problem */
+  assemble(p, p->own); /* last, because both live in the problem */
 }
 
 static void close_pair(pair *p)
@@ -96,7 +97,7 @@ static void identity_of_the_kind(void)
   }
 }
 
-/* y = A x without A: by the sparse matrix, or by the products for solvers without a matrix. */
+/* Computes y = A x without A: by the sparse matrix, or by the products for matrix-free solvers. */
 static void product(pair *p, N_Vector x, N_Vector y)
 {
   if (p->sparse) CHECK(!SUNMatMatvec(p->sparse, x, y));
@@ -111,7 +112,7 @@ static double difference(N_Vector y, N_Vector z, int N)
   return test_distance(N, N_VGetArrayPointer(y), N_VGetArrayPointer(z));
 }
 
-/* y = A x is that of the entries, leaves x alone and does not read y. */
+/* Checks that y = A x agrees with the entries, leaves x unchanged and does not read y. */
 static void products(void)
 {
   for (int kind = 0; kind < KINDS; kind++) {
@@ -168,7 +169,7 @@ static N_Vector signature(const pair *p, SUNMatrix A)
   return y;
 }
 
-/* Whether A is c times what y is the signature of, plus d times the identity. */
+/* Whether A is c times the matrix whose product is y, plus d times the identity. */
 static double off(const pair *p, SUNMatrix A, double c, N_Vector y, double d)
 {
   N_Vector x = N_VClone(p->at), found = signature(p, A);
@@ -199,7 +200,7 @@ static void clones_and_copies(void)
     CHECK(!SUNMatZero(p.own) && !SUNMatCopy(other, p.own)); /* and back */
     CHECK_BELOW(off(&p, p.own, 1, y, 0), 1e-13);
     long reals = 0, integers = 0;
-    /* The operation itself: SUNDIALS 7.3 deprecates the function that calls it. */
+    /* The operation itself: the function that calls it is deprecated since SUNDIALS 7.3. */
     CHECK(!p.own->ops->space(p.own, &reals, &integers) && reals > p.N && integers > 0);
     SUNMatDestroy(clone);
     CHECK_BELOW(off(&p, p.own, 1, y, 0), 1e-13);
@@ -219,19 +220,19 @@ static void sums(void)
     CHECK(!SUNMatCopy(p.own, A) && !SUNMatCopy(p.own, B));
     CHECK(!SUNMatScaleAdd(-1, A, B)); /* zero, as SUNDIALS' test has it */
     CHECK(off(&p, A, 0, y, 0) == 0);
-    CHECK(!SUNMatScaleAddI(1, A)); /* the identity, and away with it */
+    CHECK(!SUNMatScaleAddI(1, A)); /* the identity, and minus it */
     CHECK_BELOW(off(&p, A, 0, y, 1), 1e-13);
     CHECK(!SUNMatScaleAddI(-1, A));
     CHECK_BELOW(off(&p, A, 0, y, 0), 1e-13);
     CHECK(!SUNMatCopy(B, A) && !SUNMatScaleAdd(2.5, A, p.own));
     CHECK_BELOW(off(&p, A, 3.5, y, 0), 1e-13);
-    CHECK(!SUNMatScaleAdd(0.5, p.own, A)); /* also onto what the problem holds */
+    CHECK(!SUNMatScaleAdd(0.5, p.own, A)); /* also onto the problem's own matrix */
     CHECK_BELOW(off(&p, p.own, 4, y, 0), 1e-13);
     CHECK(!SUNMatScaleAddI(-0.001, B));
     CHECK_BELOW(off(&p, B, -0.001, y, 1), 1e-13);
     CHECK(!SUNMatCopy(B, p.own) && !SUNMatScaleAddI(3, p.own));
     CHECK_BELOW(off(&p, p.own, -0.003, y, 4), 1e-13);
-    assemble(&p, p.own); /* nothing is left of it */
+    assemble(&p, p.own); /* nothing of it remains */
     CHECK_BELOW(off(&p, p.own, 1, y, 0), 1e-14);
     SUNMatDestroy(A);
     SUNMatDestroy(B);
@@ -240,7 +241,7 @@ static void sums(void)
   }
 }
 
-/* Two problems' matrices do not mix, nor do those of other kinds. */
+/* Matrices of two problems do not mix, nor do those of other kinds. */
 static void matrices_that_do_not_fit(void)
 {
   pair p[KINDS];
@@ -271,7 +272,7 @@ static void vectors_that_do_not_fit(void)
   }
 }
 
-/* A SUNMatrix is a view: without it the problem goes on. */
+/* A SUNMatrix is a view: the problem survives it. */
 static void destroyed_alone(void)
 {
   for (int kind = 0; kind < KINDS; kind++) {

@@ -1,6 +1,6 @@
 // TEST quick seconds=60 needs=cvode,arkode
-/* test_sunnonlinsol.c: flesh's Newton in the steps of IDA and CVODE and in the stages of ARKODE: motions against GSL's and
- * another code's, Coulomb's law, impacts and tangles that SUNDIALS' Newton loses, solves that fail. */
+/* test_sunnonlinsol.c: flesh's Newton in the steps of IDA and CVODE and in the stages of ARKODE: motions against GSL's
+ * and another code's, Coulomb's law, impacts and tangles that SUNDIALS' Newton fails at, failing solves. */
 #include "owned_integrator.h"
 
 #include <nvector/nvector_serial.h>
@@ -22,8 +22,8 @@ static int run(owned_integrator *o, const test_body *b, double end, flesh_state 
   return flag;
 }
 
-/* Prescribed motions that turn, a roller that lets go, a spring that comes and goes: the errors fall with the tolerance
- * down to GSL's motion. */
+/* Prescribed motions that turn, a roller that is released, a spring that is switched: the errors fall with the
+ * tolerance down to GSL's motion. */
 static void constraints_and_events(void)
 {
   test_body b;
@@ -67,8 +67,8 @@ static void a_consistent_mass(void)
   test_body_destroy(&b);
 }
 
-/* A bar that is let go and swings, against another code's motion. In ARKODE's stages SUNDIALS' Newton takes several times
- * as many iterations. */
+/* A bar that is released and swings, against another code's motion. In ARKODE's stages SUNDIALS' Newton takes several
+ * times as many iterations. */
 static void a_swing(void)
 {
   test_body b;
@@ -102,8 +102,8 @@ static void a_swing(void)
   test_body_destroy(&b);
 }
 
-/* Solves are as exact as the integrator asks for: with a thousandth of its tolerance they take more iterations, in about
- * as many steps. */
+/* Solves are as accurate as the integrator asks for: with a thousandth of its tolerance they take more iterations, in
+ * about as many steps. */
 static void solves_are_as_exact_as_is_asked(void)
 {
   test_body b;
@@ -124,7 +124,7 @@ static void solves_are_as_exact_as_is_asked(void)
   test_body_destroy(&b);
 }
 
-/* A cube above a floor, a plane or a `sheet` of two triangles, that it meets with `velocity`. */
+/* Makes a cube above a floor, a plane or a `sheet` of two triangles, that it meets with `velocity`. */
 static void make_faller(double height, int sheet, const double velocity[3], const flesh_contact_options *contact,
                         test_body *b)
 {
@@ -141,10 +141,10 @@ static void make_faller(double height, int sheet, const double velocity[3], cons
   for (int d = 0; d < b->n; d++) b->state.v[d] = velocity[d % 3];
 }
 
-/* Extremes of the steps of a body that meets a floor. */
+/* Extreme values over the steps of a body that meets a floor. */
 typedef struct fall {
   const test_body *b;
-  double floor, deepest, most, first; /* m; J, most energy and that at the start */
+  double floor, deepest, most, first; /* m; J, largest energy and that at the start */
   double *energies, *zero;
 } fall;
 
@@ -165,9 +165,9 @@ static void look(void *data, double t, N_Vector y)
   f->most = fmax(f->most, energy(f, t, x, x + f->b->n));
 }
 
-/* A cube hits a sheet aslant, after steps that have grown in the free flight: no node is below the sheet at any accepted
- * step, it bounces, the momentum along the sheet stays what it was, and no energy is gained. SUNDIALS' Newton knows nothing
- * of a sheet that a step leaps over: the cube ends below it, and the integrator reports success. */
+/* A cube hits a sheet obliquely, after steps that have grown in the free flight: no node is below the sheet at any
+ * accepted step, it bounces, its momentum along the sheet is conserved, and no energy is gained. SUNDIALS' Newton does
+ * not notice a sheet that a step jumps over: the cube ends below it, and the integrator reports success. */
 static void impacts_keep_above_the_floor(void)
 {
   const double height = 0.05, velocity[3] = {0.7, -0.4, -5};
@@ -212,8 +212,8 @@ static void impacts_keep_above_the_floor(void)
   test_body_destroy(&b);
 }
 
-/* A block slides on a floor: what it loses of its velocity is friction times what the floor gives it of the other,
- * mu (g t + dv_n), but for the first step of an impact. */
+/* A block slides on a floor: its loss of velocity is friction times the velocity that the floor gives it across, mu (g
+ * t + dv_n), except for the first step of an impact. */
 static void friction_is_that_of_the_accepted_state(void)
 {
   const double friction = 0.3, speed = 0.6, end = 0.12;
@@ -241,7 +241,7 @@ static void friction_is_that_of_the_accepted_state(void)
     CHECK_NEAR(p[0] / total, expected, 0.03 * (speed - expected));
     state_free(&state);
   }
-  /* ARKODE that tells nobody of its steps: refused instead of lagged at the start for ever. */
+  /* ARKODE without calls that announce its steps is refused; otherwise the lagged state would remain the start. */
   flesh_state state;
   owned_integrator o = owned_new(OWNED_ARKODE, 1e-5, context, NULL);
   o.untold = 1;
@@ -263,8 +263,8 @@ static void make_short_bar(test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Nodes of a bar in a heap of noise come back to a bar. First steps of a tenth of a second fail; the integrator makes them
- * shorter and goes on. */
+/* Nodes of a bar in a random heap return to a bar. First steps of a tenth of a second fail; the integrator shortens
+ * them and continues. */
 static void what_fails_is_tried_in_a_shorter_step(void)
 {
   test_body b;
@@ -285,8 +285,8 @@ static void what_fails_is_tried_in_a_shorter_step(void)
   test_body_destroy(&b);
 }
 
-/* A bar in a heap of noise comes back where errors of positions are judged alone. Where velocities count, steps follow every
- * mode: a tenth of the time takes more of them. */
+/* A bar in a random heap recovers if only errors of positions are judged. If velocities count, steps follow every mode:
+ * a tenth of the time takes more of them. */
 static void tangles_are_undone_by_the_norm_of_positions(void)
 {
   test_body b;
@@ -312,7 +312,7 @@ static void tangles_are_undone_by_the_norm_of_positions(void)
   test_body_destroy(&b);
 }
 
-/* Calls that make no sense say so. */
+/* Meaningless calls are reported. */
 static void misuse_is_refused(void)
 {
   test_body b;
@@ -338,7 +338,7 @@ static void misuse_is_refused(void)
   SUNNonlinearSolver another = SUNNonlinSolNewEmpty(context);
   CHECK(flesh_sunnonlinsol_position_norm(another, y) == FLESH_ERR_ARGUMENT);
   SUNNonlinSolFreeEmpty(another);
-  /* A motion back in time is no minimisation. */
+  /* A motion backwards in time is no minimisation. */
   N_VConst(1e-6, y);
   CHECK_OK(flesh_ode_start(ode, &b.state, y));
   void *cvode = CVodeCreate(CV_BDF, context);

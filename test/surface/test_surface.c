@@ -1,5 +1,5 @@
 // TEST quick
-/* test_surface.c: surfaces from OBJ, PLY and STL files, good ones and bad ones; their triangles; writing. */
+/* test_surface.c: surfaces from OBJ, PLY and STL files, valid and invalid ones; their triangles; writing. */
 #include "mesh_files.h"
 
 #include "flesh/surface.h"
@@ -43,7 +43,7 @@ static void obj_forms(void)
   CHECK(!s);
 }
 
-/* A pyramid over a square as PLY in every form, with properties and elements to leave out. */
+/* A pyramid over a square as PLY in every form, with properties and elements to ignore. */
 static void put(unsigned char **at, int big, uint64_t bits, int bytes)
 {
   for (int b = 0; b < bytes; b++) *(*at)++ = (unsigned char)(bits >> 8 * (big ? bytes - 1 - b : b));
@@ -121,7 +121,7 @@ static void ply_forms(void)
   check_pyramid(write_text("p.ply", pyramid_ascii));
 }
 
-/* A pyramid over a square as binary STL, in triangles; the header begins with what a text begins with. */
+/* A pyramid over a square as binary STL, in triangles; the header begins like a text file. */
 static size_t pyramid_stl(unsigned char data[4096])
 {
   static const float x[5][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5f, 0.5f, -2}};
@@ -131,7 +131,7 @@ static size_t pyramid_stl(unsigned char data[4096])
   memcpy(data, "solid", 5);
   put(&at, 0, 6, 4);
   for (int f = 0; f < 6; f++) {
-    put(&at, 0, 0xffffffff, 4); /* a normal that is no number */
+    put(&at, 0, 0xffffffff, 4); /* a normal of NaN */
     put(&at, 0, 0, 8);
     for (int k = 0; k < 9; k++) {
       const float value = x[faces[f][k / 3]][k % 3];
@@ -150,7 +150,7 @@ static const char pyramid_text[] =
     " endfacet\nendsolid a\nsolid\nfacet normal 0 0 0 outer loop vertex 1 0 0 vertex 1 1 0 vertex 5e-1 0.5 -2.0 endloop "
     "endfacet\nfacet normal 0 0 0\nOUTER LOOP\nvertex 1 1 0\nvertex 1 1 0\nvertex 0.5 0.5 -2\nENDLOOP\nendfacet\nendsolid\n";
 
-/* Facets share the vertices at their corners, numbered as they first stand. */
+/* Facets share the vertices at their corners, numbered by first appearance. */
 static void stl_forms(void)
 {
   unsigned char data[4096];
@@ -248,7 +248,7 @@ static void writing_reads_back(void)
     CHECK(!memcmp(flesh_surface_corners(again), flesh_surface_corners(s), 13 * sizeof(int)));
     flesh_surface_destroy(&again);
   }
-  /* Texture coordinates stay: what is written from what was written is the same. */
+  /* Texture coordinates are kept: a file written from a written file is the same. */
   CHECK_OK(flesh_surface_read(in_work_folder("out.obj"), &again));
   if (again) CHECK_OK(flesh_surface_write(again, NULL, in_work_folder("again.obj")));
   size_t size, size_again;
@@ -360,7 +360,7 @@ static void bad_files_get_their_sentence(void)
   CHECK_TEXT(flesh_error_text(), "b.stl: byte 378: facet 6 has a coordinate that is not finite");
 }
 
-/* Whatever is done to a file, it is read or refused. */
+/* Whatever is changed in a file, it is read or refused. */
 static void damaged_files_do_no_harm(void)
 {
   unsigned char data[4096], harmed[4096];

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_derivative_check.c: the differentiation of effects passes right ones and sees small errors
- * in wrong ones. */
+/* test_derivative_check.c: the derivative check of effects accepts correct ones and detects small errors in wrong
+ * ones. */
 #include <stdlib.h>
 
 #include "flesh/contact.h"
@@ -14,14 +14,14 @@
 #include "system/proximity.h"
 #include "test.h"
 
-/* An effect that spoils what another one gives, by one part in ten thousand. */
+/* An effect that changes another one's results by one part in ten thousand. */
 typedef enum spoiled {
   SPOIL_NOTHING,
   SPOIL_RESIDUAL,
   SPOIL_POTENTIAL,
   SPOIL_ENERGY,
   SPOIL_JACOBIAN,
-  SPOIL_SHIFTS, /* the unknown is taken to be the position */
+  SPOIL_SHIFTS, /* treats the position as the unknown */
   SPOIL_EVALUATE,
   SPOIL_ANEW,
   SPOIL_PROJECTION
@@ -237,7 +237,7 @@ static void a_wrong_jacobian_is_seen(void)
   drop(&s);
 }
 
-/* One that is set wrong, and one that adds to what was there. */
+/* An effect that assigns wrongly, and one that adds to old contents. */
 static void a_wrong_beginning_is_seen(void)
 {
   set_up s;
@@ -267,7 +267,7 @@ static void negative_curvature_is_seen(void)
   drop(&s);
 }
 
-/* Two boxes within the barrier of each other, from a place at which a solve may begin to one where it goes. */
+/* Two boxes within the barrier of each other, at a position where a solve may begin and at one where it goes. */
 typedef struct touching {
   flesh_mesh *mesh;
   flesh_material material;
@@ -322,7 +322,7 @@ static int create_inner(const flesh_effect *effect, flesh_threads *threads, void
   return of(effect)->inner->operations->barrier->remember(of(effect)->inner, threads, near);
 }
 
-/* The matrix of contact between bodies is what solves assemble, and no other after other calls. */
+/* The matrix of contact between bodies is the one that solves assemble, and no other after other calls. */
 static void contact_of_surfaces_is_checked_as_solves_see_it(void)
 {
   touching t;
@@ -344,8 +344,8 @@ static void contact_of_surfaces_is_checked_as_solves_see_it(void)
   part(&t);
 }
 
-/* After a prediction elsewhere than at x_lag the matrix is another than the derivative, at that place alone, the same when
- * the place is predicted for again, and the derivative at all others. */
+/* After a prediction at a position other than x_lag the matrix differs from the derivative, only at that position; it
+ * is the same when predicted again there, and the derivative at all other positions. */
 static void predictions_hold_for_their_place(void)
 {
   touching t;

@@ -1,11 +1,13 @@
 // TEST quick
-/* test_evaluation.c: a caller's state is that of the run where every bit is, at its time within a tolerance. */
+/* test_evaluation.c: a caller's state is recognised as that of the run if every bit agrees, at its time within a
+ * tolerance. */
 #include <math.h>
 
 #include "incompressible.h"
 #include "system/evaluation.h"
 
-/* Whether the state is no longer recognised once a number of it is the next larger one, and is again afterwards. */
+/* Whether the state is no longer recognised if one of its numbers is replaced by the next larger one, and is again
+ * afterwards. */
 static int notices(const flesh_evaluation *evaluation, const flesh_state *state, double *number)
 {
   const double before = *number;
@@ -24,7 +26,7 @@ static void a_state_is_told_from_others_by_its_bits(void)
   x = b.state.x, v = b.state.v, p = b.state.multipliers;
   CHECK_OK(flesh_evaluation_create(b.system, NULL, &evaluation));
   CHECK_OK(flesh_evaluation_keep_state(&evaluation));
-  CHECK(!flesh_evaluation_is_at(&evaluation, &b.state, INFINITY)); /* nothing has been given back */
+  CHECK(!flesh_evaluation_is_at(&evaluation, &b.state, INFINITY)); /* nothing has been returned */
   b.state.t = 2;
   flesh_evaluation_remember(&evaluation, &b.state);
   CHECK(flesh_evaluation_is_at(&evaluation, &b.state, 0));

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_own_effects.c: what a system says of an effect from outside of the library: its refusals are sentences that name
- * it, and one that changes smoothly with time moves. */
+/* test_own_effects.c: what a system reports of an effect from outside the library: its refusals are messages that name
+ * it, and one that changes smoothly with time counts as moving. */
 #include <math.h>
 #include <string.h>
 
@@ -12,10 +12,10 @@
 
 typedef enum refuses { NOTHING, RESIDUAL, JACOBIAN, POTENTIAL, ENERGY, CHECK_OF_PLACES, UPDATE } refuses;
 
-/* Which operation refuses, and whether with a sentence of the library. */
+/* Which operation refuses, and whether with a message of the library. */
 static refuses refusing;
 static int speaks;
-static int only, calls; /* the call that refuses, of how many there were; 0: all refuse */
+static int only, calls; /* the call that refuses, and the number of calls so far; 0: all refuse */
 
 static int answer(refuses operation)
 {
@@ -131,7 +131,7 @@ static void the_audit_names_it_too(void)
   test_body_destroy(&b);
 }
 
-/* Also one that would not come again, and whatever asked. */
+/* Also a refusal that would not be repeated, and whichever function asked. */
 static void a_fatal_status_ends_the_step(void)
 {
   const flesh_effect_operations twitch = {.name = "twitch", .residual = residual, .jacobian = jacobian, .potential = potential};
@@ -158,7 +158,7 @@ static void a_fatal_status_ends_the_step(void)
   only = 0;
 }
 
-/* Statics repeats its equilibria where something moves. */
+/* Statics repeat their equilibria if something moves. */
 static void smooth_effects_move(void)
 {
   const flesh_effect_operations still = {.name = "still", .residual = residual},
@@ -179,7 +179,7 @@ static double nothing_is_feasible(const flesh_effect *effect, void *near, const 
   return 0;
 }
 
-/* A step that fails before anything is evaluated tells of the start, which is the body at rest, by every method. */
+/* A step that fails before anything is evaluated reports the start, the body at rest, with every method. */
 static void a_start_that_bars_all_ways_is_told(void)
 {
   const flesh_effect_operations wall = {

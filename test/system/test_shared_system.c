@@ -1,6 +1,6 @@
 // TEST quick
-/* test_shared_system.c: a finished system is const: evaluations of one system by several threads, or one within another,
- * do not disturb each other, also where effects need sums over ranks. */
+/* test_shared_system.c: a finished system is const: evaluations of one system by several threads, or one within
+ * another, do not disturb each other, also if effects need sums over ranks. */
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -25,9 +25,9 @@ static void evaluate(evaluation *e)
   if (e->expected) e->wrong += memcmp(e->r, e->expected, (size_t)e->n * sizeof *e->r) != 0;
 }
 
-/* A team of this rank alone, whose sums may come with another evaluation in between. */
+/* A team of only this rank, whose sums may be interrupted by another evaluation. */
 typedef struct lone {
-  evaluation *between; /* NULL: none; done once */
+  evaluation *between; /* NULL: none; reset after its use */
 } lone;
 
 static void sum(const void *data, int count, double *numbers)
@@ -43,7 +43,7 @@ static void sum_alone(const void *data, int count, double *numbers) { (void)data
 static int agree(const void *data, int status) { return (void)data, status; }
 static void exchange(const void *data, const flesh_team_vector *vector) { (void)data, (void)vector; }
 
-/* A cube with inertia and two settling dampings, each of which needs the body's speed from all ranks. */
+/* Makes a cube with inertia and two settling dampings, each of which needs the body's speed over all ranks. */
 static void make(test_body *b, const flesh_team *team)
 {
   flesh_effect *effect = NULL;
@@ -56,7 +56,7 @@ static void make(test_body *b, const flesh_team *team)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Evaluations at so many velocities, with what each gives by itself. */
+/* Evaluations at this many velocities, with the separate result of each. */
 static void make_evaluations(const test_body *b, int count, evaluation *all)
 {
   for (int k = 0; k < count; k++) {

@@ -20,7 +20,7 @@ static flesh_point point_of(const test_body *b)
   return flesh_point_at(0, b->state.x, b->state.v, b->state.v);
 }
 
-/* A user's own effect, written against effect.h alone: springs between pairs of nodes that no tet couples. */
+/* A user-defined effect, written against effect.h alone: springs between pairs of nodes that no tet couples. */
 typedef struct springs {
   flesh_cells cells;
   double stiffness;
@@ -107,7 +107,7 @@ static void pattern_is_that_of_the_cells(void)
   check_pattern(&b, NULL);
   test_body_destroy(&b);
 
-  /* An effect with cells of its own widens it, and its blocks land where they belong. */
+  /* An effect with its own cells extends the pattern, and its blocks get to the right positions. */
   static const int ends[] = {0, 35, 1, 34, 0, 1};
   springs data = {{.count = 3, .nodes_per_cell = 2, .nodes = ends}, 700};
   make(test_box(3, 2, 2, 3, 2, 2), FLESH_MASS_LUMPED, 0, &b);
@@ -163,7 +163,7 @@ static void sums_and_loads(void)
   double *whole = calloc((size_t)b.n, sizeof *whole), *parts = calloc((size_t)b.n, sizeof *parts),
          *load = calloc((size_t)b.n, sizeof *load), energies[3], phi, magnitude, sum = 0, size = 0, weight = 0;
   flesh_point point = point_of(&b);
-  for (int k = 0; k < b.n; k++) whole[k] = load[k] = 1e9; /* what stands there before is overwritten */
+  for (int k = 0; k < b.n; k++) whole[k] = load[k] = 1e9; /* old content is overwritten */
   CHECK_OK(flesh_system_residual(b.system, &point, whole));
   CHECK_OK(flesh_system_load(b.system, &point, load));
   flesh_shift shift = {.x = 1, .v = 10, .a = 100};
@@ -233,7 +233,7 @@ static void constraints_hold_and_release(void)
   }
   test_body_destroy(&b);
 
-  /* A pin that holds for ever and a handle that stands still are no events. */
+  /* A permanent pin and a constant prescribed motion are no events. */
   make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
   motion.count = 1;
   CHECK_OK(flesh_system_add_prescribed_motion(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
@@ -243,7 +243,7 @@ static void constraints_hold_and_release(void)
   test_body_destroy(&b);
 }
 
-/* Nodes that no tet uses are held where they are. */
+/* Nodes that no tet uses are constrained at their positions. */
 static void unused_nodes_are_fixed(void)
 {
   test_body b;
@@ -281,7 +281,7 @@ static void bad_arguments_are_sentences(void)
   REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "times must ascend");
   motion.count = 0;
   REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "at least one keyframe");
-  /* Refused constraints left nothing behind. */
+  /* Refused constraints leave nothing behind. */
   uint8_t fixed[24];
   CHECK(flesh_system_fixed(b.system, 0.5, fixed) == 0);
 
@@ -300,7 +300,7 @@ static void bad_arguments_are_sentences(void)
   flesh_effect *effect = NULL;
   CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
   REFUSED(flesh_system_add_effect(b.system, &effect), "finished");
-  CHECK(effect == NULL); /* taken all the same */
+  CHECK(effect == NULL); /* consumed nevertheless */
   test_body_destroy(&b);
   flesh_system_destroy(NULL);
 
@@ -326,7 +326,7 @@ static void bad_arguments_are_sentences(void)
   }
 }
 
-/* The linear solver's instructions for a body on elasticity's and inertia's. */
+/* Returns the linear solver's instruction set for a body with these for elasticity and inertia. */
 static const flesh_linear *linear_of(flesh_instructions elasticity, flesh_instructions inertia)
 {
   test_body b;
@@ -363,8 +363,8 @@ static void linear_solvers_use_the_instructions_of_effects(void)
   }
 }
 
-/* The mean 2-norm of a row of K, N/m. Displacements of one length and random signs move a row by 1/sqrt 2 to 1 times that
- * in the mean (Khintchine's inequality; Szarek 1976). */
+/* Compares with the mean 2-norm of a row of K, N/m. Displacements of one length and random signs move a row by 1/sqrt 2
+ * to 1 times that in the mean (Khintchine's inequality; Szarek 1976). */
 static double mean_row_norm(const test_body *b)
 {
   flesh_block_matrix *K = NULL;

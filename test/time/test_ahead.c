@@ -1,6 +1,6 @@
 // TEST full memory seconds=10
-/* test_ahead.c: states between the ends of steps that errors choose: how few steps they take, what they are off by, and
- * when there are none. */
+/* test_ahead.c: states between the ends of adaptive steps: how few steps they take, their errors, and when there are
+ * none. */
 #include "busy_bar.h"
 #include "motion_reference.h"
 #include "system/one_effect.h"
@@ -21,7 +21,7 @@ static flesh_integrator *controlled(const test_body *b, flesh_method method, dou
   return integrator;
 }
 
-/* Goes on to the output k of OUTPUTS. */
+/* Advances to output k of OUTPUTS. */
 static void go_to(flesh_integrator *integrator, int k, flesh_state *state, flesh_solve_stats *stats)
 {
   const double t = k * end / OUTPUTS;
@@ -30,7 +30,7 @@ static void go_to(flesh_integrator *integrator, int k, flesh_state *state, flesh
   state->t = t;
 }
 
-/* The root mean square of what velocities differ by, of nodes that nothing holds. */
+/* Returns the root mean square difference of the free nodes' velocities. */
 static double difference(const test_body *b, const flesh_state *state, const flesh_state *exact)
 {
   uint8_t *fixed = malloc((size_t)b->n);
@@ -42,8 +42,8 @@ static double difference(const test_body *b, const flesh_state *state, const fle
   return sqrt(3 * sum / b->n);
 }
 
-/* A bar with events and moving constraints, against integration by GSL. Positions are off by no more than steps may be,
- * velocities by that in a hundredth of a second; what is held is where it is to be. */
+/* A bar with events and moving constraints, against integration by GSL. Positions are as accurate as steps, velocities
+ * to that error over a hundredth of a second; constrained nodes are where they should be. */
 static void check_states(flesh_method method, double tolerance)
 {
   test_body b;
@@ -57,7 +57,7 @@ static void check_states(flesh_method method, double tolerance)
     const int solves = stats.solves;
     stats.residual_target = 0;
     go_to(integrator, k, &b.state, &stats);
-    CHECK(stats.residual_target > 0); /* of the last solve, however long ago */
+    CHECK(stats.residual_target > 0); /* state of the last solve, however long ago */
     unsolved += stats.solves == solves;
     motion_reference_run(&b, b.state.t, 1e-12, &exact);
     between += integrator->ahead.shown;
@@ -73,7 +73,7 @@ static void check_states(flesh_method method, double tolerance)
   CHECK_OK(flesh_integrator_step(integrator, &whole, end, &once));
   printf("# %s, tolerance %g: %d outputs between the ends of %d steps (%d without outputs); off by %.3g m, %.3g m/s\n",
          flesh_method_name(method), tolerance, between, stats.steps, once.steps, off, off_v);
-  CHECK(stats.steps <= once.steps + 4); /* the one beyond the end, and where it begins anew */
+  CHECK(stats.steps <= once.steps + 4); /* the output beyond the end, and where it restarts */
   CHECK(between > OUTPUTS / 3 && (unsolved > 0 || stats.steps > OUTPUTS));
   CHECK_BELOW(off, 2 * tolerance * length);
   CHECK_BELOW(off_v, 2 * tolerance * length / 0.01);
@@ -94,7 +94,7 @@ static void states_between_steps_are_those_of_the_motion(void)
   check_states(FLESH_METHOD_BACKWARD_EULER, 1e-2);
 }
 
-/* Takes another integrator from the state to the next output. */
+/* Advances another integrator from the state to the next output. */
 static void check_begins(const test_body *b, const flesh_integrator *first, const flesh_state *from, double h,
                          const flesh_state *state)
 {
@@ -108,7 +108,7 @@ static void check_begins(const test_body *b, const flesh_integrator *first, cons
   state_free(&other);
 }
 
-/* The motion goes on from a state that the caller changes between steps, or at which the integrator gets other options. */
+/* The motion continues from a state that the caller changes between steps, or with new options of the integrator. */
 static void changes_between_steps_count(void)
 {
   test_body b;
@@ -167,8 +167,8 @@ static void add_floor(test_body *b)
   CHECK_OK(flesh_system_add_effect(b->system, &contact));
 }
 
-/* A run takes no step behind its end, and steps by themselves none behind theirs. Where an obstacle is, every step ends where
- * a state is shown. */
+/* A run takes no step beyond its end, nor do single steps beyond theirs. With an obstacle, every step ends where a
+ * state is shown. */
 static void runs_and_obstacles_end_steps(void)
 {
   for (int obstacle = 0; obstacle < 2; obstacle++) {
@@ -196,7 +196,7 @@ static void runs_and_obstacles_end_steps(void)
   }
 }
 
-/* The elastic energy, less that at rest, J, at each output of a bar that spins, and stretches by that. */
+/* The elastic energy, above that at rest, J, at each output of a bar that spins and is stretched by that. */
 static void spin_stiffly(flesh_method method, double ratio, double tolerance, double limit, double energies[OUTPUTS],
                           flesh_solve_stats *stats, int *shown, int *solved)
 {
@@ -243,11 +243,11 @@ static void states_between_steps_balance(void)
            flesh_method_name(methods[k / 2]), ratio, between, OUTPUTS - 1, solved, off / most, stats.newton);
     CHECK(!none && between > OUTPUTS / 2);
     CHECK_BELOW(off, 0.06 * most);
-    CHECK(ratio > 0.499 ? solved == between : solved < between); /* the stiffer volumes are, the more they tell of pressures */
+    CHECK(ratio > 0.499 ? solved == between : solved < between); /* the stiffer volumes are, the more they reveal of pressures */
   }
 }
 
-/* The work of showing so many states of a stiff bar that sags. */
+/* The cost of showing this many states of a stiff sagging bar. */
 static flesh_solve_stats show(int states)
 {
   test_body b;
@@ -265,7 +265,7 @@ static flesh_solve_stats show(int states)
   return stats;
 }
 
-/* States of a step that are solved for begin with what those before were off by, and with their matrix. */
+/* Solved states within a step start from the previous ones' errors, with their matrix. */
 static void states_of_a_step_tell_each_other(void)
 {
   const flesh_solve_stats few = show(60), many = show(480);
@@ -281,7 +281,7 @@ static int see_length(void *data, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* Rounding leaves no step before a state that is shown, where steps end with it. */
+/* Rounding leaves no short step before a shown state if steps end with it. */
 static void no_step_is_what_rounding_leaves(void)
 {
   for (double tolerance = 1e-2; tolerance > 1e-4; tolerance /= 1.3) {
@@ -301,7 +301,7 @@ static void no_step_is_what_rounding_leaves(void)
   }
 }
 
-/* How many steps a bar takes whose end turns otherwise from the time `kink` on. */
+/* Returns the number of steps of a bar whose end turns at a different rate from the time `kink` on. */
 static int steps_through(flesh_method method, double kink)
 {
   const flesh_keyframe turn[] = {{0, {0}, {0}}, {kink, {0, 0, 0.02}, {0}}, {end, {0, 0.05, 0}, {0}}};
@@ -318,8 +318,8 @@ static int steps_through(flesh_method method, double kink)
   return stats.steps;
 }
 
-/* A motion that is prescribed begins with the acceleration that it has, not with that of its rounding in the time that is left
- * until a state is shown. */
+/* A prescribed motion starts with its true acceleration, not with that of its rounding in the time left until a state
+ * is shown. */
 static void kinks_just_before_states_cost_nothing(void)
 {
   static const flesh_method methods[] = {FLESH_METHOD_RUNGE_KUTTA, FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT};

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_energy.c: the work that is put in against closed forms, for every method; spurious energy is reported and ends a
- * step; what is merely moved, pushed, rubbed, inflated or at rest is not. */
+/* test_energy.c: external work against closed forms, for every method; spurious energy is reported and ends a step;
+ * bodies that are merely moved, pushed, rubbed, inflated or at rest show none. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -27,7 +27,7 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_method method)
   CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
   flesh_adaptive_options adaptive;
   flesh_adaptive_options_default(&adaptive);
-  adaptive.max_step = 0.02; /* what is prescribed makes no error that would limit it */
+  adaptive.max_step = 0.02; /* a prescribed motion causes no error that would limit the step */
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   return integrator;
 }
@@ -60,8 +60,8 @@ static void cube(int cells, double size, double young, test_body *b)
   CHECK_OK(test_body_create(test_box(cells, cells, cells, size, size, size), material, 1000, FLESH_MASS_LUMPED, 1, b));
 }
 
-/* A body all of whose nodes follow x(t) = X + (3 s^2 - 2 s^3) e_x, s = t/1 s: the reactions' work is its kinetic
- * energy, M (6 s - 6 s^2)^2 / 2, and all of it comes back; also where backward Euler stands in for steps that seem to gain. */
+/* A body with all nodes following x(t) = X + (3 s^2 - 2 s^3) e_x, s = t/1 s: the reactions' work is its kinetic energy,
+ * M (6 s - 6 s^2)^2 / 2, and all of it is returned; also if backward Euler replaces steps that seem to gain energy. */
 static void reactions_work_as_much_as_the_body_moves(void)
 {
   const flesh_keyframe keys[] = {{0, {0}, {0}}, {1, {1, 0, 0}, {0}}};
@@ -100,7 +100,7 @@ static void reactions_work_as_much_as_the_body_moves(void)
   }
 }
 
-/* The sum of the effects' energies. */
+/* Returns the sum of the effects' energies. */
 static double energy_of(const test_body *b)
 {
   double *zeros = calloc((size_t)b->n, sizeof *zeros), energies[8], sum = 0;
@@ -111,8 +111,9 @@ static double energy_of(const test_body *b)
   return sum;
 }
 
-/* The largest difference of work and energy, in parts of the most energy, of a cube all of whose nodes are moved for 2 s
- * and shown in so many steps: thrown and turned as a whole or, `pressed`, one side of two against the other. */
+/* Returns the largest difference of work and energy, as a fraction of the largest energy, of a cube with all nodes
+ * prescribed for 2 s, shown in this many steps: thrown and turned as a whole or, if `pressed`, one side moved against
+ * the other. */
 static double prescribe_all(flesh_method method, int control, int pressed, int steps, double *gain)
 {
   const flesh_keyframe thrown[] = {{0, {0}, {0}}, {0.7, {1, 0.5, 0}, {0.3, 2, 0.5}}, {2, {0.5, 2, 1}, {0, 1, -1}}};
@@ -150,8 +151,8 @@ static double prescribe_all(flesh_method method, int control, int pressed, int s
   return worst / most;
 }
 
-/* The energy of a body whose motion is all prescribed is known, and the work is what it changes by. The adaptive
- * methods, which then have no error to limit their steps, are asked for few states and for many. */
+/* The energy of a body with a completely prescribed motion is known, and the work is its change. The adaptive methods,
+ * which have no error to limit their steps then, are asked for few states and for many. */
 static void work_is_the_energy_of_what_is_prescribed(void)
 {
   for (int m = 0; m < method_count; m++)
@@ -169,8 +170,8 @@ static void work_is_the_energy_of_what_is_prescribed(void)
     }
 }
 
-/* So it is where errors choose the steps of other methods, to half a percent at a tolerance of 1e-2, however few states are
- * asked for. */
+/* Adaptive steps of other methods do so as well, to half a percent at a tolerance of 1e-2, however few states are asked
+ * for. */
 static void work_is_known_where_errors_choose_steps(void)
 {
   for (int m = 0; m < method_count; m++)
@@ -186,8 +187,8 @@ static void work_is_known_where_errors_choose_steps(void)
     }
 }
 
-/* A viscous bar whose ends are pressed together and drawn apart again: the work is what viscosity takes, and nothing is
- * gained. All of its nodes are prescribed, so that all methods have the same motion. */
+/* A viscous bar whose ends are pressed together and drawn apart again: the work is what viscosity dissipates, and
+ * nothing is gained. All of its nodes are prescribed, so that all methods have the same motion. */
 static void pressing_a_viscous_bar_gains_nothing(void)
 {
   const flesh_keyframe keys[] = {{0, {0}, {0}}, {0.2, {-0.8, 0, 0}, {0}}, {0.6, {-0.8, 0, 0}, {0}}, {0.8, {0}, {0}}};
@@ -222,8 +223,8 @@ static void pressing_a_viscous_bar_gains_nothing(void)
   }
 }
 
-/* 1 kg on a spring of k = w^2 whose end is pulled away at c: x = c t - c/w sin(w t), and the pull works
- * m c^2 (1 - cos(w t)). A tet without elasticity, hung up at its centroid. */
+/* 1 kg on a spring of k = w^2 whose end is pulled away at c: x = c t - c/w sin(w t), and the work of the pull is m c^2
+ * (1 - cos(w t)). A tet without elasticity, suspended at its centroid. */
 static void a_moving_spring_works_as_an_oscillator_says(void)
 {
   const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, w = 10, c = 2, h = 0.01;
@@ -253,7 +254,7 @@ static void a_moving_spring_works_as_an_oscillator_says(void)
       worst = fmax(worst, fabs(work - c * c * (1 - cos(w * b.state.t))));
     }
     printf("# %s: work of the spring off by %.3g of 8 J\n", flesh_method_name(methods[m]), worst);
-    /* Backward Euler's oscillation dies away; the others' only lose their phase. */
+    /* Backward Euler's oscillation decays; the others' only lose their phase. */
     if (m > 0) CHECK_BELOW(worst, methods[m] == FLESH_METHOD_RUNGE_KUTTA ? 3e-4 : 0.45);
     CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 1e-2);
     flesh_integrator_destroy(&integrator);
@@ -261,8 +262,8 @@ static void a_moving_spring_works_as_an_oscillator_says(void)
   }
 }
 
-/* A block of mass m on a belt that starts at c: friction drags it along at mu g until it is as fast. The belt goes
- * twice as far as the block meanwhile: its work is m c^2, half of which friction takes. */
+/* A block of mass m on a belt that starts at c: friction accelerates it with mu g until both are equally fast. The belt
+ * moves twice as far as the block meanwhile: its work is m c^2, half of which is dissipated by friction. */
 static void a_belt_works_twice_what_the_block_gets(void)
 {
   const flesh_keyframe keys[] = {{0, {0}, {0}}, {10, {10 * 0.5, 0, 0}, {0}}};
@@ -288,8 +289,8 @@ static void a_belt_works_twice_what_the_block_gets(void)
   }
 }
 
-/* A pressure p on one face A of a free block is a follower load without an energy: it works p A s, s being the block's
- * way, and that is its kinetic energy, stiff as it is. */
+/* A pressure p on one face A of a free block is a follower load without an energy: its work is p A s, with s the
+ * block's displacement, which is its kinetic energy, because the block is stiff. */
 static void a_follower_load_works_along_its_way(void)
 {
   for (int m = 0; m < method_count; m++) {
@@ -321,7 +322,7 @@ static void a_follower_load_works_along_its_way(void)
   }
 }
 
-/* A force that ends, with a step or within one, takes its potential along: it has worked what the body then has. */
+/* A force that ends, with a step or within one, removes its potential: its work is then the body's energy. */
 static void a_load_that_ends_has_worked_what_is_left(void)
 {
   for (int m = 0; m < method_count; m++)
@@ -366,7 +367,7 @@ static void a_start_with_a_jerk_is_work(void)
   }
 }
 
-/* A plate that rises under a block, and one that leaves it again: whatever the method, nothing is told. */
+/* A plate that rises under a block, and one that moves away from it: no method reports anything. */
 static void what_is_pushed_is_not_told(void)
 {
   const flesh_keyframe keys[] = {{0, {0}, {0}}, {0.2, {0, 0, 0.05}, {0}}, {0.4, {0}, {0}}};
@@ -390,7 +391,7 @@ static void what_is_pushed_is_not_told(void)
   }
 }
 
-/* A hanging bar that has come to rest stays so for long: no last digits are told. */
+/* A hanging bar that has come to rest stays so for long: no last digits are reported. */
 static void rest_is_not_told(void)
 {
   for (int m = 0; m < method_count; m++) {
@@ -410,8 +411,8 @@ static void rest_is_not_told(void)
   }
 }
 
-/* A block within a barrier's reach, which HHT's first step blows up, and one that midpoint drops on the floor. Where gains
- * are limited, steps are cut, or backward Euler takes them, and there are none. */
+/* A block within a barrier's reach, which HHT's first step blows up, and one that midpoint drops on the floor. If gains
+ * are limited, steps are cut, or backward Euler replaces them, and there are none. */
 static void energy_from_nowhere_cuts_steps(void)
 {
   for (int drop = 0; drop < 2; drop++)
@@ -448,8 +449,8 @@ static void energy_from_nowhere_cuts_steps(void)
     }
 }
 
-/* A cube hits a plane so slowly that it is hardly strained by a tolerance: steps that errors choose gain no more than they may,
- * and what they gain is told. */
+/* A cube hits a plane so slowly that its strain is hardly a tolerance: adaptive steps gain no more than they may, and
+ * report their gain. */
 static void slow_impacts_gain_little_and_tell_it(void)
 {
   for (int m = 0; m < method_count; m++) {
@@ -480,7 +481,8 @@ static void slow_impacts_gain_little_and_tell_it(void)
   }
 }
 
-/* A bar in a gale, which residuals at their tolerance feed: its stages are solved deeper, rather than all its steps halved. */
+/* A bar in strong wind, to which residuals at their tolerance would add energy: its stages are solved more accurately,
+ * rather than all its steps halved. */
 static void what_residuals_gain_is_solved_deeper(void)
 {
   test_body b;
@@ -512,7 +514,7 @@ static void what_residuals_gain_is_solved_deeper(void)
   test_body_destroy(&b);
 }
 
-/* Drops a block on a floor that far below by IDA at a loose tolerance; what its last step says. */
+/* Drops a block on a floor this far below by IDA at a loose tolerance; returns what its last step reports. */
 static int drop_by_ida(double depth, int order, test_body *b, flesh_integrator **integrator)
 {
   cube(4, 0.1, 1e5, b);
@@ -531,7 +533,7 @@ static int drop_by_ida(double depth, int order, test_body *b, flesh_integrator *
   return status;
 }
 
-/* IDA's steps are not cut for a gain: where order 4 feeds a bouncing block, the run ends. */
+/* IDA's steps are not cut for a gain: if order 4 adds energy to a bouncing block, the run ends. */
 static void energy_from_nowhere_ends_a_step(void)
 {
   test_body b;
@@ -546,7 +548,8 @@ static void energy_from_nowhere_ends_a_step(void)
   test_body_destroy(&b);
 }
 
-/* Its iterations resolve gaps of contact, however loose the tolerance: else order 5 feeds the block here. */
+/* Its iterations resolve gaps of contact, however loose the tolerance: otherwise order 5 adds energy to the block
+ * here. */
 static void iterations_of_ida_resolve_gaps(void)
 {
   test_body b;
@@ -557,7 +560,7 @@ static void iterations_of_ida_resolve_gaps(void)
   test_body_destroy(&b);
 }
 
-/* The energies that are known of a run's state are not those of one in which two numbers have changed places. */
+/* Energies known for a run's state are not used for one in which two numbers are exchanged. */
 static void energies_belong_to_one_state(void)
 {
   for (int m = 0; m < method_count; m++) {

@@ -1,8 +1,8 @@
 // TEST quick seconds=5
-/* test_error_control.c: steps that errors choose where it is hard to see the error. */
+/* test_error_control.c: adaptive steps in cases in which the error is hard to see. */
 #include "motion_reference.h"
 
-/* A load that grows from 0 excites vibrations, over which a long first step would pass without seeing any error. */
+/* A load that grows from 0 excites vibrations, which a long first step would skip without seeing an error. */
 static void vibrations_that_growing_loads_excite_are_seen(void)
 {
   enum { END_NODES = 4, RUNS = 8 };
@@ -42,8 +42,8 @@ static void vibrations_that_growing_loads_excite_are_seen(void)
   test_body_destroy(&b);
 }
 
-/* A body that spins freely, far slower than it vibrates, keeps its angular momentum as well as its steps may err: residuals, which
- * hardly move it within a step, turn it for as long as it flies. */
+/* A body that spins freely, far more slowly than it vibrates, conserves its angular momentum as accurately as steps may
+ * err: residuals, which hardly move it within a step, would turn it for as long as it moves. */
 static void keep_spinning(double young)
 {
   static const double tolerances[] = {1e-2, 3e-3, 1e-3, 3e-4};
@@ -85,7 +85,7 @@ static void stiff_bodies_that_spin_freely_keep_spinning(void)
   keep_spinning(1e10);
 }
 
-/* A longest step as long as the time between outputs, which is rounded, makes one step of each. */
+/* A longest step equal to the time between outputs, which is rounded, makes one step of each. */
 static void longest_steps_reach_outputs(void)
 {
   const double h = 1. / 60;

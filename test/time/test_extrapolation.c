@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas and vibrations, none where
- * nothing leads to the state, and fewer iterations on a calm swing. */
+/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas and vibrations, none if the
+ * state has no history, and fewer iterations on a smooth swing. */
 #include "body.h"
 #include "math/mat3.h"
 #include "time/extrapolation.h"
@@ -40,7 +40,7 @@ static void parabolas_are_exact(void)
   }
   CHECK(!flesh_extrapolation_guess(&e, STATE, 5 * h, h / 2, u)); /* another step */
   CHECK(!flesh_extrapolation_guess(&e, STATE + 1, 5 * h, h, u)); /* another state */
-  /* After a hard step only its own velocity counts. */
+  /* After a hard step only its own velocity is used. */
   find_velocities(6 * h, v);
   remember(&e, v, 6 * h, h, 0);
   CHECK(flesh_extrapolation_guess(&e, STATE, 6 * h, h, u));
@@ -48,8 +48,9 @@ static void parabolas_are_exact(void)
   flesh_extrapolation_clear(&e);
 }
 
-/* Two damped vibrations at once, in each dof another mixture of them: after 4 + 2 of their velocities what follows is
- * predicted, while polynomials are far off; after a change of the motion it is again, as soon as all of that is over. */
+/* Two damped vibrations at once, mixed differently in each dof: after 4 + 2 of their velocities the next ones are
+ * predicted, while polynomials are far off; after a change of the motion they are again, once the old velocities are
+ * gone. */
 static void vibrations_are_predicted(void)
 {
   const double h = 0.1;
@@ -77,7 +78,7 @@ static void vibrations_are_predicted(void)
   flesh_extrapolation_clear(&e);
 }
 
-/* Newton iterations of thirty steps of a bar that swings, by one integrator or by a new one for every step. */
+/* Returns the Newton iterations of thirty steps of a swinging bar, by one integrator or by a new one for every step. */
 static int iterations(int forgetful, double *end)
 {
   test_body b;
@@ -109,11 +110,11 @@ static void calm_swings_take_fewer_iterations(void)
   const int few = iterations(0, &with), many = iterations(1, &without);
   printf("# %d Newton iterations, %d without what came before; the end differs by %.2g m\n", few, many, with - without);
   CHECK_BELOW(few, 0.85 * many);
-  CHECK(few <= 70); /* 84 where linear tolerances do not follow Newton's convergence */
+  CHECK(few <= 70); /* 84 if linear tolerances do not follow Newton's convergence */
   CHECK_NEAR(with, without, 1e-6);
 }
 
-/* Whether a preconditioner made at the first stage, and used there, still serves at another one. */
+/* Whether a preconditioner made and used at the first stage is reused at another one. */
 static int serves(flesh_newton *newton, const flesh_state *state, double h, double t, int continues)
 {
   flesh_stage stage = {.t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
@@ -136,7 +137,7 @@ static int serves(flesh_newton *newton, const flesh_state *state, double h, doub
   CHECK_OK(flesh_newton_matrix(newton, newton->u, NULL));
   CHECK_OK(flesh_matrix_policy_prepare(&newton->policy));
   free(b);
-  return per_decade[0] + per_decade[1] == rate; /* of a new one it is not known */
+  return per_decade[0] + per_decade[1] == rate; /* unknown for a new one */
 }
 
 static void a_preconditioner_serves_in_stages_that_go_on(void)
@@ -146,7 +147,7 @@ static void a_preconditioner_serves_in_stages_that_go_on(void)
   flesh_newton newton;
   const flesh_material material = test_material(FLESH_ENERGY_S, 0.45);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* let go at 0.5 s */
+  CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* released at 0.5 s */
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){0}, &newton));
@@ -158,7 +159,7 @@ static void a_preconditioner_serves_in_stages_that_go_on(void)
   test_body_destroy(&b);
 }
 
-/* Moves the rigid body x [3*n] to where the weighted distances to y are least (Horn 1987, by quaternions: the dominant
+/* Moves the rigid body x [3*n] to the least weighted distances to y (Horn 1987, by quaternions: the dominant
  * eigenvector of a 4x4 matrix), the centre of mass of both being the same. */
 static void draw_rigidly(int n, const double *mass, const double *y, double *x)
 {
@@ -196,9 +197,9 @@ static void draw_rigidly(int n, const double *mass, const double *y, double *x)
   }
 }
 
-/* A free body so light that it is as good as rigid, of nodes of uneven masses, turned by about half a radian in its
- * first step and by little less afterwards: backward Euler draws it to x + h v. Its velocities lead straight on, and
- * from there, or from where it is, Newton's steps would need hundreds of iterations. */
+/* A free body so light that it is practically rigid, with nodes of uneven masses, turned by about half a radian in its
+ * first step and by little less afterwards: backward Euler pulls it to x + h v. Its velocities lead straight on, and
+ * from there, or from its position, Newton's steps would need hundreds of iterations. */
 static void free_bodies_turn_on(void)
 {
   test_body b;
@@ -241,8 +242,8 @@ static void free_bodies_turn_on(void)
   test_body_destroy(&b);
 }
 
-/* A free body that noise has made twenty times as large shrinks about its centre to a tenth of the size at which the root
- * mean square of its tets' J is 1, one that is five times as large or held does not. */
+/* A free body that noise has enlarged twentyfold shrinks about its centre to a tenth of the size at which the root mean
+ * square of its tets' J is 1; one enlarged fivefold, or a held one, does not. */
 static void bodies_far_too_large_shrink(void)
 {
   test_body b;

@@ -1,5 +1,6 @@
 // TEST quick seconds=120
-/* test_held_tangles.c: what a load holds tangled through the flesh around it is left as it is, at every step. */
+/* test_held_tangles.c: nodes that a load holds tangled through the surrounding elements are left alone, at every
+ * step. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -7,8 +8,8 @@
 
 enum { STEPS = 40 };
 
-/* A bar of nearly incompressible ten-node tets that a spring pulls, so that its energy turns corners of tets inside out.
- * Positions after every step go to x [STEPS][n], which it makes; returns n. */
+/* Runs a bar of nearly incompressible ten-node tets that a spring pulls so that corners of tets turn inside out.
+ * Allocates the positions after every step, x [STEPS][n]; returns n. */
 static int pull(int untangle, double **x, int *inverted, flesh_solve_stats *stats)
 {
   test_body b;
@@ -45,8 +46,8 @@ static int pull(int untangle, double **x, int *inverted, flesh_solve_stats *stat
   return n;
 }
 
-/* The spring acts on few of the nodes of the inverted tets. It is the stress around that holds them, and softened
- * they come back: the motion is that without softening, at every step. */
+/* The spring acts on few of the nodes of the inverted tets. The stress around holds them, and after softening they
+ * return: the motion is that without softening, at every step. */
 static void tangles_that_stress_holds_are_left_alone(void)
 {
   double *with, *without, worst = 0;

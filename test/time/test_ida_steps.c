@@ -33,7 +33,8 @@ static void make_oracle_bar(flesh_mass mass, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Largest distance of a node [m] and largest difference of a velocity [m/s] from the reference over t = 0.1 ... 1. */
+/* Returns the largest distance of a node [m] and largest difference of a velocity [m/s] from the reference over t = 0.1
+ * ... 1. */
 static void oracle_errors(flesh_mass mass, double tolerance, int max_order, double error[2], flesh_solve_stats *stats)
 {
   test_body b;
@@ -67,8 +68,8 @@ static void oracle_errors(flesh_mass mass, double tolerance, int max_order, doub
   test_body_destroy(&b);
 }
 
-/* At every tolerance the error is at most a hundredfold, and it falls with the tolerance; the tightest reach the
- * reference to a micrometre. */
+/* At every tolerance the error is at most a hundred times as large, and it falls with the tolerance; the tightest reach
+ * the reference to a micrometre. */
 static void errors_follow_the_tolerance(void)
 {
   enum { RUNS = 5 };
@@ -105,7 +106,7 @@ static void tight_tolerances_reach_another_codes_motion(void)
   }
 }
 
-/* An independent judge on small free bodies that oscillate by a fifth of their length. */
+/* An independent reference for small free bodies that oscillate by a fifth of their length. */
 static void small_bodies_agree_with_gsl(void)
 {
   const double corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -138,9 +139,9 @@ static void small_bodies_agree_with_gsl(void)
   }
 }
 
-/* Prescribed motions that turn, a roller that lets go, a spring that comes and goes, at times of their own. The lumped
- * motion is GSL's; with the consistent mass, where prescribed nodes jerk the free ones, that of a fine run of the
- * midpoint rule. */
+/* Prescribed motions that turn, a roller that is released, a spring that is switched, at times that are no outputs. The
+ * lumped motion is GSL's; with the consistent mass, where prescribed nodes accelerate the free ones, that of a fine run
+ * of the midpoint rule. */
 static void events_and_moving_constraints(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -168,7 +169,7 @@ static void events_and_moving_constraints(void)
   }
 }
 
-/* Constrained dofs are where they must be, with the motion's own velocity; events on the grid of outputs count once. */
+/* Constrained dofs are at their positions, with the motion's own velocity; events at outputs count once. */
 static void constrained_dofs_follow_their_motion(void)
 {
   test_body b;
@@ -195,7 +196,7 @@ static void constrained_dofs_follow_their_motion(void)
         CHECK_NEAR(b.state.v[d], (x[d] - earlier[d]) / 1e-6, 1e-5);
       }
   }
-  /* Let go at 0.4: they move on their own. */
+  /* Released at 0.4: they move freely. */
   memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.05, NULL));
   double moved = 0;
@@ -216,7 +217,7 @@ static int count_internal(void *data, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* Another x, v or t than was given back starts anew; the same state goes on, and outputs cost no steps. */
+/* Another x, v or t than was returned restarts the method; the same state continues, and outputs cost no steps. */
 static void another_state_starts_anew(void)
 {
   test_body b;
@@ -274,7 +275,7 @@ static void another_state_starts_anew(void)
   test_body_destroy(&b);
 }
 
-/* A body in a ball of noise. */
+/* A body displaced into a random ball. */
 static void make_scrambled(test_body *b)
 {
   flesh_material material;
@@ -287,7 +288,7 @@ static void make_scrambled(test_body *b)
 
 static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_INTERRUPTED : FLESH_OK; }
 
-/* A motion that cannot go on says where and why; the state is the last one reached, and can be gone on from. */
+/* A motion that cannot continue reports where and why; the state is the last one reached, and can be continued from. */
 static void failures_are_reported(void)
 {
   test_body b;
@@ -319,7 +320,7 @@ static void failures_are_reported(void)
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 
-  /* An energy that has no value where the body is going: down to no step at all. */
+  /* An energy that is undefined where the body is going, even with the shortest steps. */
   make_oracle_bar(FLESH_MASS_LUMPED, &b);
   for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i] = -1e9 * b.state.x[3 * i];
   integrator = adaptive(&b, FLESH_METHOD_IDA, 1e-2, 2);
@@ -364,8 +365,8 @@ static void bad_options_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* Order 5 at a loose tolerance feeds a nearly incompressible bar that is let go twisted by 1 rad; order 2 does
- * not (with tolerances of 3e-3 and less by a few percent: it turns on rounding). */
+/* Order 5 at a loose tolerance adds energy to a nearly incompressible bar that is released twisted by 1 rad; order 2
+ * does not (with tolerances of 3e-3 and less by a few percent: it depends on rounding). */
 static void growing_energy_is_warned_about(void)
 {
   for (int order = 2; order <= 5; order += 3) {
@@ -382,7 +383,7 @@ static void growing_energy_is_warned_about(void)
       x[2] = 0.125 + sin(x[0]) * y + cos(x[0]) * z;
     }
     flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_IDA, 4e-3, order);
-    CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* seen to its end */
+    CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* run to its end */
     for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
     const char *warning = flesh_integrator_warning(integrator);
     double gain = flesh_integrator_energy_balance(integrator)->gain;
@@ -395,7 +396,7 @@ static void growing_energy_is_warned_about(void)
   }
 }
 
-/* A handle that moves, and a target that moves, bring energy in; that is no fault of the method. */
+/* A moving prescribed motion and a moving target add energy; that is no fault of the method. */
 static void driven_bodies_are_not_warned_about(void)
 {
   test_body b;

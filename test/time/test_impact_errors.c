@@ -120,9 +120,9 @@ static const char *const turned =
     "      motion: [{time: 0}, {time: 0.05, rotation: [2, 0, 0]}]\n"
     "  - contact: {between: self, thickness: 0.02}\n";
 
-static int failures, refused; /* solves, and steps, of the last run */
+static int failures, refused; /* solves and steps of the last run */
 
-/* The positions after 0.05 s by a method with its keys, [n]; *newton: its iterations. */
+/* Computes the positions after 0.05 s by a method with its keys, [n]; *newton: its iterations. */
 static double *run(const char *scene, const char *how, double step, int *n, int *newton)
 {
   char text[2048];
@@ -149,7 +149,7 @@ static double *run(const char *scene, const char *how, double step, int *n, int 
   return x;
 }
 
-/* Errors of a body of that length are at most so many tolerances; `step` resolves its motion. */
+/* Errors of a body of that length are at most this many tolerances; `step` resolves its motion. */
 static void follow_the_tolerance(const char *scene, double length, double step, double most)
 {
   int n, newton;
@@ -176,8 +176,8 @@ static void errors_of_a_cube_beside_a_held_one_follow_the_tolerance(void) { foll
 
 static void errors_of_half_a_body_follow_the_tolerance(void) { follow_the_tolerance(half, 0.1, 1e-6, 8); }
 
-/* A weld makes a part as held as what it is welded to, and no other part: errors of that count often. The residuals of what is
- * held do not: that would take 730 iterations. */
+/* A weld makes a part count as held like the part it is welded to, and no other: free parts' errors count more.
+ * Residuals of held parts do not: that would take 730 iterations. */
 static void parts_are_held_by_what_they_are_welded_to(void)
 {
   int n, newton[2];
@@ -192,7 +192,7 @@ static void errors_seen_from_afar_follow_the_tolerance(void) { follow_the_tolera
 static void errors_of_waves_follow_the_tolerance(void) { follow_the_tolerance(stopped, 4, 1e-5, 3); }
 static void errors_at_incompressibility_follow_the_tolerance(void) { follow_the_tolerance(incompressible, 0.1, 1e-4, 1); }
 
-/* The error of a body of 0.1 m, over the tolerance, against one of `finest`. */
+/* Returns the error of a body of 0.1 m, over the tolerance, against one of `finest`. */
 static double error_over_tolerance(const char *scene, const char *method, double tolerance, double finest)
 {
   char how[80], best[80];
@@ -214,14 +214,14 @@ static void errors_of_a_held_bar_follow_the_tolerance(void)
   CHECK_BELOW(error_over_tolerance(curled, "runge-kutta", 1e-5, 1e-6), 40 * 1);
 }
 
-/* The end of a step of HHT and generalized-alpha is not their stage, and may lie behind the plane. */
+/* The ends of steps of HHT and generalized-alpha are not their stages, and may lie behind the plane. */
 static void rebounds_are_resolved_by_every_method(void)
 {
   static const char *const methods[] = {"hht", "generalized-alpha", "newmark"};
   for (int k = 0; k < 3; k++) CHECK_BELOW(error_over_tolerance(later, methods[k], 1e-2, 1e-4), 3);
 }
 
-/* Such an end may lie within the barrier, of which the stage knows nothing: a gain of energy that is no error of the step. */
+/* Such an end may lie within the barrier, which the stage does not meet: the gain of energy is no error of the step. */
 static void rebounds_gain_no_more_energy_than_the_tolerance(void)
 {
   CHECK_BELOW(error_over_tolerance(flat, "generalized-alpha", 3e-4, 3e-5), 1);
@@ -244,20 +244,20 @@ static void cost_at_most(const char *scene, const cost *costs, int count)
   }
 }
 
-/* A step closes what gaps the one before has left, the faster, the shorter it is. Were that an error of what touches, steps would
- * get ever shorter. */
+/* A step closes the gaps that the previous one has left, the faster, the shorter it is. If that counted as an error of
+ * contact, steps would become ever shorter. */
 static void gaps_are_no_errors_of_what_touches(void)
 {
   cost_at_most(thrown, (cost[]){{"newmark, tolerance: 3e-3", 20000}}, 1);
 }
 
-/* Gaps that show in no error are not closed. */
+/* Gaps that do not appear in errors are not closed. */
 static void gaps_cost_what_errors_ask_for(void)
 {
   cost_at_most(incompressible, (cost[]){{"runge-kutta, tolerance: 1e-4", 160}, {"bdf2, tolerance: 1e-4", 520}}, 2);
 }
 
-/* Velocities across constraints do not change their sign for ever. Undamped, the errors of that stop all three. */
+/* Velocities across constraints do not change their sign for ever. Undamped, their errors stop all three methods. */
 static void constraints_leave_no_oscillations(void)
 {
   cost_at_most(soft, (cost[]){{"newmark, tolerance: 1e-2", 1500}, {"hht, alpha: 0, tolerance: 1e-2", 1500},

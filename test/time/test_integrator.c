@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_integrator.c: steps, their retries and failures; every solver takes the same step; runs share a system, and
- * give the same bits in any thread. */
+/* test_integrator.c: steps, their retries and failures; every linear solver takes the same step; runs share a system,
+ * and have the same bits in any thread. */
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -62,7 +62,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
     for (int step = 0; step < 3; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
     CHECK((methods[k].filter == FLESH_FILTER_TRUST_REGION_ALWAYS) ? stats.projections == stats.assemblies
                                                              : stats.projections < stats.assemblies);
-    /* It was needed, where no softer materials come first. */
+    /* It was needed, unless softer materials are used first. */
     if (crumpled && methods[k].line_search != FLESH_LINE_SEARCH_POTENTIAL) CHECK(stats.projections > 0);
     CHECK((stats.linear == 0) == (methods[k].linear != FLESH_LINEAR_PCG));
     if (!first) {
@@ -88,8 +88,8 @@ static void every_solver_takes_the_same_step(void)
   check_same_step(FLESH_ENERGY_B, 0);
 }
 
-/* A body that is inside out has no energy under B and Neo: the step fails at once, with what is known, and the state is
- * as it was. */
+/* A body that is inside out has no energy under B and Neo: the step fails at once, reporting what is known, and the
+ * state is unchanged. */
 static void inverted_starts_of_undefined_energies_fail_clearly(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_B, FLESH_ENERGY_NEO};
@@ -119,7 +119,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       CHECK_TEXT(flesh_error_text(), "in tet ");
       const flesh_failure *failure = flesh_integrator_failure(integrator);
       CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0);
-      CHECK(failure->halvings == (failure->t == 0.25 ? 0 : 8)); /* where not even the start has an acceleration: 0 */
+      CHECK(failure->halvings == (failure->t == 0.25 ? 0 : 8)); /* if not even the start has an acceleration: 0 */
       CHECK_NEAR(failure->worst_J, -1, 1e-12);
       CHECK(failure->worst_position[0] < 0 && failure->t >= 0.25);
       CHECK(failure->worst_node == -1); /* no residual exists */
@@ -151,7 +151,7 @@ static void non_finite_states_are_reported(void)
     CHECK(flesh_run(b.system, integrator, &run, &b.state, NULL) == FLESH_ERR_NONFINITE && b.state.t == 0);
     *number = kept;
   }
-  /* And what was tried leaves no trace. */
+  /* And the attempt leaves no trace. */
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
   CHECK(test_all_finite(b.n, b.state.x));
   flesh_integrator_destroy(&integrator);
@@ -159,7 +159,7 @@ static void non_finite_states_are_reported(void)
 }
 
 /* A step whose solve fails is quartered, here because few Newton iterations are allowed. The state ends at exactly t +
- * h, and where the parts themselves succeed it is that of the steps taken by hand, to the last bit: after two quarters
+ * h, and if the parts themselves succeed it is that of the steps taken by hand, to the last bit: after two quarters
  * comes a half. */
 static void failing_steps_are_quartered(void)
 {
@@ -196,7 +196,7 @@ static void failing_steps_are_quartered(void)
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&by_hand);
 
-  /* When the depth is spent, everything known is told and the state is that of the last success. */
+  /* When the depth is exhausted, everything known is reported and the state is that of the last success. */
   options.max_newton = 1;
   options.max_cutbacks = 3;
   double *x = malloc((size_t)b.n * sizeof *x), before = b.state.t;
@@ -215,7 +215,7 @@ static void failing_steps_are_quartered(void)
   test_body_destroy(&b);
 }
 
-/* The place of a handle at time t, worked out here: turned about z through (2, .5) and shifted. */
+/* Returns the position of a prescribed node at time t, computed here: turned about z through (2, .5) and shifted. */
 static void handle_place(double share, const double X[3], double y[3])
 {
   double angle = 1.2 * share, dx = X[0] - 2, dy = X[1] - 0.5;
@@ -257,7 +257,7 @@ static void handles_move_and_pins_release(void)
       CHECK_NEAR(b.state.t, step / 16., 1e-14);
       if (step < 24) CHECK_BELOW(off_the_handle(&b, fmin(step / 16., 1)), 2e-15);
     }
-    CHECK(off_the_handle(&b, 1) > 1e-3); /* let go at 1.5 */
+    CHECK(off_the_handle(&b, 1) > 1e-3); /* released at 1.5 */
     if (!dynamic) CHECK_BELOW(test_distance(b.n, b.state.x, flesh_mesh_positions(b.mesh)), 1e-6);
     for (int step = 0; dynamic && step < 60; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
     CHECK_BELOW(test_distance(b.n, b.state.x, flesh_mesh_positions(b.mesh)), 1e-6);
@@ -421,7 +421,7 @@ static void bad_arguments_are_sentences(void)
 }
 
 typedef struct limit {
-  int asked, last; /* the call of that number ends the step */
+  int asked, last; /* the call with that number ends the step */
 } limit;
 
 static int stop_at(void *data)
@@ -430,8 +430,8 @@ static int stop_at(void *data)
   return ++l->asked == l->last ? FLESH_ERR_BUDGET : FLESH_OK;
 }
 
-/* Asked before Newton iterations and within linear solves; an ended step leaves the state as it was, and the next
- * one is as if nothing had been. */
+/* The callback is called before Newton iterations and within linear solves; an ended step leaves the state unchanged,
+ * and does not affect the next one. */
 static void a_step_ends_when_it_is_told_to(void)
 {
   for (int kind = 0; kind < 2; kind++) {
@@ -474,7 +474,7 @@ static void a_step_ends_when_it_is_told_to(void)
   }
 }
 
-/* Inertia carries a body's top through its bottom, where its energy has no value: the one step is solved without being
+/* Inertia carries a body's top through its bottom, where its energy is undefined: the one step is solved without being
  * halved, by line searches that refuse such trials, whatever else they know of them. */
 static void trials_without_a_value_are_refused(void)
 {
@@ -500,7 +500,8 @@ static void trials_without_a_value_are_refused(void)
   }
 }
 
-/* How many solves of the true materials fail in a step of six shaken bodies that have one Newton iteration. */
+/* Returns how many solves of the true materials fail in a step of six disturbed bodies that have one Newton
+ * iteration. */
 static int failing_solves(double speed)
 {
   int solves = 0;
@@ -526,8 +527,9 @@ static int failing_solves(double speed)
   return solves;
 }
 
-/* A failed solve that began where softer materials have led is tried once more without them. One that did not, as that of
- * bodies that fly faster than one iteration of softer materials follows, is not repeated: it would fail again. */
+/* A failed solve that started from the result of softer materials is tried once more without them. One that did not,
+ * such as that of bodies too fast for one iteration of softer materials to follow, is not repeated: it would fail
+ * again. */
 static void failed_solves_are_not_repeated(void)
 {
   const int still = failing_solves(0), flying = failing_solves(1e4);

@@ -1,10 +1,10 @@
 // TEST quick seconds=60
-/* test_internal.c: internal variables of an effect that a program brings along: a spring that yields, against the closed
- * form, in statics and in motion; equilibria that never settle. */
+/* test_internal.c: internal variables of a user-defined effect: a spring that yields, against the closed form, in
+ * statics and in motion; equilibria that never settle. */
 #include "flesh/flesh.h"
 #include "test.h"
 
-/* Draws a node along x, by 2 t for t up to 1 and back; beyond the force `yields` it becomes longer. */
+/* Pulls a node along x, by 2 t for t up to 1 and back; beyond the force `yields` it becomes permanently longer. */
 typedef struct slider {
   int node;
   double X, stiffness, yields; /* m, at rest; N/m, N */
@@ -59,7 +59,7 @@ static int slider_count(const flesh_effect *effect)
   return 1;
 }
 
-/* Slips until the force is what it yields at. */
+/* Slips until the force is the yield force. */
 static int slider_update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
 {
   const slider *s = effect->data;
@@ -83,7 +83,7 @@ static int restless_update(const flesh_effect *effect, const flesh_point *point,
    .energy = slider_energy, .internal = &(const flesh_effect_internal){.count = slider_count, .update = update_}}
 static const flesh_effect_operations yielding = SLIDER(slider_update), restless = SLIDER(restless_update);
 
-static const double anchor = 300; /* N/m, the springs by which both nodes hang where they rest */
+static const double anchor = 300; /* N/m, springs that hold both nodes at their rest positions */
 enum { SLIDERS = 2 };
 
 typedef struct drawn {
@@ -93,7 +93,7 @@ typedef struct drawn {
   flesh_state state;
 } drawn;
 
-/* A tetrahedron of which two nodes are drawn and two are held; without a density it has no inertia. */
+/* A tetrahedron of which two nodes are pulled and two are held; without a density it has no inertia. */
 static void begin(slider s[SLIDERS], const flesh_effect_operations *operations, double density, drawn *d)
 {
   static const double X[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -138,15 +138,15 @@ static flesh_integrator *integrator_of(const drawn *d, flesh_method method)
   return integrator;
 }
 
-/* The force on a node by the time its slider has slipped by `slip` m, N. */
+/* Returns the force on a node by the time its slider has slipped by `slip` m, N. */
 static double force_at(const slider *s, double drawn_by, double slip)
 {
   const double series = s->stiffness * anchor / (s->stiffness + anchor);
   return fmax(fmin(series * (drawn_by - slip), s->yields), -s->yields);
 }
 
-/* Drawn out by 2 m and let back: an anchor never bears more than its slider yields at, what slipped stays, and takes that
- * force times the slip, to the first order of the steps. */
+/* Pulled out by 2 m and let back: an anchor never bears more than its slider's yield force, the slip is permanent, and
+ * it dissipates that force times the slip, to first order in the steps. */
 static void sliders_yield_and_keep_their_slip(void)
 {
   double missing[2];
@@ -165,7 +165,7 @@ static void sliders_yield_and_keep_their_slip(void)
                    1e-6 * s[j].yields);
       }
     }
-    for (int j = 0; j < SLIDERS; j++) { /* out, and where the force comes to -yields once more on the way back */
+    for (int j = 0; j < SLIDERS; j++) { /* out, and on the way back until the force reaches -yields */
       const double series = s[j].stiffness * anchor / (s[j].stiffness + anchor);
       const double out = fmax(2 - s[j].yields / series, 0), back = fmax(out - s[j].yields / series, 0);
       CHECK_NEAR(d.slip[j], out - back, 1e-6);
@@ -181,8 +181,8 @@ static void sliders_yield_and_keep_their_slip(void)
   CHECK_NEAR(missing[0] / missing[1], 2, 0.1);
 }
 
-/* Under the midpoint rule all potentials are quadratic within a step, so that energy, what was released and the work of
- * the moving place balance to rounding. */
+/* Under the midpoint rule all potentials are quadratic within a step, so that energy, released energy and the work of
+ * the moving position balance to rounding. */
 static void energy_and_work_balance(void)
 {
   slider s[SLIDERS] = {{.stiffness = 700, .yields = 90}, {.stiffness = 400, .yields = 250}};
@@ -210,7 +210,7 @@ static void energy_and_work_balance(void)
   end(&d);
 }
 
-/* A variable that changes in every equilibrium is given up, and the state is that of before. */
+/* If a variable changes in every equilibrium, statics give up, and the state is unchanged. */
 static void what_never_settles_is_said(void)
 {
   slider s[SLIDERS] = {{.stiffness = 700, .yields = 90}, {.stiffness = 400, .yields = 250}};

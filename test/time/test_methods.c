@@ -1,13 +1,13 @@
 // TEST quick seconds=120 builds=plain
-/* test_methods.c: the fixed-step methods against GSL's integrators, closed forms and another code: orders, constraints
- * that move, events, restarts, damping. */
+/* test_methods.c: the fixed-step methods against GSL's integrators, closed forms and another code: orders, moving
+ * constraints, events, restarts, damping. */
 #include <gsl/gsl_math.h>
 
 #include "busy_bar.h"
 #include "motion_reference.h"
 #include "oscillator.h"
 
-/* The methods of order 2 that there are. */
+/* All methods of order 2. */
 enum { METHODS_LIMIT = 32 };
 static flesh_method second_order[METHODS_LIMIT];
 static int second_order_count;
@@ -54,7 +54,7 @@ static void orders_are_as_promised(void)
 }
 
 
-/* Steps whose neighbours differ by random factors up to `ratio`, or by just that in turn. */
+/* Makes steps whose neighbours differ by random factors up to `ratio`, or by exactly that, alternating. */
 static void check_variable_steps(double ratio, int in_turn)
 {
   enum { RUNS = 5 };
@@ -94,7 +94,7 @@ static void bdf2_keeps_its_order_with_variable_steps(void)
   check_variable_steps(100, 1);
 }
 
-/* The formula is not zero-stable where steps grow by more than 1 + sqrt 2: such a step is a first one. */
+/* The formula is not zero-stable if steps grow by more than 1 + sqrt 2: such a step is treated as a first one. */
 static void bdf2_starts_anew_where_steps_grow_fast(void)
 {
   for (int fast = 0; fast < 2; fast++) {
@@ -121,7 +121,7 @@ static void orders_survive_events_and_moving_constraints(void)
     test_body b;
     make_busy_bar((flesh_mass)mass, &b);
     flesh_state exact = motion_exact(&b, (flesh_mass)mass, 20000, 0.5);
-    /* Backward Euler takes no notice of events and constraints. */
+    /* Backward Euler is not affected by events and constraints. */
     CHECK_NEAR(order_of(&b, FLESH_METHOD_BACKWARD_EULER, 0.5, &exact, 400), 1, 0.15);
     for (int k = 0; k < second_order_count; k++) CHECK_NEAR(order_of(&b, second_order[k], 0.5, &exact, 200), 2, 0.1);
     state_free(&exact);
@@ -129,7 +129,7 @@ static void orders_survive_events_and_moving_constraints(void)
   }
 }
 
-/* Constrained dofs are where they must be at the ends of steps, with the motion's own velocity. */
+/* Constrained dofs are at their positions at the ends of steps, with the motion's own velocity. */
 static void constrained_dofs_follow_their_motion(void)
 {
   test_body b;
@@ -167,7 +167,7 @@ static void constrained_dofs_follow_their_motion(void)
   test_body_destroy(&b);
 }
 
-/* A run that is stopped and gone on with by a new integrator. */
+/* A run that is stopped and continued with a new integrator. */
 static double restart_difference(const test_body *b, flesh_method method, int steps)
 {
   flesh_state whole = state_copy(b->n, &b->state), parted = state_copy(b->n, &b->state);
@@ -196,7 +196,7 @@ static void restarts_go_on_as_if_nothing_had_been(void)
   test_body_destroy(&b);
 }
 
-/* The memory of one motion must not leak into another. */
+/* The memory of one motion must not affect another. */
 static void another_state_starts_anew(void)
 {
   for (int k = 0; k < second_order_count; k++) {
@@ -231,7 +231,7 @@ static void another_state_starts_anew(void)
   }
 }
 
-/* Steps that fail for want of Newton iterations are retried in halves and stay as accurate. */
+/* Steps that fail for lack of Newton iterations are retried in halves and stay as accurate. */
 static void halved_steps_stay_accurate(void)
 {
   test_body b;
@@ -265,7 +265,7 @@ static void halved_steps_stay_accurate(void)
   test_body_destroy(&b);
 }
 
-/* Under an energy that is undefined inside out no method may end a step there, though its stage lies within. */
+/* With an energy that is undefined inside out no method may end a step there, even if its stage is valid. */
 static void ends_of_steps_have_an_energy(void)
 {
   for (int k = 0; k < second_order_count; k++) {
@@ -282,15 +282,15 @@ static void ends_of_steps_have_an_energy(void)
     }
     const int within = second_order[k] == FLESH_METHOD_MIDPOINT || second_order[k] == FLESH_METHOD_HHT ||
                        second_order[k] == FLESH_METHOD_GENERALIZED_ALPHA || second_order[k] == FLESH_METHOD_BDF2;
-    if (within) CHECK(stats.solves > 10); /* it was tried on something */
+    if (within) CHECK(stats.solves > 10); /* steps of this kind occurred */
     printf("# %s: %d solves for 10 steps\n", flesh_method_name(second_order[k]), stats.solves);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
 }
 
-/* How much of the amplitude a step with w h = `angle` keeps in the long run; each step is compared with the recursion
- * as Chung and Hulbert write it, which is that of Hilber, Hughes and Taylor without m. */
+/* Returns the long-term amplification of the amplitude by a step with w h = `angle`; each step is compared with the
+ * recursion as written by Chung and Hulbert, which is that of Hilber, Hughes and Taylor without m. */
 static double amplification(flesh_method method, const flesh_method_options *options, double angle)
 {
   enum { STEPS = 400 };
@@ -300,7 +300,7 @@ static double amplification(flesh_method method, const flesh_method_options *opt
   for (int d = 0; d < 12; d++) b.state.x[d] += 1, b.state.v[d] = 0.5 / h;
   flesh_integrator *integrator = motion_integrator(&b, method, 1e-13);
   CHECK_OK(flesh_integrator_set_method_options(integrator, options));
-  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* no step is another method's */
+  CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY)); /* no step is replaced by another method's */
   const double rho = options->spectral_radius, own = method == FLESH_METHOD_GENERALIZED_ALPHA;
   const double f = own ? rho / (rho + 1) : method == FLESH_METHOD_HHT ? -options->alpha : 0;
   const double m = own ? (2 * rho - 1) / (rho + 1) : 0;
@@ -316,7 +316,7 @@ static double amplification(flesh_method method, const flesh_method_options *opt
     a = next;
     CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
     double scale = fabs(x) + fabs(v) * h;
-    for (int c = 0; c < 3; c++) { /* of the centroid; the nodes' other motions are free of force */
+    for (int c = 0; c < 3; c++) { /* of the centroid; the nodes' other motions have no force */
       double X = -0.25, V = 0;
       for (int i = 0; i < 4; i++) X += b.state.x[3 * i + c] / 4, V += b.state.v[3 * i + c] / 4;
       CHECK_NEAR(X, x, 1e-11 * step * scale + 1e-12);
@@ -324,7 +324,7 @@ static double amplification(flesh_method method, const flesh_method_options *opt
     }
     energy[step] = x * x * w2 + v * v;
     last = step;
-    if (energy[step] < 1e-16 * energy[1]) break; /* what follows would be rounding */
+    if (energy[step] < 1e-16 * energy[1]) break; /* the rest would be rounding */
   }
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
@@ -332,8 +332,8 @@ static double amplification(flesh_method method, const flesh_method_options *opt
   return pow(energy[last] / energy[half], 0.5 / (last - half));
 }
 
-/* The last digits of places 1 m from the origin are worth more than the energy of motions of 1e-8 m. That is no reason
- * for steps to be cut to nothing, or split. */
+/* The last digits of positions 1 m from the origin are worth more than the energy of motions of 1e-8 m. That is no
+ * reason to cut steps to nothing, or to split them. */
 static void motion_that_has_almost_died_out_is_solved_as_easily(void)
 {
   flesh_method_options options;
@@ -381,8 +381,9 @@ static void hht_damps_fast_oscillations_most(void)
   CHECK_NEAR(amplification(FLESH_METHOD_HHT, &options, 1), 1, 1e-4);
 }
 
-/* A step leaves the spectral radius of infinitely fast oscillations. Of those that steps resolve it damps less than HHT
- * with the same radius, (1 + alpha)/(1 - alpha), but for 1/2, where both are the same method; with 1 it keeps all. */
+/* A step leaves the spectral radius of infinitely fast oscillations. Resolved oscillations are damped less than by HHT
+ * with the same radius, (1 + alpha)/(1 - alpha), except for 1/2, where both are the same method; with 1 they are
+ * undamped. */
 static void generalized_alpha_has_its_spectral_radius(void)
 {
   flesh_method_options options;
@@ -403,7 +404,7 @@ static void generalized_alpha_has_its_spectral_radius(void)
   }
 }
 
-/* Takes the oscillator, 1 m away from its rest, two steps of h; x of its first node after each. */
+/* Takes two steps of h of the oscillator from 1 m away from its rest; x of its first node after each. */
 static void take_two(flesh_method method, double h, double limit, double x[2])
 {
   test_body b;
@@ -419,8 +420,8 @@ static void take_two(flesh_method method, double h, double limit, double x[2])
   test_body_destroy(&b);
 }
 
-/* Methods that go on from an acceleration begin with backward Euler if the force at the start would carry the body farther
- * than its size within a step; not with a shorter step, nor where energy may grow at will. */
+/* Methods that continue from an acceleration start with backward Euler if the force at the start would carry the body
+ * farther than its size within a step; not with a shorter step, nor if energy may grow without limit. */
 static void violent_starts_are_damped(void)
 {
   const flesh_method begun[] = {FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT, FLESH_METHOD_GENERALIZED_ALPHA,

@@ -1,6 +1,6 @@
 // TEST quick
-/* test_observer.c: a run ends where it should, its history and frames say what happened and are
- * valid at all times. */
+/* test_observer.c: a run ends where it should; its history and frames record what happened and are valid at all
+ * times. */
 #include "temporary.h"
 
 #include <signal.h>
@@ -18,8 +18,7 @@ static const char *in_folder(const char *name)
   return path;
 }
 
-/* A bar of 2 x 1 x 1 m, its face x = 0 pinned, under gravity; with `handle`, its other face is
- * moved. */
+/* Makes a bar of 2 x 1 x 1 m with its face x = 0 pinned, under gravity; with `handle`, its other face is moved. */
 typedef struct bar {
   flesh_mesh *mesh;
   flesh_material material;
@@ -83,7 +82,7 @@ static void close_bar(bar *b)
   free(b->state.v);
 }
 
-/* The calls that an observer saw. */
+/* The calls that an observer received. */
 typedef struct seen {
   int calls, last_calls, stop_after, fail_at;
   double t[64], h[64];
@@ -127,7 +126,7 @@ static void steps_end_exactly_at_the_end(void)
                {0, 1.0 / 60, 0.5, 30, 1.0 / 60},
                {0, 0.1, 0.35, 4, 0.05},
                {0.3, 0.1, 1, 7, 0.1},        /* 0.3 + 7 * 0.1 rounds above 1 */
-               {0, 0.1, 0.3 + 1e-9, 3, 0.1}, /* no sliver of 1e-9 s */
+               {0, 0.1, 0.3 + 1e-9, 3, 0.1}, /* no tiny step of 1e-9 s */
                {0, 0.1, 0.30009, 3, 0.10009},
                {0, 0.1, 0.3 - 1e-9, 3, 0.1},
                {0, 0.5, 0.2, 1, 0.2},
@@ -171,7 +170,7 @@ static void impossible_runs_are_refused(void)
   open_bar(&b, WITH_INERTIA, FLESH_METHOD_BACKWARD_EULER);
   for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
     int steps = -1;
-    /* Were it begun all the same, it would end at once. */
+    /* If it were started nevertheless, it would end at once. */
     seen s = run(&b, cases[k].h, cases[k].end, 1, 0, FLESH_ERR_ARGUMENT, &steps);
     CHECK_TEXT(flesh_error_text(), cases[k].text);
     CHECK(steps == 0 && s.calls == 0);
@@ -192,7 +191,7 @@ static void a_stopped_run_ends_in_order(void)
   seen s = run(&b, 0.1, 1, 4, 0, FLESH_ERR_BUDGET, &steps);
   CHECK(steps == 3 && s.calls == 4); /* within the fourth step, which leaves no trace */
   CHECK_NEAR(b.state.t, 0.3, 1e-15);
-  s = run(&b, 0.1, 1, 0, 2, FLESH_ERR_FILE, &steps); /* an observer's failure ends it too */
+  s = run(&b, 0.1, 1, 0, 2, FLESH_ERR_FILE, &steps); /* an observer's failure also ends it */
   CHECK(steps == 2 && s.calls == 3);
   close_bar(&b);
 }
@@ -212,7 +211,7 @@ static void statics_make_one_solve_unless_something_moves(void)
   close_bar(&b);
 }
 
-/* The columns of a line, copied to `text`. */
+/* Splits a line into its columns, copied to `text`. */
 static int split(char *text, const char **columns, int limit)
 {
   int count = 0;
@@ -270,8 +269,7 @@ static void the_history_has_a_row_per_step(void)
   close_bar(&b);
 }
 
-/* A limit on file sizes stands for a disk that fills up: the run ends and the file has whole rows.
- */
+/* A limit on file sizes represents a full disk: the run ends and the file has complete rows. */
 static void a_full_disk_ends_the_run(void)
 {
   bar b;
@@ -319,7 +317,7 @@ static int count_listed(const char *path)
   return count;
 }
 
-/* Observes after the frames: the index must be whole and list what is there at any time. */
+/* Observes after the frames: the index must be complete and list the existing frames at any time. */
 static int count_frames(void *data, const flesh_step_record *record)
 {
   int *expected = data;
@@ -332,7 +330,7 @@ static int count_frames(void *data, const flesh_step_record *record)
 
 static void frames_are_listed_as_they_come(void)
 {
-  for (int again = 0; again < 2; again++) { /* the second run is shorter: no stale frame may stay */
+  for (int again = 0; again < 2; again++) { /* the second run is shorter: no old frame may remain */
     bar b;
     open_bar(&b, WITH_INERTIA, FLESH_METHOD_BACKWARD_EULER);
     flesh_frames *frames;
@@ -361,7 +359,7 @@ static void bad_places_are_refused(void)
   CHECK(flesh_frames_create(in_folder("new"), b.mesh, 0, &frames) == FLESH_ERR_ARGUMENT && !frames);
   flesh_history *history;
   CHECK(flesh_history_create(folder, b.system, &history) == FLESH_ERR_FILE && !history);
-  struct stat info; /* what is no file is not replaced by one */
+  struct stat info; /* anything that is no file is not replaced by one */
   CHECK(!mkfifo(in_folder("pipe"), 0600));
   CHECK(flesh_history_create(in_folder("pipe"), b.system, &history) == FLESH_ERR_FILE && !history);
   CHECK(!stat(in_folder("pipe"), &info) && S_ISFIFO(info.st_mode) && !unlink(in_folder("pipe")));

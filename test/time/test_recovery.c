@@ -1,6 +1,6 @@
 // TEST quick
-/* test_recovery.c: cutbacks and load increments by themselves, without a solve: what is tried, in which order, and what
- * is told where it is given up. */
+/* test_recovery.c: cutbacks and load increments on their own, without a solve: what is tried, in which order, and what
+ * is reported when they give up. */
 #include <math.h>
 
 #include "body.h"
@@ -8,13 +8,13 @@
 #include "test.h"
 #include "time/recovery/recovery.h"
 
-/* Parts longer than `longest` that reach beyond `hard` fail, all beyond `end` with another status. */
+/* Parts longer than `longest` that reach beyond `hard` fail, and all beyond `end` with another status. */
 typedef struct course {
   double longest, hard, end;
-  int quartered;   /* a failure makes two halvings */
+  int quartered;   /* a failure halves twice */
   double at;       /* where the parts have led */
   int tries, parts, deepest, fatal;
-  int apart;       /* a part did not begin where the last one ended, or was not as long as it said */
+  int apart;       /* a part did not start where the previous one ended, or had another length than reported */
 } course;
 
 static int take(course *c, const flesh_span *part, int depth)
@@ -50,13 +50,13 @@ static void steps_that_fail_are_halved(void)
     course c = {.longest = ldexp(span.h, -depth) * 1.001, .end = INFINITY};
     int failures = 0;
     CHECK_OK(walk(8, &c, &failures));
-    /* Every part is tried from the largest that may succeed: where all of one depth do, the parts above fail once. */
+    /* The largest part that may succeed is tried first: if all of one depth do, the longer ones fail once. */
     CHECK(c.at == span.end && !c.apart && c.deepest == depth && c.parts == 1 << depth);
     CHECK(failures == c.tries - c.parts && c.tries >= c.parts + depth);
   }
 }
 
-/* All parts are as long as they have to be, or half. */
+/* All parts have the necessary length, or half of it. */
 static void steps_that_fail_are_halved_twice(void)
 {
   for (int depth = 0; depth <= 8; depth++) {
@@ -66,7 +66,7 @@ static void steps_that_fail_are_halved_twice(void)
     CHECK(c.at == span.end && !c.apart && c.deepest >= depth && c.deepest <= depth + 1);
     CHECK(c.parts >= 1 << depth && c.parts <= 2 << depth && failures == c.tries - c.parts);
   }
-  /* Half of the span fails once, the quarter in it leads on; the last halving is not left out. */
+  /* Half of the span fails once, its quarter succeeds; the last halving is not skipped. */
   course c = {.longest = span.h / 1.9, .end = INFINITY, .quartered = 1};
   int failures = 0;
   CHECK_OK(walk(8, &c, &failures));
@@ -77,7 +77,7 @@ static void steps_that_fail_are_halved_twice(void)
   CHECK(c.parts == 8 && c.deepest == 3);
 }
 
-/* A step that is hard at the end only is halved there only: 1/2, 1/4, 1/8, 1/8 of the span. */
+/* A step that is hard only at its end is halved only there: 1/2, 1/4, 1/8, 1/8 of the span. */
 static void parts_are_as_long_as_may_be(void)
 {
   course c = {.longest = span.h / 7.9, .hard = span.begin + 0.8 * span.h, .end = INFINITY};
@@ -104,11 +104,11 @@ static void errors_end_a_step_at_once(void)
   CHECK(walk(8, &c, &failures) == FLESH_ERR_BUDGET && c.tries == 4 && failures == 2);
 }
 
-/* Increments longer than `longest` fail that begin before `easy`, and so do all beyond `end`. */
+/* Increments longer than `longest` fail if they start before `easy`, and so do all beyond `end`. */
 typedef struct load {
   double longest, easy, end, reached, place;
   int tries, steps, fatal, apart;
-  double smallest, failed; /* where the increment before ended that failed; 0: none has */
+  double smallest, failed; /* where the previous failed increment ended; 0: none has failed */
 } load;
 
 static int take_load(load *l, const flesh_load_increment *increment)
@@ -116,7 +116,7 @@ static int take_load(load *l, const flesh_load_increment *increment)
   const double length = increment->to - increment->from;
   l->tries++;
   l->apart |= increment->from != l->reached || !(length > 0) || increment->to > 1;
-  /* The depth is that of the increment asked for, which the full load may cut. */
+  /* The depth is that of the requested increment, which the full load may limit. */
   l->apart |= length > ldexp(1, -increment->depth) * (1 + 1e-12);
   l->apart |= l->failed > 0 && increment->to >= l->failed; /* none is tried again */
   l->smallest = fmin(l->smallest, length);
@@ -127,7 +127,7 @@ static int take_load(load *l, const flesh_load_increment *increment)
   }
   l->failed = 0;
   l->reached = increment->to;
-  l->place += increment->fraction * (1 - l->place); /* what is prescribed goes this part of its rest */
+  l->place += increment->fraction * (1 - l->place); /* the prescribed displacement advances by this fraction of its rest */
   l->steps++;
   return FLESH_OK;
 }
@@ -147,14 +147,14 @@ static void loads_are_raised_in_increments(void)
     load l = {.longest = ldexp(1, -k) * 1.01, .easy = 1, .end = 1, .smallest = 1};
     CHECK_OK(raise_load(8, &l));
     CHECK(l.reached == 1 && !l.apart && l.steps == 1 << k);
-    CHECK_NEAR(l.place, 1, 1e-12); /* it moves along, and ends where it should */
+    CHECK_NEAR(l.place, 1, 1e-12); /* it moves along, and ends at the right position */
     CHECK(l.smallest >= ldexp(1, -k));
-    /* After every success the next is tried twice as long. */
+    /* After every success an increment twice as long is tried. */
     CHECK(l.tries <= 2 * l.steps + k);
   }
 }
 
-/* 1/2, 1/4 and 1/8 fail; then 1/16, 1/8, 1/4, 1/2 and what is left. */
+/* 1/2, 1/4 and 1/8 fail; then 1/16, 1/8, 1/4, 1/2 and the remainder. */
 static void increments_grow_where_they_succeed(void)
 {
   load l = {.longest = 0.1, .easy = 0.01, .end = 1, .smallest = 1};
@@ -171,7 +171,7 @@ static void a_load_that_cannot_be_held_is_given_up(void)
   CHECK(raise_load(6, &l) == FLESH_ERR_MEMORY && l.tries == 3);
 }
 
-/* The recovery of a bar of two cells with the default options. */
+/* Returns the recovery of a bar of two cells with the default options. */
 static void open_recovery(test_body *b, flesh_solver_options *options, flesh_evaluation *evaluation, flesh_recovery *recovery)
 {
   flesh_solver_options_default(options);
@@ -192,7 +192,7 @@ static void failures_say_where(void)
   CHECK(recovery.untangler && recovery.tangled);
   const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
   double centre[3] = {0};
-  /* The tet's first corner goes through its other three. */
+  /* The tet's first corner passes through its opposite face. */
   for (int c = 0; c < 3; c++) {
     double middle = 0;
     for (int a = 1; a < 4; a++) middle += b.state.x[3 * tet[a] + c] / 3;
@@ -227,7 +227,7 @@ static void failures_say_where(void)
   test_body_destroy(&b);
 }
 
-/* Softer materials that lead nowhere are asked ever more seldom, until the body is no tangle. */
+/* If softer materials do not help they are tried ever more rarely, until the body is no tangle. */
 static void steps_in_vain_are_softened_seldom(void)
 {
   test_body b;

@@ -1,6 +1,6 @@
 // TEST quick seconds=60
-/* test_runge_kutta.c: the method runge-kutta against conditions of order, ARKODE's coefficients, GSL's integration and its
- * own stability function; how its steps follow a tolerance, are refused, and go on from a checkpoint. */
+/* test_runge_kutta.c: the method runge-kutta against order conditions, ARKODE's coefficients, GSL's integration and its
+ * own stability function; how its steps follow a tolerance, are refused, and are resumed from a checkpoint. */
 #include <stdio.h>
 #include <stdlib.h>
 #ifdef HAVE_ARKODE
@@ -13,7 +13,7 @@
 #include "time/butcher_table.h"
 #include "time/method.h"
 
-#include <complex.h> /* last: it takes the name I */
+#include <complex.h> /* last: it uses the name I */
 
 static flesh_integrator *controlled(const test_body *b, flesh_method method, flesh_table table, double tolerance)
 {
@@ -36,8 +36,9 @@ static flesh_integrator *integrator_of(const test_body *b, flesh_table table, do
   return controlled(b, FLESH_METHOD_RUNGE_KUTTA, table, tolerance);
 }
 
-/* The conditions of order up to 3 (Hairer, Norsett & Wanner 1993, II.2) and 2 for the error's method; what makes stages
- * alike; and no damping of infinitely fast motions but all (L-stable): the last row is the step. */
+/* Checks the order conditions up to 3 (Hairer, Norsett & Wanner 1993, II.2) and 2 for the embedded method; that stages
+ * have equal diagonal entries; and that infinitely fast motions are completely damped (L-stability): the last row is
+ * the step. */
 static void tables_have_their_orders(void)
 {
   for (int k = 1; flesh_table_names[k]; k++) {
@@ -59,7 +60,7 @@ static void tables_have_their_orders(void)
     for (int e = 0; e < 2; e++) {
       CHECK_NEAR(sums[e][0], 1, 4e-15);
       CHECK_NEAR(sums[e][1], 0.5, 4e-15);
-      const int third = e == 0 ? t->order == 3 : t->order == 2; /* one of both is of order 3, else there is no estimate */
+      const int third = e == 0 ? t->order == 3 : t->order == 2; /* one of both is of order 3, otherwise there is no estimate */
       CHECK((fabs(sums[e][2] - 1. / 3) < 4e-15) == third);
       CHECK((fabs(sums[e][3] - 1. / 6) < 4e-15) == third);
     }
@@ -78,9 +79,9 @@ static void tables_have_their_orders(void)
   }
 }
 
-/* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
-/* Stages of a motion with constant acceleration are exact, so that the safer guess at a later one is its solution, whatever
- * was known of the acceleration. */
+/* Makes a bar of 3 x 1 x 1 m, clamped at x = 0, that swings from its rest shape under gravity. */
+/* Stages of a motion with constant acceleration are exact, so that the better guess at a later one is its solution,
+ * whatever was known of the acceleration. */
 static void stages_begin_at_the_cubic_between_those_before(void)
 {
   const flesh_method_row *row = flesh_method_find(FLESH_METHOD_RUNGE_KUTTA);
@@ -135,14 +136,14 @@ static void orders_are_as_promised(void)
     motion_reference_run(&b, 0.5, 1e-13, &exact);
     for (int k = 1; flesh_table_names[k]; k++)
       CHECK_NEAR(order_of(&b, (flesh_table)k, 0.5, &exact, 40), k == FLESH_TABLE_TRBDF2 ? 2 : 3, 0.1);
-    /* The first three steps are of the table with the larger errors, and each of those falls with h^4. */
+    /* The first three steps use the table with the larger errors, and each of those falls with h^4. */
     CHECK(order_of(&b, FLESH_TABLE_AUTO, 0.5, &exact, 40) > 2.9);
     state_free(&exact);
     test_body_destroy(&b);
   }
 }
 
-/* Prescribed motions that turn, constraints and springs that come and go within steps. */
+/* Prescribed motions that turn, and constraints and springs that are switched within steps. */
 static void orders_survive_events_and_moving_constraints(void)
 {
   test_body b;
@@ -154,7 +155,7 @@ static void orders_survive_events_and_moving_constraints(void)
   test_body_destroy(&b);
 }
 
-/* R(z) of a table (Hairer & Wanner 1996, IV.3): one step of y' = z y from 1. */
+/* Returns R(z) of a table (Hairer & Wanner 1996, IV.3): one step of y' = z y from 1. */
 static double complex stability_function(const flesh_butcher_table *t, double complex z)
 {
   double complex k[FLESH_TABLE_STAGES], y = 1;
@@ -193,7 +194,7 @@ static void oscillators_follow_the_stability_function(void)
     }
 }
 
-/* The largest error of a motion at ten times, m, and what it took. */
+/* Returns the largest error of a motion at ten times, m, and its cost. */
 static double error_at(flesh_method method, flesh_table table, double tolerance, flesh_solve_stats *stats)
 {
   enum { TIMES = 10 };
@@ -217,8 +218,8 @@ static double error_at(flesh_method method, flesh_table table, double tolerance,
   return worst;
 }
 
-/* Over four decades from 1e-2 on (two from 1e-1 on for backward Euler) the error is in proportion to the tolerance; esdirk324
- * only comes to that where it resolves the motion. */
+/* Over four decades from 1e-2 on (two from 1e-1 on for backward Euler) the error is proportional to the tolerance; for
+ * esdirk324 only once the motion is resolved. */
 static void check_errors(flesh_method method, flesh_table table)
 {
   enum { MOST = 5 };
@@ -232,7 +233,7 @@ static void check_errors(flesh_method method, flesh_table table)
     mean += log(ratio[k]) / runs;
     printf("# %s, tolerance %g: %d steps, %d rejected, %d Newton, error %.3g m = %.3g tolerances\n", name, tolerance,
            stats.steps, stats.rejected, stats.newton, error, ratio[k]);
-    /* A solve looks at two guesses, each once, and at the end of each iteration. */
+    /* A solve examines two guesses, each once, and the end of each iteration. */
     CHECK(method != FLESH_METHOD_RUNGE_KUTTA || stats.potentials - stats.newton < 2.8 * stats.solves);
   }
   for (int k = 0; k < runs; k++) {
@@ -251,7 +252,8 @@ static void errors_follow_the_tolerance(void)
   check_errors(FLESH_METHOD_BACKWARD_EULER, FLESH_TABLE_AUTO);
 }
 
-/* An effect that lies: it pushes nodes along their velocities, v' = rate v, and says that its energy is 0. */
+/* An effect with a wrong energy: it pushes nodes along their velocities, v' = rate v, and claims that its energy is
+ * 0. */
 static const double rate = 4; /* 1/s, for 1 kg */
 
 static int push(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -288,7 +290,7 @@ static int no_energy(const flesh_effect *effect, const flesh_point *point, doubl
 }
 
 typedef struct account {
-  double last, most; /* J; of the speed, and by how much a step has raised it over what was there */
+  double last, most; /* J; of the speed, and the largest rise in a step */
   int steps, rejected;
 } account;
 
@@ -304,8 +306,8 @@ static int see_energy(void *data, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* The error of uniform acceleration is small, so that only the energy refuses steps; what halves do not help against is
- * left to backward Euler. */
+/* The error of uniform acceleration is small, so that only the energy refuses steps; where halving does not help,
+ * backward Euler is used. */
 static void gains_of_energy_shorten_steps(void)
 {
   static const flesh_effect_operations operations = {.name = "push", .role = FLESH_ROLE_DAMPING, .residual = push,
@@ -356,8 +358,8 @@ static void gains_of_energy_shorten_steps(void)
   CHECK_BELOW(seen[1].most, 0.012);
 }
 
-/* The table of three solves a step lasts while a body that its motion crumples is inverted, however easy its steps are to
- * solve, unless they resolve the motion by an iteration a stage; they are errors' all the same. */
+/* The table of three solves a step is used while a body that its motion crumples is inverted, however easy its steps
+ * are to solve, unless they resolve the motion with one iteration per stage; the steps are adaptive nevertheless. */
 static void inverted_bodies_keep_the_table_that_damps(void)
 {
   static const double tolerances[] = {0.1, 1e-3}, ends[] = {0.04, 0.02};
@@ -382,7 +384,8 @@ static void inverted_bodies_keep_the_table_that_damps(void)
   }
 }
 
-/* Bodies that begin with their nodes anywhere are led out by few steps of backward Euler, and go on by their own method. */
+/* Bodies that start with random nodes are recovered by few steps of backward Euler, and continue with their own
+ * method. */
 static void bodies_that_begin_tangled_are_led_out(void)
 {
   static const double ratios[] = {0.3, 0.45, 0.49, 0.499};
@@ -425,7 +428,7 @@ static void bodies_that_begin_tangled_are_led_out(void)
   }
 }
 
-/* The sum of what internal steps say. */
+/* Sums the reports of internal steps. */
 typedef struct steps_seen {
   double t;
   int steps, rejected, gaps, off_grid;
@@ -441,7 +444,7 @@ static int see_step(void *data, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* A blow that no event announces: a force along z for a sixth of a second. */
+/* An impact that no event announces: a force along z for a sixth of a second. */
 static int blow(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const int now = point->t > 0.53 && point->t < 0.7;
@@ -506,7 +509,7 @@ static void errors_reject_steps(void)
   test_body_destroy(&b);
 }
 
-/* Forces at ends of steps balance as exactly as was wanted. */
+/* Forces at ends of steps balance as accurately as requested. */
 static int see_balance(void *data, const flesh_internal_step *step)
 {
   const flesh_solve_stats *stats = data;
@@ -515,8 +518,8 @@ static int see_balance(void *data, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* A viscous bar that moves by long steps has the viscosity of the shape with which a step ends, also where the last iteration
- * has moved next to nothing. */
+/* A viscous bar that moves by long steps has the viscosity of the shape at a step's end, also if the last iteration
+ * hardly moved it. */
 static void viscosity_is_that_of_the_end(void)
 {
   test_body b;

@@ -1,6 +1,6 @@
 // TEST full memory seconds=60
-/* test_saved.c: what an integrator remembers goes through bytes: a motion whose integrator is replaced after every step by
- * a new one that loads what the last one saved has the same bits and counts; what cannot be loaded is refused. */
+/* test_saved.c: an integrator's memory is saved as bytes: a motion whose integrator is replaced after every step by a
+ * new one that loads what the last one saved has the same bits and counts; invalid data are refused. */
 #include <stdlib.h>
 
 #include "effect/effect.h"
@@ -21,7 +21,7 @@ typedef struct motion {
 
 enum { MOST = 16 };
 
-/* A scene of the data, with further values up to NULL. */
+/* Reads a scene of the data, with further values up to NULL. */
 static void begin(const char *path, const char *const *set, motion *m)
 {
   int count = 0;
@@ -45,7 +45,7 @@ static void make_integrator(motion *m)
                                    &m->integrator));
   CHECK_OK(flesh_integrator_set_adaptive(m->integrator, &time->adaptive));
   CHECK_OK(flesh_integrator_set_method_options(m->integrator, &time->options));
-  m->integrator->ahead.limit = INFINITY; /* as of a run */
+  m->integrator->ahead.limit = INFINITY; /* as in a run */
 }
 
 static void end(motion *m)
@@ -65,7 +65,7 @@ static void *saved(const flesh_integrator *integrator, size_t *size)
   return data;
 }
 
-/* A new integrator in the place of the old one. */
+/* Replaces the integrator by a new one that loads its saved data. */
 static void replace(motion *m)
 {
   size_t size;
@@ -129,7 +129,8 @@ static void check_motion(const char *path, int steps, int every, const char *con
   for (int e = 0; e < effects; e++) {
     const flesh_effect_cost *p = &flesh_integrator_costs(whole.integrator)->effects[e],
                             *q = &flesh_integrator_costs(parted.integrator)->effects[e];
-    /* Contact of bodies counts no energy where its last search saw nothing near, and a new integrator's search was later. */
+    /* Contact of bodies counts no energy if its last search found nothing near, and a new integrator's search was
+     * later. */
     const int searches = flesh_effect_as_barrier(flesh_system_effect(flesh_scene_system(whole.scene), e))->remember != NULL;
     CHECK(p->residuals == q->residuals && p->jacobians == q->jacobians && p->potentials == q->potentials &&
           (searches || p->energies == q->energies));
@@ -152,14 +153,14 @@ static void every_method_goes_on(void)
                                            "time.method=generalized-alpha"};
   for (size_t k = 0; k < sizeof controlled / sizeof controlled[0]; k++)
     check_motion(SWING, 20, 1, SET(controlled[k], "time.adaptive=true", "time.tolerance=1e-2"), &total);
-  /* Steps that are small enough for matrices and factors to serve again, singly and in turns. */
+  /* Steps small enough for matrices and factors to be reused, individually and alternating. */
   for (int every = 1; every < 6; every += 2) {
     check_motion(SWING, 40, every, SET("time.step=1/480"), &total);
     CHECK(total.assemblies < total.newton);
   }
 }
 
-/* The length of the next step, and what it goes by, are remembered. */
+/* The length of the next step, and the data that determine it, are stored. */
 static void steps_that_errors_choose_go_on(void)
 {
   flesh_solve_stats total;
@@ -170,7 +171,7 @@ static void steps_that_errors_choose_go_on(void)
   check_motion("../data/scenes/jelly_drop.yaml", 14, 1,
                SET("start.velocity=[0.4, 0, -5]", "time.method=runge-kutta", "time.tolerance=1e-1"), &total);
   CHECK(total.projections > 0);
-  /* Whether something holds the body says how long the momentum lasts that errors give it where it touches. */
+  /* Whether the body is held determines how long momentum errors by contact last. */
   check_motion(SWING, 3, 1,
                SET("effects=[inertia: {}, gravity: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}, contact: {plane: {point: "
                    "[0, 0, -0.03]}, friction: 0.5}]", "start={velocity: [0, 0, -5]}", "body.material.young=4e5", "time.method=runge-kutta", "time.tolerance=1e-4"), &total);
@@ -189,7 +190,7 @@ static void every_solver_goes_on(void)
     check_motion(SWING, 10, 1, SET(solvers[k], "time.step=1/240"), &total);
   check_motion(SWING, 4, 1, SET("solver.preconditioner=none", "solver.max_linear=40"), &total);
   CHECK(total.direct > 0);
-  /* A long solve before the state was saved ends those after it sooner. */
+  /* A long solve before the state was saved ends later solves sooner. */
   check_motion(SWING, 10, 1, SET("solver.preconditioner=none", "body.material.poisson=0.4999"), &total);
   CHECK(total.direct > 0 && total.linear < 5000);
 }
@@ -234,7 +235,7 @@ static void equilibria_go_on(void)
   check_motion("../data/scenes/loaded_bar.yaml", 4, 1, SET("body.mesh=../data/meshes/bar_8x2x2.mesh"), &total);
 }
 
-/* IDA's history is not taken back: the motion agrees within the tolerance, and that is said. */
+/* IDA's history is not restored: the motion agrees within the tolerance, and that is reported. */
 static void adaptive_agrees_within_the_tolerance(void)
 {
   motion whole, parted;
@@ -259,7 +260,7 @@ static void adaptive_agrees_within_the_tolerance(void)
   end(&parted);
 }
 
-/* Tries to load `size` bytes into an integrator of the scene; the sentence. */
+/* Tries to load `size` bytes into an integrator of the scene; returns the message. */
 static void check_refused(const char *path, const char *const *set, const void *data, size_t size, int wanted,
                           const char *words)
 {

@@ -1,13 +1,13 @@
 // TEST quick seconds=60
-/* test_steps_allocate_nothing.c: no step asks for memory: not of any method, nor where few nodes are solved for alone or
- * a body is untangled. */
+/* test_steps_allocate_nothing.c: no step allocates memory: with any method, also if few nodes are solved for alone or a
+ * body is untangled. */
 #include <stdlib.h>
 
 #include "body.h"
 #include "flesh/sundials_abi.h"
 #include "test.h"
 
-/* Counts what is asked of malloc, also by SUNDIALS; a sanitizer has its own malloc, which is left alone. */
+/* Counts calls of malloc, including those by SUNDIALS; a sanitizer's own malloc is left alone. */
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
 #define SANITIZED 1
@@ -18,7 +18,7 @@
 #endif
 
 #if defined(__GLIBC__) && !defined(SANITIZED)
-static _Thread_local long requests, of_libraries; /* all; those that shared libraries ask for */
+static _Thread_local long requests, of_libraries; /* all calls; those by shared libraries */
 extern const char __executable_start, etext;
 static void count_request(const void *caller)
 {
@@ -85,8 +85,8 @@ static void steps_allocate_nothing(void)
   check_allocations(FLESH_METHOD_BACKWARD_EULER, 1);
 }
 
-/* Nor do steps that solve for few nodes alone: all that these need is made, or has room, before. Beside effects that
- * are restricted to the elements there, others are a quadratic model. */
+/* Nor do steps that solve for few nodes alone: everything they need is made, or has memory, before. In addition to
+ * effects that are restricted to the elements there, others have a quadratic model. */
 static void subdomains_allocate_nothing(void)
 {
   for (int kind = 0; kind < 3; kind++) {
@@ -109,7 +109,7 @@ static void subdomains_allocate_nothing(void)
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
     const long before = requests, libraries_before = of_libraries;
     double *thrown = __libc_malloc((size_t)b.n * sizeof *thrown);
-    for (int k = 0; k < 3; k++) { /* the third finds what the first two have left */
+    for (int k = 0; k < 3; k++) { /* the third uses the memory of the first two */
       const double *X = flesh_mesh_positions(b.mesh);
       memcpy(thrown, b.state.x, (size_t)b.n * sizeof *thrown);
       test_jitter(b.n, 0.017, (unsigned)k + 7, thrown);
@@ -122,7 +122,7 @@ static void subdomains_allocate_nothing(void)
     printf("# %d effects: %ld requests for memory, %d subdomains, %d solves by factorisation\n",
            flesh_system_effect_count(b.system), requests - before, stats.subdomains, stats.direct);
     CHECK(stats.subdomains >= 3 && requests - before == of_libraries - libraries_before);
-    /* From SUNDIALS 7 on KINSOL writes a message where a solve for few nodes fails, as some may. */
+    /* From SUNDIALS 7 on KINSOL writes a message when a solve for few nodes fails, as some may. */
     CHECK(of_libraries - libraries_before <= (FLESH_SUNDIALS_VERSION_MAJOR >= 7 ? stats.subdomains : 0));
     free(thrown);
     flesh_integrator_destroy(&integrator);

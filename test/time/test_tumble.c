@@ -1,6 +1,6 @@
 // TEST full builds=plain seconds=5
-/* test_tumble.c: jelly that tumbles down stairs by Runge-Kutta methods to a tenth: what it takes, and that it gains no energy
- * and passes through nothing. */
+/* test_tumble.c: jelly that tumbles down stairs by Runge-Kutta methods with a tolerance of a tenth: its cost, and that
+ * it gains no energy and passes through nothing. */
 #include <stdlib.h>
 
 #include "flesh/scene.h"
@@ -62,7 +62,7 @@ static void jelly_tumbles_at_a_tenth(void)
     CHECK_BELOW(seen.gain, 0.05 * seen.fastest);
     flesh_integrator_destroy(&integrator);
   }
-  CHECK_BELOW(newton / RUNS, 1300); /* more with the tangent of friction alone */
+  CHECK_BELOW(newton / RUNS, 1300); /* more with only the tangent of friction */
   CHECK(seen.inside == 0);
   free(x);
   flesh_scene_destroy(&scene);

@@ -1,5 +1,6 @@
 // TEST full seconds=120
-/* test_untangle.c: tangles are found by winding, untangled, and bodies at rest leave them; held ones are left alone. */
+/* test_untangle.c: tangles are detected by winding numbers and untangled, and bodies at rest leave them; held ones are
+ * left alone. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -15,7 +16,7 @@ static flesh_mesh *bar(void)
   return mesh;
 }
 
-/* A fan of `count` tets around the z axis, each taking `angle` of it: a closed ring at angle = 2 pi / count. */
+/* Makes a fan of `count` tets around the z axis, each taking `angle` of it: a closed ring at angle = 2 pi / count. */
 static void fan_positions(int count, double angle, double *x)
 {
   double axis[6] = {0, 0, 0, 0, 0, 1};
@@ -43,7 +44,7 @@ static flesh_mesh *fan(int count)
   return mesh;
 }
 
-/* Wound twice around its axis every tet of a ring of seven keeps a positive volume. */
+/* Wound twice around its axis, every tet of a ring of seven keeps a positive volume. */
 static void double_winding_is_found(void)
 {
   enum { COUNT = 7 };
@@ -64,8 +65,7 @@ static void double_winding_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A tet that is strained as much as in a tangle is one after an inversion, and at the start, when nothing is known of
- * it. */
+/* A tet as strained as in a tangle counts as one after an inversion, and at the start, when nothing is known of it. */
 static void tangles_are_remembered(void)
 {
   enum { COUNT = 7, PLACES = 6 };
@@ -83,7 +83,7 @@ static void tangles_are_remembered(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* The quick test never misses a tangle: wherever it says no, the winding finds none. */
+/* The quick test never misses a tangle: whenever it finds none, nor does the winding number. */
 static void the_quick_test_is_safe(void)
 {
   flesh_mesh *mesh = bar();
@@ -107,7 +107,7 @@ static void the_quick_test_is_safe(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A few tets of many, as in a crease, are none: the corner of a block goes through its tets, six of 4374 at most. */
+/* A few tets of many, as in a crease, are none: the corner of a block passes through its tets, six of 4374 at most. */
 static void creases_are_no_tangles(void)
 {
   flesh_mesh *mesh = test_box(9, 9, 9, 1, 1, 1);
@@ -125,7 +125,7 @@ static void creases_are_no_tangles(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* At order 2 nodes on edges can be tangled too, and tets inverted that no flat piece shows. */
+/* At order 2 mid-edge nodes can be tangled too, and tets inverted without an inverted flat piece. */
 static void tangles_of_ten_nodes_are_found(void)
 {
   flesh_mesh *linear = bar(), *mesh;
@@ -149,7 +149,7 @@ static void tangles_of_ten_nodes_are_found(void)
     hidden += inverted > 0 && count == 8 * inverted;
   }
   CHECK(hidden > 0);
-  /* A knot about a node of an edge. */
+  /* A tangle around a mid-edge node. */
   memcpy(x, X, sizeof(double) * (size_t)n);
   int at = flesh_mesh_tet_edges(mesh)[6 * (flesh_mesh_tet_count(mesh) / 2) + 3];
   for (int i = 0; i < n; i += 3)
@@ -157,7 +157,7 @@ static void tangles_of_ten_nodes_are_found(void)
       for (int c = 0; c < 3; c++) x[i + c] += 0.3 * (test_uniform(&random) - 0.5);
   CHECK(flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL) < 0);
   CHECK(flesh_winding_find(winding, x, &tangled) > 0);
-  /* In a point it has collapsed; on a line it is flat. */
+  /* A body in a point has collapsed; one on a line is flat. */
   for (int d = 0; d < n; d++) x[d] = d % 3 ? 0 : X[d];
   CHECK(flesh_mesh_is_flat(mesh, x) && flesh_mesh_may_be_tangled(mesh, x));
   CHECK(flesh_winding_find(winding, x, &tangled) == pieces);
@@ -210,7 +210,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
   return end;
 }
 
-/* Most come back by themselves. Which tangles are met on the way turns on rounding; a body comes back from all. */
+/* Most recover by themselves. Which tangles occur depends on rounding; a body recovers from all. */
 static void bodies_near_rest_leave_their_tangles(void)
 {
   for (int start = 0; start < 2; start++)
@@ -221,7 +221,7 @@ static void bodies_near_rest_leave_their_tangles(void)
     }
 }
 
-/* A step of the static method, from where the bar is. */
+/* Takes a step of the static method from the bar's state. */
 static int find_equilibrium(test_body *b, const flesh_solver_options *options)
 {
   flesh_integrator *integrator = NULL;
@@ -232,7 +232,7 @@ static int find_equilibrium(test_body *b, const flesh_solver_options *options)
   return stats.untanglings;
 }
 
-/* A bar that has come to rest mirrored, in a tangle, with untangling switched off, and where it would be without: wanted
+/* Makes a bar at rest in a mirrored, tangled state, with untangling switched off, and its untangled equilibrium: wanted
  * [n], which the caller frees. */
 static void make_tangled(int hangs, flesh_solver_options *options, test_body *b, double **wanted)
 {
@@ -258,7 +258,7 @@ static void make_tangled(int hangs, flesh_solver_options *options, test_body *b,
 }
 
 /* An equilibrium that is a tangle is untangled and solved again, for the true material: under its weight the bar then
- * hangs as one that was never tangled. */
+ * hangs like one that was never tangled. */
 static void equilibria_are_untangled(void)
 {
   for (int hangs = 0; hangs < 2; hangs++) {
@@ -281,8 +281,8 @@ static void equilibria_are_untangled(void)
   }
 }
 
-/* In time too: from rest in a tangle, by steps so short that each has one minimum, softer materials in a step lead nowhere,
- * and only untangling does. */
+/* In motion too: from rest in a tangle, with steps so short that each has one minimum, softer materials in a step do
+ * not help; only untangling does. */
 static void what_rests_in_a_tangle_is_untangled(void)
 {
   test_body b;
@@ -308,8 +308,8 @@ static void what_rests_in_a_tangle_is_untangled(void)
   test_body_destroy(&b);
 }
 
-/* Pressed to half its length a bar folds, and a few tets of the folds are inverted: the equilibrium is found without that,
- * but else as it is, for less than the first solve has taken. */
+/* A bar compressed to half its length folds, and a few tets of the folds are inverted: the equilibrium without
+ * inversion is found, otherwise unchanged, at less than the cost of the first solve. */
 static void tangles_of_equilibria_are_left_locally(void)
 {
   flesh_solve_stats stats[2] = {{0}};
@@ -341,11 +341,11 @@ static void tangles_of_equilibria_are_left_locally(void)
   CHECK(inverted[0] > 0 && stats[0].untanglings == 0);
   CHECK(inverted[1] == 0 && stats[1].untanglings == 1);
   CHECK(stats[1].newton < 2 * stats[0].newton);
-  CHECK_BELOW(test_distance(n, ends[0], ends[1]) / sqrt(n / 3.), 0.04); /* of 4 m; softened all over it folds anew */
+  CHECK_BELOW(test_distance(n, ends[0], ends[1]) / sqrt(n / 3.), 0.04); /* of 4 m; softened everywhere it folds anew */
   free(ends[0]), free(ends[1]);
 }
 
-/* Shrunk below a tenth in the mean; exact lines and points are told from anything that has extent. */
+/* Shrunk below a tenth in the mean; exact lines and points are distinguished from bodies with extent. */
 static void collapse_is_found(void)
 {
   flesh_mesh *mesh = bar();
@@ -363,7 +363,7 @@ static void collapse_is_found(void)
     CHECK(flesh_mesh_may_be_tangled(mesh, x) == (k > 0));
     CHECK(!flesh_mesh_is_flat(mesh, x));
   }
-  /* Dimensions left, and noise in the others. */
+  /* Remaining dimensions, and noise in the others. */
   const struct { int dimensions; double noise; int flat; } shapes[] = {
       {0, 0, 1}, {1, 0, 1}, {2, 0, 0}, {1, 1e-6, 0}, {0, 1e-12, 0}};
   for (int k = 0; k < 5; k++) {
@@ -376,7 +376,7 @@ static void collapse_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A body and its copy beside it, of which [node < nodes of the body] are the body's. */
+/* Makes a body and a copy beside it; [node < nodes of the body] are the body's. */
 static flesh_mesh *two_of(const flesh_mesh *one, double apart)
 {
   const int nodes = flesh_mesh_node_count(one), tets = flesh_mesh_tet_count(one);
@@ -396,8 +396,8 @@ static flesh_mesh *two_of(const flesh_mesh *one, double apart)
   return mesh;
 }
 
-/* Two bodies that have gone apart, one of them upside down, fall into a point each or have a knot inside: both come back
- * to their shape where they are now, not side by side as at rest. */
+/* Two bodies that have moved apart, one of them upside down, collapse to a point each or have a tangle inside: both
+ * recover their shape at their present position, not side by side as at rest. */
 static void bodies_come_back_where_they_are(void)
 {
   for (int knot = 0; knot < 2; knot++) {
@@ -474,8 +474,9 @@ static ending collapse(flesh_energy energy, flesh_constants constants, const dou
   return end;
 }
 
-/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it leaves it through softer materials, who begins in
- * it stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
+/* F = 0 is a local minimum of E's energy at nu = 0.3: a body that collapses to it leaves it through softer materials, a
+ * body that starts in it stays, and so does a line, which has nowhere else to go. D at this nu has no other rest
+ * state. */
 static void collapsed_bodies_come_back(void)
 {
   const double small[] = {0.01, 0.01, 0.01}, point[] = {0, 0, 0}, line[] = {1, 0, 0},
@@ -494,8 +495,8 @@ static void collapsed_bodies_come_back(void)
   CHECK(deflated.untanglings == 0 && deflated.distance > 0.5);
 }
 
-/* An inverted tet of E may fall into a point, in which it has no more energy than at rest for nu = 0, and where no
- * material has a force: that of softer materials comes before it gets there. */
+/* An inverted tet of E may collapse to a point, in which its energy is no more than at rest for nu = 0, and where no
+ * material has a force: softer materials are used before it gets there. */
 static void a_point_without_forces_is_not_reached(void)
 {
   for (int untangle = 0; untangle < 2; untangle++) {
@@ -525,7 +526,7 @@ static void a_point_without_forces_is_not_reached(void)
   }
 }
 
-/* A spring that holds a corner pulled through the body keeps tets inverted; let go, it comes back. */
+/* A spring that holds a corner pulled through the body keeps tets inverted; when released, it recovers. */
 static void held_tangles_stay(void)
 {
   test_body b;

@@ -1,4 +1,4 @@
-/* installed.c: an outside program for test_install.sh, valid as C and as C++: one static solve through the installed
+/* installed.c: an outside program for test_install.sh, valid as C and as C++: one static solve with the installed
  * headers and library, so that KINSOL, KLU and the rest are linked too. */
 #include <flesh/flesh.h>
 #include <flesh/ida.h>

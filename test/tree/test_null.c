@@ -63,12 +63,12 @@
  * flesh_system_multiplier_count flesh_system_internal_count flesh_integrator_saves_all flesh_integrator_separation
  * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_find flesh_mesh_set_count. */
 
-/* In place of ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData; nobody calls it. */
+/* Replaces ARKStepGetNonlinearSystemData and CVodeGetNonlinearSystemData; never called. */
 static void nothing(void) {}
 static const flesh_arkode_system_data ARK = (flesh_arkode_system_data)nothing;
 static const flesh_cvode_system_data CV = (flesh_cvode_system_data)nothing;
 
-/* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
+/* Some pointer that is not NULL: it is not read before all pointers have been checked. */
 static union {
   long double aligned;
   char bytes[1 << 16];
@@ -390,7 +390,7 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_matrix_create, system, (NULL, any)), REFUSES(flesh_system_matrix_create, matrix, (any, NULL));
 }
 
-/* A function that takes what it is given does so when it fails, too. */
+/* A function that takes its argument does so when it fails, too. */
 static int destroyed;
 static void count_destroyed(void *data) { destroyed += data != NULL; }
 static void what_is_taken_is_freed(void)
@@ -481,8 +481,8 @@ static void close_lower_layer(lower_layer *l)
   test_body_destroy(&l->b);
 }
 
-/* Every callback, with these vectors, matrices and problems; the number that FLESH_ERR_ARGUMENT refuses with words in
- * which `word` occurs. */
+/* Calls every callback with these vectors, matrices and problems. Returns the number that refuse with
+ * FLESH_ERR_ARGUMENT and a message that contains `word`. */
 static int count_refusals(const char *word, N_Vector u, N_Vector r, N_Vector y, N_Vector yp, SUNMatrix A, SUNMatrix B,
                           SUNMatrix C, void *problem, void *ida, void *rhs)
 {
@@ -540,7 +540,7 @@ static void callbacks_wait_for_a_stage_or_a_start(void)
   close_lower_layer(&l);
 }
 
-/* Products and solves want a matrix, all of them vectors. */
+/* Products and solves need a matrix, all callbacks need vectors. */
 static void callbacks_wait_for_what_they_need(void)
 {
   lower_layer l;
@@ -574,7 +574,7 @@ static void callbacks_wait_for_what_they_need(void)
   close_lower_layer(&l);
 }
 
-/* A problem without inertia says which kind it is. */
+/* For a problem without inertia the message says which kind it is. */
 static void each_kind_speaks_of_itself(void)
 {
   test_body b;

@@ -1,5 +1,5 @@
 // TEST quick
-/* test_pages.c: the pages and the schema name every effect, form and method that there is. */
+/* test_pages.c: the pages and the schema name every existing effect, form and method. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +10,7 @@
 #include "scene/effect_registry.h"
 #include "test.h"
 
-/* The whole file, to be freed; stops the program when it cannot be read. */
+/* Returns the whole file, to be freed; stops the program if it cannot be read. */
 static char *contents(const char *path)
 {
   FILE *stream = fopen(path, "rb");

@@ -1,6 +1,6 @@
-/* bossak.c: the method of Wood, Bossak & Zienkiewicz (1981), of order 2 with the share rho_inf that a step leaves of
- * infinitely fast oscillations. Newmark's formulas with gamma = 1/2 - m, beta = (1 - m)^2/4, m = (rho_inf - 1)/(rho_inf + 1),
- * and balance at the step's end with the acceleration (1 - m) a_{n+1} + m a_n. */
+/* bossak.c: the method of Wood, Bossak & Zienkiewicz (1981), of order 2, with the spectral radius rho_inf of infinitely
+ * fast oscillations. Newmark's formulas with gamma = 1/2 - m, beta = (1 - m)^2/4, m = (rho_inf - 1)/(rho_inf + 1), and
+ * balance at the step's end with the acceleration (1 - m) a_{n+1} + m a_n. */
 #include "time/method.h"
 
 static double mean_of(const flesh_method_memory *memory)
@@ -8,7 +8,7 @@ static double mean_of(const flesh_method_memory *memory)
   return (memory->options.rho_inf - 1) / (memory->options.rho_inf + 1);
 }
 
-/* a_{n+1} for x_{n+1} - x_n = u. */
+/* Computes a_{n+1} for x_{n+1} - x_n = u. */
 static double next_of(double m, double u, double h, double v, double a)
 {
   const double beta = (1 - m) * (1 - m) / 4;

@@ -69,7 +69,8 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* A row for each case, the answer in words, and a picture, on the database of the cases (drivers/study/results.h). */
+/* Writes a row for each case, the answer in words, and a picture, from the database of the cases
+ * (drivers/study/results.h). */
 static const char results[] =
     "-- to slump.csv\n"
     "SELECT number + 1 AS \"case\", young, max_volume_drift FROM results JOIN wanted USING (id) ORDER BY number;\n"

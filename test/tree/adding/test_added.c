@@ -1,6 +1,6 @@
 // TEST quick
-/* test_added.c: what was added does what it should: the force of a wind, the constants of a Yeoh form, what the
- * method of Wood, Bossak & Zienkiewicz is told to leave of fast oscillations. */
+/* test_added.c: the additions work: the force of a wind, the constants of a Yeoh form, and the damping of fast
+ * oscillations requested from the method of Wood, Bossak & Zienkiewicz. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -17,7 +17,7 @@ static flesh_material yeoh(double c2)
   return material;
 }
 
-/* On a cube of 1 m^2 a side: 1.2/2 kg/m^3 (20 m/s)^2 on the side to windward and, as suction, to leeward. */
+/* A cube with sides of 1 m^2: 1.2/2 kg/m^3 (20 m/s)^2 on the windward side and, as suction, on the leeward side. */
 static void wind_presses_by_the_square_of_its_speed(void)
 {
   test_body b;

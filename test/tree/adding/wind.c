@@ -1,7 +1,7 @@
-/* wind.c: the pressure of moving air on surface triangles. A point of the surface with the outward normal n that goes at
- * v meets the air that goes at w with s = (v - w).n, and with the force 1/2 density coefficient |s| s against n, by area.
- * Area and n are lagged; then the force has the potential 1/6 density coefficient |s|^3 / shift.v in v, and r . x /
- * shift.x where velocities do not move. */
+/* wind.c: the pressure of moving air on surface triangles. A point of the surface with the outward normal n that moves
+ * at v in air that moves at w has the relative speed s = (v - w).n and, per area, the force 1/2 density coefficient |s|
+ * s against n. Area and n are lagged; then the force has the potential 1/6 density coefficient |s|^3 / shift.v in v,
+ * and r . x / shift.x if velocities do not change. */
 #include "effect/wind.h"
 
 #include <math.h>
@@ -23,7 +23,7 @@ static const flesh_cells *wind_cells(const flesh_effect *effect)
   return &self->faces.cells;
 }
 
-/* The speed of a point of a face against the air, its normal, and the factor times its area. */
+/* Computes the speed of a point of a face against the air, its normal, and the factor times its area. */
 static double speed_at(const wind *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
                        double *factor)
 {
@@ -46,7 +46,7 @@ static int wind_residual(const flesh_effect *effect, const flesh_point *point, d
   return FLESH_OK;
 }
 
-/* dr_a/dv_b = 2 factor |s| N_a N_b n n^T: positive semidefinite as it is. */
+/* Adds dr_a/dv_b = 2 factor |s| N_a N_b n n^T, which is positive semidefinite. */
 static int wind_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                          flesh_block_matrix *K, const int *slots)
 {
