@@ -26,9 +26,9 @@ if diff -u "$list" "$work/now" >"$work/difference"; then
   echo 'ok 1 - what is exported is listed in abi.txt'
 else
   sed 's/^/# /' "$work/difference"
-  echo '# + is exported and not listed, - is listed and not exported. Where this is meant:'
-  echo '#   1. raise the version in meson.build and include/flesh/version.h: where - or what a program was compiled with'
-  echo '#      changed, MAJOR (MINOR while MAJOR is 0); where there is + alone, MINOR (PATCH while MAJOR is 0);'
+  echo '# + is exported and not listed, - is listed and not exported. If this is intended:'
+  echo '#   1. raise the version in meson.build and include/flesh/version.h: if there is a -, or anything changed that programs'
+  echo '#      were compiled with, MAJOR (MINOR while MAJOR is 0); if there is only +, MINOR (PATCH while MAJOR is 0);'
   echo '#   2. UPDATE=1 LIBRARY=<build>/lib/libflesh.so sh test/tree/test_abi.sh, and commit test/tree/abi.txt with the change.'
   echo 'not ok 1 - what is exported is listed in abi.txt'
 fi

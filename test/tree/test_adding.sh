@@ -1,6 +1,6 @@
 #!/bin/sh
 # TEST full source seconds=1800
-# test_adding.sh: what lib/adding.md says is enough. In a copy of the tree a wind, a Yeoh form, Bossak's
+# test_adding.sh: the steps of lib/adding.md are enough. In a copy of the tree a wind, a Yeoh form, Bossak's
 # method, a command, a study and a format of tables (adding/) are added in the places that the page names and in no
 # others; then the tests that it names pass, and the program has what was added. Speaks TAP.
 set -u
@@ -13,12 +13,12 @@ tests='test_added test_effects test_every_effect test_effect_keys test_forms tes
   test_scene test_methods test_conservation test_energy test_pages'
 echo 1..5
 
-# insert FILE PATTERN TEXT: TEXT before the first line that has PATTERN.
+# insert FILE PATTERN TEXT: puts TEXT before the first line that has PATTERN.
 insert() {
   awk -v pattern="$2" -v text="$3" 'index($0, pattern) && !done { printf "%s", text; done = 1 } { print } END { exit !done }' \
     "$1" >"$work/new" && cp "$work/new" "$1"
 }
-# append FILE PATTERN TEXT: TEXT after it.
+# append FILE PATTERN TEXT: puts TEXT after the first line that has PATTERN.
 append() {
   awk -v pattern="$2" -v text="$3" '{ print } index($0, pattern) && !done { printf "%s", text; done = 1 } END { exit !done }' \
     "$1" >"$work/new" && cp "$work/new" "$1"
@@ -59,7 +59,7 @@ cd "$work/tree" || exit 1
     cp "$given/format_tsv.c" drivers/study/ &&
     append drivers/study/formats.h 'ROW(jsonl,' '  ROW(tsv, "columns with tabs between them") \\\n' &&
     append drivers/sweeps.md '| `jsonl` |' '| `tsv` | columns with tabs between them |\n' &&
-    # Their own test.
+    # The test of all that was added.
     cp "$given/test_added.c" test/tree/
 } >"$work/log" 2>&1
 if [ $? -eq 0 ]; then echo 'ok 1 - the places are there'; else

@@ -25,7 +25,7 @@ def read(path):
 
 
 def bodies():
-    """The body of every function of the library, without its comments."""
+    """Returns the body of every function of the library, without comments, by its name."""
     found = {}
     for path in glob.glob(os.path.join(TOP, "lib", "**", "*.c"), recursive=True):
         text = re.sub(r"/\*.*?\*/", " ", read(path), flags=re.S)
@@ -35,13 +35,13 @@ def bodies():
 
 
 def own_codes(body):
-    """What the body itself fails with."""
+    """Returns the codes with which the body itself fails."""
     codes = set(re.findall(r"flesh_fail\(\s*(FLESH_\w+)", body))
     return codes | ({"FLESH_ERR_ARGUMENT"} if "FLESH_NEED(" in body else set())
 
 
 def comment_of(text, start):
-    """The comment right above the declaration at `start` or above those that stand before it; None: there is none."""
+    """Returns the comment right above the declaration at `start` or above declarations right before it; None without one."""
     end = text.rfind("*/", 0, start)
     between = text[end + 2:start]
     if end < 0 or "\n\n" in between or re.sub(r"FLESH_API[^;]*;", "", between).strip():
@@ -50,7 +50,7 @@ def comment_of(text, start):
 
 
 def fault(text, match, body):
-    """What is wrong with the comment of a declaration; None: nothing."""
+    """Returns what is wrong with the comment of a declaration; None if nothing is."""
     comment = comment_of(text, match.start())
     if comment is None:
         return "has no comment"
@@ -70,7 +70,7 @@ def fault(text, match, body):
 
 
 def headless(path):
-    """The comments of a C file that begin without a subject, with their lines."""
+    """Yields the comments of a C file that begin without a subject, with their lines."""
     text = read(path)
     for match in TOKEN.finditer(text):
         if HEADLESS.match(match.group()):

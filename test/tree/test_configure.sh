@@ -1,9 +1,9 @@
 #!/bin/sh
 # TEST full source needs=cc,sundials
-# test_configure.sh: a SUNDIALS that does not fit is refused when the build is configured, with a sentence that says
-# what and where it is; and a cross build, which can run nothing, is configured. Speaks TAP.
-# CC names the compiler; SUNDIALS_INCLUDE and SUNDIALS_FOLDER are where one that fits has its headers and libraries (no
-# folder: where the linker looks).
+# test_configure.sh: the configuration of a build refuses a SUNDIALS that does not fit, with a sentence that says what and
+# where it is; and a cross build, which can run nothing, is configured. Speaks TAP.
+# CC names the compiler; SUNDIALS_INCLUDE and SUNDIALS_FOLDER name the folders of headers and libraries of a SUNDIALS that
+# fits (without the latter: where the linker looks).
 set -u
 
 top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
@@ -24,7 +24,7 @@ if ! command -v meson >/dev/null 2>&1; then
 fi
 folder=${SUNDIALS_FOLDER:-$(dirname "$(${CC:-cc} -print-file-name=libsundials_kinsol.so)")}
 
-# prefix NAME [LINES]: a SUNDIALS with other LINES in its sundials_config.h and the libraries of the one that fits.
+# prefix NAME [LINES]: makes a SUNDIALS with other LINES in its sundials_config.h and the libraries of the one that fits.
 prefix() {
   mkdir -p "$work/$1/include/sundials" "$work/$1/lib"
   for name in ida kinsol nvector sunlinsol sunmatrix sunadaptcontroller sunnonlinsol sunmemory; do
@@ -40,13 +40,13 @@ prefix() {
   ln -s "$folder"/libsundials_* "$work/$1/lib"
 }
 
-# configure ARGUMENTS...: of the library alone.
+# configure ARGUMENTS...: configures a build of the library alone.
 configure() {
   rm -rf "$work/build"
   meson setup "$work/build" "$top" -Dprogram=false -Dtests=false "$@" >"$work/log" 2>&1
 }
 
-# verdict STATUS NAME
+# verdict STATUS NAME: prints a TAP line; the words of a failure are in $work/log.
 verdict() {
   number=$((number + 1))
   if [ "$1" -eq 0 ]; then
@@ -57,7 +57,7 @@ verdict() {
   fi
 }
 
-# refused NAME WORDS
+# refused NAME WORDS: the prefix NAME is refused with an error that has WORDS.
 refused() {
   ! configure "-Dsundials=$work/$1" && grep -q "ERROR: .*$2" "$work/log"
   verdict $? "$1: $2"
@@ -75,7 +75,7 @@ verdict $? 'fits: is taken and recorded'
   grep -q "^Libs.private:.* $work/fits/lib/libsundials_kinsol" "$work/build/meson-private/flesh.pc"
 verdict $? 'fits: libraries come from where CPATH finds the headers'
 
-# A project of which flesh is a subproject; its program is compiled and not linked, which would take the whole library.
+# A project of which flesh is a subproject; its program is only compiled, as linking would need the whole library.
 mkdir -p "$work/outer/subprojects"
 ln -s "$top" "$work/outer/subprojects/flesh"
 cp "$top"/drivers/examples/bar_kinsol.c "$top"/drivers/examples/bar.h "$work/outer"

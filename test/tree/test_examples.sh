@@ -1,13 +1,13 @@
 #!/bin/sh
 # test_examples.sh: an example prints what the reference says and what its own header shows. Speaks TAP.
-# Usage: test_examples.sh PROGRAM SOURCE REFERENCE; RUN is the command that runs it, where it needs one.
+# Usage: test_examples.sh PROGRAM SOURCE REFERENCE; RUN is the command that runs it, if it needs one.
 set -u
 
 program=$1 source=$2 reference=$3
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# verdict STATUS NAME: the words of a failure are in $work/log.
+# verdict STATUS NAME: prints a TAP line; the words of a failure are in $work/log.
 number=0
 verdict() {
   number=$((number + 1))

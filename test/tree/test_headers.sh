@@ -2,7 +2,7 @@
 # TEST quick source seconds=60 needs=cc,includes
 # test_headers.sh: every public header compiles alone, as C11 and as C++17, and every C program of a page as C11, without
 # a warning.
-# Speaks TAP. CC and CXX name the compilers, INCLUDES what a build adds for the header that it makes, SUNDIALS and MPI.
+# Speaks TAP. CC and CXX name the compilers, INCLUDES a build's options for its generated header, SUNDIALS and MPI.
 set -u
 
 top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
@@ -12,7 +12,7 @@ trap 'rm -rf "$work"' EXIT
 includes=${INCLUDES:-"\"-I$top/build/include\""} # words as the shell reads them
 
 number=0
-# compile NAME FILE COMPILER FLAGS...: one TAP line.
+# compile NAME FILE COMPILER FLAGS...: compiles the file and prints a TAP line.
 compile() {
   name=$1
   file=$2
@@ -34,7 +34,7 @@ done
 
 cd "$top/include/flesh" || exit 1
 for header in *.h sundials_abi.h; do
-  # Twice, so that the guard is seen to work; a header may declare nothing.
+  # The header is included twice to test its guard, and the struct is for a header that declares nothing.
   printf '#include "flesh/%s"\n#include "flesh/%s"\nstruct something;\n' "$header" "$header" >"$work/alone.c"
   cp "$work/alone.c" "$work/alone.cpp"
   # shellcheck disable=SC2086
@@ -48,7 +48,7 @@ for header in *.h sundials_abi.h; do
   fi
 done
 
-# The blocks of pages that are whole programs: "```c NAME.c".
+# Writes the blocks of pages that are whole programs: "```c NAME.c".
 cd "$top" || exit 1
 for page in README.md include/flesh/README.md drivers/*.md lib/*.md; do
   awk -v folder="$work" '/^```c [a-z_]+\.c$/ { file = folder "/page_" $2; next } /^```/ { file = "" } file { print >file }' \

@@ -1,8 +1,8 @@
 #!/bin/sh
 # TEST full seconds=300 needs=plain,cc,build,sundials,libraries
-# test_install.sh: outside programs, C and C++, against an installed copy in another folder (DESTDIR), by pkg-config
-# with the shared and the static library and by CMake; what the shared library shows to the outside; and that neither
-# headers nor libraries of another SUNDIALS get in. Speaks TAP.
+# test_install.sh: programs in C and C++ build with an installed copy in another folder (DESTDIR), by pkg-config with the
+# shared and the static library and by CMake; the shared library exports the public functions alone; and headers and
+# libraries of another SUNDIALS are refused. Speaks TAP.
 # BUILD is the build directory; CC and CXX name the compilers; SUNDIALS_FOLDER is where the build's SUNDIALS has its
 # libraries, if the linker does not look there.
 set -u
@@ -14,7 +14,7 @@ number=0
 # From reference/oracle/static_8x2x2_S_g0.5.txt: 0.5 - 0.84855813959973336.
 expected='tip -0.348558'
 
-# verdict STATUS NAME: TAP line; the words of a failure are in $work/log.
+# verdict STATUS NAME: prints a TAP line; the words of a failure are in $work/log.
 verdict() {
   number=$((number + 1))
   if [ "$1" -eq 0 ]; then
@@ -24,7 +24,7 @@ verdict() {
     echo "not ok $number - $2"
   fi
 }
-# skip NAME WHY
+# skip NAME WHY: prints the TAP line of a test that is left out.
 skip() {
   number=$((number + 1))
   echo "ok $number - $1 # SKIP $2"
@@ -85,14 +85,14 @@ mkdir "$work/static"
 cp -R "$work/copy/." "$work/static"
 rm -f "$work/static${library#"$work/copy"}"/libflesh.so*
 
-# runs PROGRAM: whether it prints what it should.
+# runs PROGRAM: the program prints what is expected.
 runs() {
   said=$("$1" 2>>"$work/log")
   echo "it says: $said; expected: $expected" >>"$work/log"
   [ "$said" = "$expected" ]
 }
 
-# build KIND LANGUAGE COMPILER...: by pkg-config.
+# build KIND LANGUAGE COMPILER...: builds a program by pkg-config and runs it.
 build() {
   kind=$1 language=$2
   shift 2
@@ -145,7 +145,7 @@ verdict $? 'compiles with the SUNDIALS that flesh was built with'
 others '#undef SUNDIALS_VERSION_PATCH
 #define SUNDIALS_VERSION_PATCH 99'
 verdict $? 'compiles with another patch of it'
-# stops NAME LINES WORDS
+# stops NAME LINES WORDS: with these LINES it does not compile, and the error has WORDS.
 stops() {
   ! others "$2" && grep -q "error.*flesh was built with.*$3" "$work/log"
   verdict $? "does not compile with $1"
@@ -209,7 +209,7 @@ by_cmake() {
   cmake -G Ninja -S "$work/$1" -B "$work/$1/build" -DCMAKE_PREFIX_PATH="${library%/lib*}" \
     -Dflesh_DIR="$library/cmake/flesh" >"$work/$1.log" 2>&1 && cmake --build "$work/$1/build" >>"$work/$1.log" 2>&1
 }
-# program NAME SOURCE TARGETS...: lines of a project.
+# program NAME SOURCE TARGETS...: prints a project's lines of a program.
 program() {
   printf 'add_executable(%s %s)\ntarget_link_libraries(%s' "$1" "$work/$2" "$1"
   shift 2

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # TEST quick needs=build builds=plain
-"""test_lines.py: the lines TEST, from which tests are made: wrong ones are refused, this build has what they say, and
-no limit on time is short. BUILD names the build. Speaks TAP."""
+"""test_lines.py: of the lines TEST, from which tests are made, wrong ones are refused; this build has their tests; and no
+time limit is short. BUILD names the build. Speaks TAP."""
 import contextlib
 import glob
 import io
@@ -17,7 +17,7 @@ import tests  # noqa: E402, beside its folder
 
 
 def refusal(files):
-    """What is said of a folder with these files, {name: text}; empty when nothing is."""
+    """Returns the sentence that refuses a folder with these files, {name: text}; empty if it is accepted."""
     here = tests.HERE
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
@@ -56,7 +56,7 @@ def wrong_lines_are_refused():
 
 
 def known():
-    """The tests of this build by their names, without the examples, which have a list of their own."""
+    """Returns the tests of this build by their names."""
     with open(os.path.join(os.environ["BUILD"], "meson-info", "intro-tests.json"), encoding="utf-8") as stream:
         return {test["name"]: test for test in json.load(stream)}
 
@@ -68,7 +68,7 @@ def this_build_has_the_tests_of_the_lines():
     with contextlib.redirect_stdout(output):
         tests.main("plain", sets)
     rows = [dict(zip(tests.FIELDS, row.split("\t"))) for row in output.getvalue().splitlines()[1:]]
-    # A build may lack what tests need; what one of its tests has is there.
+    # A build may lack things that tests need, but not those that one of its tests needs.
     needs = {row["name"]: set(row["needs"].split()) for row in rows}
     there = set().union(*(needs[name] for name in build if name in needs))
     for row in rows:
@@ -84,7 +84,7 @@ def limits_are_for_hangs():
     for name, test in known().items():
         if test["timeout"] < max(tests.LIMIT, 10 * test["priority"]):
             yield f"{name} has a limit of {test['timeout']} s and takes up to {test['priority']} s; an hour is the least"
-    # A test that sends signals after a time (-s) waits for no hang.
+    # `timeout -s`, which sends a signal after a time, is no limit for hangs.
     wait = re.compile(r"\btimeout (?:-k \d+ )?(\d[\d.]*)\b|\btimeout=(\d+)")
     for path in glob.glob(os.path.join(TEST, "**", "*.sh"), recursive=True) + glob.glob(os.path.join(TEST, "**", "*.py"),
                                                                                          recursive=True):

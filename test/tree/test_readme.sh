@@ -10,7 +10,7 @@
 #   ```sh             is run by `sh -eu` at the top of the copy, after the blocks before it; HOME is
 #                     a fresh directory.
 #   ```yaml NAME      (or any other language) is written to the file NAME of the copy.
-#   ```sh with TOOL   is such a block, skipped where there is no TOOL.
+#   ```sh with TOOL   is such a block, skipped if there is no TOOL.
 #   ```text           (one word, not sh) is only shown.
 #   ```sh elsewhere   is not run: it installs, or the whole test run covers it. Its commands must be
 #                     some that this file knows, and the packages it names those of setup.sh.

@@ -14,7 +14,7 @@ TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "
 ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "parallel", "linear", "element", "geometry", "effect",
          "system", "newton", "sundials", "time", "output", "sensitivity", "scene", "drivers"]
 
-# Whose interface a public header is.
+# Rooms whose interfaces the public headers are.
 PUBLIC = {
     "status": "base", "version": "base", "threads": "base", "instructions": "base", "fibre": "material",
     "material": "material", "mesh": "mesh",
@@ -28,14 +28,14 @@ PUBLIC = {
 # Lines of a file, and of a function with its head.
 LONGEST_FILE, LONGEST_FUNCTION = 450, 60
 
-# What may be longer: lines, and why.
+# Exceptions that may be longer: lines, and why.
 LONGER = {
     "drivers/examples/bar_ida.c:main": (73, "an example is read from its beginning to its end"),
     "drivers/examples/coupled_reflex.c:main": (84, "an example is read from its beginning to its end"),
     "drivers/examples/bar_cvode_arkode.c:main": (86, "an example is read from its beginning to its end"),
 }
 
-# Parameters of a function of lib/; which may have more, and why.
+# Largest number of parameters of a function of lib/; functions that may have more, and why.
 MOST_PARAMETERS = 7
 SUNDIALS, PUBLIC_API = "SUNDIALS prescribes them", "programs call it, by names that its header explains"
 MORE_PARAMETERS = {
@@ -78,7 +78,7 @@ def verdict(number, name, findings):
 
 
 def find_circles(arrows):
-    """Circles of files, as lists; one for each edge that closes one in a depth-first walk."""
+    """Returns circles of files, as lists: one for each edge that closes a circle in a depth-first walk."""
     state, path, circles = {}, [], []
 
     def visit(node):
@@ -99,7 +99,7 @@ def find_circles(arrows):
 
 
 def functions(lines):
-    """Name, line of the head and number of lines of every function: what lies between braces in the first column."""
+    """Yields name, line of the head and number of lines of every function, whose braces are in the first column."""
     begin = None
     for k, line in enumerate(lines):
         if line == "{":
@@ -114,7 +114,7 @@ def functions(lines):
 
 
 def too_long():
-    """Files and functions that are longer than they may be, and exceptions that nothing needs."""
+    """Returns files and functions that are longer than they may be, and exceptions that nothing needs."""
     findings, used = [], set()
     for path in sorted(sources(examples=True)):
         with open(os.path.join(TOP, path), encoding="utf-8") as file:
@@ -132,20 +132,20 @@ def too_long():
 
 
 def calls():
-    """Which sources of drivers/ use functions of which others: name -> names."""
+    """Returns the sources of drivers/, each with the other sources whose functions it uses: name -> names."""
     texts, home = {}, {}
     for path in sorted(sources()):
         if path.startswith("drivers/") and path.endswith(".c"):
             with open(os.path.join(TOP, path), encoding="utf-8") as file:
                 texts[path] = re.sub(r"/\*.*?\*/", " ", file.read(), flags=re.S)
             for name in re.findall(r"^(?!static)\w[\w \t*]*?[ *](flesh_\w+)\([^;{}]*\)\s*\{", texts[path], re.M):
-                home.setdefault(name, path)  # of two builds of a function, one is enough
+                home.setdefault(name, path)  # one source is enough if two builds have each its own
     return {path: {home[name] for name in re.findall(r"\bflesh_\w+", text) if home.get(name, path) != path}
             for path, text in texts.items()}
 
 
 def count_parameters(head):
-    """How many parameters the head of a function has, its name at the first bracket."""
+    """Returns the number of parameters in the head of a function, whose list begins at the first bracket."""
     depth, count = 0, 1
     for letter in re.sub(r"/\*.*?\*/", "", head[head.index("("):], flags=re.S):
         depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(letter, 0)
@@ -156,7 +156,7 @@ def count_parameters(head):
 
 
 def too_many_parameters():
-    """Functions of lib/ with more parameters than they may have, and exceptions that nothing needs."""
+    """Returns functions of lib/ with more parameters than they may have, and exceptions that nothing needs."""
     findings, used = [], set()
     for path in sorted(path for path in sources() if path.startswith("lib/")):
         with open(os.path.join(TOP, path), encoding="utf-8") as file:
@@ -172,17 +172,17 @@ def too_many_parameters():
     return findings + [f"{name} has few parameters: no exception is needed" for name in MORE_PARAMETERS if name not in used]
 
 
-# The contract of effects, include/flesh/effect.h, that a stranger has to fill in.
+# Limits of the contract of effects, include/flesh/effect.h, which everyone who adds an effect has to fulfil.
 MOST_OPERATIONS, MOST_TABLES, MOST_MEMBERS, MOST_LINES, MOST_MAKERS = 26, 6, 12, 260, 1
 
 
 def members(body):
-    """How many members a struct has: "const double *x, *v;" are two."""
+    """Returns the number of members of a struct: "const double *x, *v;" are two."""
     return sum(declaration.count(",") + 1 for declaration in body.split(";") if declaration.strip())
 
 
 def too_wide():
-    """Figures of the contract of effects that have grown beyond their limits."""
+    """Returns figures of the contract of effects that have grown beyond their limits."""
     with open(os.path.join(TOP, "include", "flesh", "effect.h"), encoding="utf-8") as file:
         whole = file.read()
     text = re.sub(r"/\*.*?\*/", " ", whole, flags=re.S)
