@@ -1,11 +1,11 @@
 #!/bin/sh
-# benchmark_sweep.sh: what a sweep costs beside its cases. On a machine that has nothing else to do, some two minutes:
+# benchmark_sweep.sh: measures the cost of a sweep beside that of its cases. Takes some two minutes on an otherwise idle
+# machine:
 #
 #   FLESH=build/drivers/flesh sh test/drivers/benchmark_sweep.sh
 #
-# Prints, with what is wanted behind it: the time that a sweep takes beyond its cases' own, at about 1 s a case; how much
-# faster two jobs are than one; how long 10 000 tiny cases take to be planned, and how much longer the last thousand of
-# them take than the first.
+# Prints, each with its target: the time of a sweep beyond that of its cases, at about 1 s a case; how much faster two jobs
+# are than one; the time to plan 10 000 tiny cases, and that of the last thousand of them over that of the first.
 set -eu
 case ${FLESH:?FLESH must name the flesh program} in
   */*) FLESH=$(CDPATH='' cd -- "$(dirname -- "$FLESH")" && pwd)/${FLESH##*/} ;;
@@ -16,11 +16,11 @@ export FLESH
 echo "load before: $(cut -d' ' -f1-3 /proc/loadavg), $(nproc) processors"
 
 now() { date +%s.%N; }
-# calculate FORMAT EXPRESSION
+# calculate FORMAT EXPRESSION: prints the value of awk's EXPRESSION.
 calculate() { awk "BEGIN { printf \"$1\", $2 }"; }
 median() { sort -g | awk '{ x[NR] = $1 } END { print x[int((NR + 1) / 2)] }'; }
 
-# A case of one second on this machine.
+# Finds the end time with which a case takes one second on this machine.
 end=20
 for _ in 1 2; do
   "$flesh" run "$data/scenes/bar_gravity.yaml" --set body.material='{energy: S, young: 1e5, poisson: 0.45}' \
@@ -33,7 +33,7 @@ set: {body.material: {energy: S, young: 1e5, poisson: 0.45}, body.mesh: $data/me
 repeats: 12
 END
 
-# run_sweep JOBS FOLDER: its seconds and processor seconds, to FOLDER.wall and FOLDER.cpu
+# run_sweep JOBS FOLDER: writes the wall and CPU seconds of a sweep into FOLDER.wall and FOLDER.cpu.
 run_sweep() {
   python3 - "$flesh" sweep second.yaml --out "$2" --jobs "$1" --quiet <<'END'
 import resource, subprocess, sys, time

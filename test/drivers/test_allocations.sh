@@ -1,9 +1,9 @@
 # TEST name=test_allocations_quick quick program excerpt seconds=120 needs=flesh,fail_allocation args: quick
 # TEST full program seconds=900 needs=flesh,fail_allocation
-# test_allocations.sh: every single allocation of `mesh convert`, `check` and `run` fails, alone and with all after it:
-# the command says so and exits with 1, or it does without and gives the same; nothing of flesh crashes, and nothing
-# half-written is left. Crashes within libraries must stand in known_faults.txt. `quick`: a sample of them.
-# FLESH names the program, FAIL_ALLOCATION what is preloaded.
+# test_allocations.sh: if any allocation of `mesh convert`, `check` or `run` fails, alone or with all after it, the command
+# says so and exits with 1, or does without it and gives the same; flesh does not crash, and nothing half-written is left.
+# Crashes within libraries must be listed in known_faults.txt. `quick` tries a sample of the allocations.
+# FLESH names the program, FAIL_ALLOCATION the library to preload.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
@@ -22,7 +22,7 @@ time: {step: 1/60, end: 1/30}
 END
 grep -v '^#' "$source_folder/drivers/known_faults.txt" | cut -d ' ' -f 1 >known.txt
 
-# What a run has given, without what differs from run to run.
+# Prints the results of the command, without what differs from run to run.
 given() {
   cat stdout.txt
   for file in out/state.txt out/history.csv out/scene.yaml out/frames/* made.node made.ele; do
@@ -31,10 +31,10 @@ given() {
   [ ! -e out/result.json ] || grep -v '"wall_s"\|"cpu_s"\|"date"\|"peak_memory_kB"' out/result.json
 }
 
-# What is wrong with how the command ended; nothing when it is fine.
+# Prints what is wrong with how the command ended; nothing if it ended well.
 fault_of() { # EXIT CODE
   if [ "$1" -ge 124 ]; then
-    # The innermost frames outside of the C library, which aborts: SUNDIALS and libfyaml have static functions between.
+    # Four innermost frames outside the C library (which aborts): static functions of SUNDIALS and libfyaml may lie between.
     grep '^frame: ' stderr.txt | grep -v '/libc\.so' | head -n 4 >innermost.txt
     sed 's/.*(\([A-Za-z0-9_]*\).*/\1/' innermost.txt >frames.txt
     grep -q -x -F -f known.txt frames.txt && return
@@ -54,14 +54,14 @@ fault_of() { # EXIT CODE
   fi
 }
 
-# Runs the program with an allocation that fails, 0: none, and those after it if ON is 1; `ended` is its exit code.
+# Runs the program with allocation FAIL_AT (0: none) failing, and all after it if ON is 1; sets `ended`, its exit code.
 attempt() { # FAIL_AT ON
   { [ ! -e out ] && [ ! -e made.node ] && [ ! -e made.ele ]; } || rm -rf out made.*
   echo "$1 $2" >&5
   read -r ended <&6 || ended=127
 }
 
-# every STRIDE COMMAND...: with every STRIDE-th allocation failing.
+# every STRIDE COMMAND...: runs the command with every STRIDE-th allocation failing in turn; prints all faults.
 every() {
   stride=$1 faults=0 crashes=0 refusals=0
   shift
@@ -100,15 +100,15 @@ checks() { every "$seldom" check bar.yaml; }
 runs() { every "$seldom" run bar.yaml --out out --quiet; }
 adaptive_runs() { every "$seldom" run bar.yaml --out out --quiet --method ida --no-frames; }
 
-# lacks CODE WORDS SIZE COMMAND...: without memory of that size; it says so and ends with the code.
+# lacks CODE WORDS SIZE COMMAND...: with allocations of SIZE failing, the command says WORDS and ends with CODE.
 lacks() {
   lacking=$1 words=$2 size=$3
   shift 3
   expect "$lacking" env FLESH_FAIL_SIZE="$size" LD_PRELOAD="$shim" "$@" && has stderr.txt "$words"
 }
 
-# What is set for a case is set, or the case is not run. The name is so long that nothing else has the size of its block, in
-# which a block of an arena has 32 bytes more.
+# A case runs with all its settings or not at all. The name is so long that no other allocation has the size of its block,
+# to which the arena adds 32 bytes.
 cases_have_all_that_is_set() {
   key=body.name name=$(printf '%017000d' 0 | tr 0 a)
   printf 'scene: bar.yaml\nset: {time.end: 1/30}\naxes: [{key: %s, values: [%s]}]\n' $key "$name" >spec.yaml

@@ -1,16 +1,16 @@
 # TEST full memory program seconds=180 needs=flesh
-# test_command_accuracy.sh: `flesh accuracy` as it is used: figures, orders, its reference, resuming, refusals.
+# test_command_accuracy.sh: `flesh accuracy`: its figures, orders and reference, resuming, and refusals.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# column FILE NAME METHOD PRICE: the values of a column of the rows of a method.
+# column FILE NAME METHOD [PRICE]: prints the values of column NAME in the method's rows of this price (default work).
 column() {
   awk -F , -v name="$2" -v method="$3" -v price="${4:-work}" '
     NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
     $1 == method && $at["price"] == price { print $at[name] }' "$1"
 }
 
-# order METHOD LOW HIGH: the fitted order lies between, with its standard error.
+# order METHOD LOW HIGH: the method's fitted order lies between LOW and HIGH and has a standard error below 0.2.
 order() {
   awk -F , -v method="$1" -v low="$2" -v high="$3" '
     $1 == method && $3 >= 3 && $4 > low && $4 < high && $5 > 0 && $5 < 0.2 { found = 1 }
@@ -30,7 +30,7 @@ effects:
 time: {method: backward-euler, step: 1/50, end: 0.4}
 solver: {newton_tolerance: 1e-10}
 END
-# Long damped steps leave the slow motion alone: from there on it is smooth.
+# Long damped steps leave only the slow motion, so that the motion from there on is smooth.
 "$flesh" run fall.yaml --out fall --no-frames --quiet || exit 1
 grep -v '^#' fall/state.txt >start.txt
 sed 's|^time.*|time: {method: backward-euler, step: 1/50, end: 1}\nstart: {state: start.txt}|' fall.yaml >bar.yaml
@@ -42,7 +42,7 @@ the_table_is_complete() {
     --steps 1/25,1/50,1/100,1/200,1/400,1/800 \
     --reference-seconds 1 || return 1
   [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
-  # Whole rows, all of them run, with costs; the errors of the methods' work are told or below the reference.
+  # All rows are whole, have been run and have costs; those of the methods' work have an error, or one below the reference.
   awk -F , '
     NR == 1 { n = NF; for (c = 1; c <= NF; c++) at[$c] = c; next }
     NF != n { print "row", NR, "has", NF, "fields"; exit 1 }
@@ -70,7 +70,8 @@ errors_fall_with_the_step() {
   done
 }
 
-# As a share of the body's length (4 m); orders above 2 need not fall at loose tolerances.
+# Errors of ida fall with the tolerance, and are below 100 times the tolerance as a fraction of the body's length (4 m);
+# those of ida5, whose order is above 2, need not fall at loose tolerances.
 errors_follow_the_tolerance() {
   for method in ida ida5; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 3 ] || { echo "$method"; return 1; }
@@ -78,19 +79,21 @@ errors_follow_the_tolerance() {
   column all/accuracy.csv error_position_rms ida | awk '
     { ratio = $1 / (4 * 10^(-1 - NR)); if (!(ratio < 100) || NR > 1 && !($1 < last)) exit 1; last = $1 }' || return 1
   [ "$(column all/accuracy.csv error_over_tolerance ida | head -n 1)" != '' ] || return 1
-  # Its own steps, in order up to the end at least.
+  # The table of the method's own steps is in order of time and reaches the end.
   awk -F , 'NR == 1 { exit $0 != "t,h,order,rejected,convergence_failures" }' all/steps/ida_1e-4.csv || return 1
   awk -F , 'NR > 1 { if (!($1 > t && $2 > 0 && $3 >= 1 && $3 <= 2)) exit 1; t = $1 } END { exit !(NR > 20 && t >= 1) }' \
     all/steps/ida_1e-4.csv
 }
 
+# accuracy_of_ida FOLDER OPTION...: compares ida and ida5 on a bar that falls and is nearly incompressible.
 accuracy_of_ida() {
   to=$1 && shift
   expect 0 "$flesh" accuracy fall.yaml --set body.material.poisson=0.49 --set time.end=2 --methods ida,ida5 "$@" \
     --tolerances 3e-3,1e-3 --quick --repeat 1 --reference-seconds 1 --out "$to"
 }
 
-# A nearly incompressible bar swings for long: order 5 feeds its fast oscillations many times over, order 2 does not.
+# A nearly incompressible bar swings for long: order 5 feeds energy into its fast oscillations, which is reported; order 2
+# does not.
 energy_from_nowhere_is_told() {
   accuracy_of_ida gains --set time.max_energy_gain=1e9 && accuracy_of_ida ended || return 1
   [ "$(column ended/accuracy.csv status ida5 | sort -u)" = failed ] && has ended/verdict.txt 'ida5 gains energy' || return 1
@@ -108,13 +111,13 @@ orders_are_those_of_the_methods() {
 the_reference_is_known() {
   has all/verdict.txt 'they differ by [0-9.e-]* m rms' && has all/accuracy.json '"uncertainty_position_rms": ' ||
     return 1
-  # No error below it is told.
+  # No error below the reference's uncertainty is reported.
   u=$(sed -n 's/.*"uncertainty_position_rms": \([0-9.e+-]*\),*/\1/p' all/accuracy.json)
   awk -F , -v u="$u" 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
     $at["error_position_rms"] != "" && $at["error_position_rms"] <= u { print u, $0; exit 1 }' all/accuracy.csv
 }
 
-# A coarse reference must hold its tongue: one that was refined no more than it must knows little.
+# Against a reference that was refined as little as possible, the error of a very small step is not reported.
 a_poor_reference_tells_less() {
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out poor --methods midpoint --steps 1/25,1/25600 \
     --reference-seconds 1e-6 || return 1
@@ -123,8 +126,8 @@ a_poor_reference_tells_less() {
   [ -z "$(column poor/accuracy.csv error_position_rms midpoint | tail -n 1)" ]
 }
 
-# A run is compared at every step that it takes: the errors are the same with whatever else it is compared, and whether
-# the steps meet or not.
+# A run is compared at every step that it takes: its errors depend neither on the other runs of the comparison nor on
+# whether their steps coincide.
 worst_is_the_worst_of_all_steps() {
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out alone --methods bdf2,ida --steps 1/50 \
     --tolerances 1e-3 --set time.end=2 --reference-seconds 0.5 || return 1
@@ -140,7 +143,7 @@ worst_is_the_worst_of_all_steps() {
   done
 }
 
-# A method that the scene cannot have says why, once.
+# A method that cannot run the scene is refused with its reason, which is printed once.
 a_refusal_has_its_reason() {
   "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out one.msh >/dev/null || return 1
   expect 0 "$flesh" accuracy fall.yaml --quick --repeat 1 --out refusing --methods bdf2,ida,ida5 --steps 1/25,1/50 \
@@ -150,7 +153,7 @@ a_refusal_has_its_reason() {
     [ "$(grep -c 'cannot judge' refusing/verdict.txt)" -eq 1 ]
 }
 
-# The errors are those of `flesh run`: the named command, compared with a much finer run.
+# The errors are those of `flesh run`: the command that the verdict names has them when compared with a much finer run.
 the_named_command_repeats_a_run() {
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out one --methods midpoint --steps 1/25,1/50,1/100 \
     --reference-seconds 0.1 ||
@@ -166,13 +169,13 @@ the_named_command_repeats_a_run() {
     $1 == "midpoint" && $2 == s { print $at["error_position_max"]; exit }' one/accuracy.csv)
   grep -v '^#' named/state.txt >one.txt
   grep -v '^#' fine/state.txt >two.txt
-  # At the end no node is off by more than at the worst time, and the worst is not far above.
+  # The largest error of a node at the end is at most the reported one, that at the worst time, and at least 1/20 of it.
   paste -d ' ' one.txt two.txt | awk -v told="$told" '
     { d = sqrt(($1-$7)^2 + ($2-$8)^2 + ($3-$9)^2); if (d > most) most = d }
     END { print most, told; exit !(most <= 1.05 * told && most > told / 20) }'
 }
 
-# A scene whose own steps are chosen by errors: rows of fixed steps, and what other settings cost, have fixed steps all the same.
+# If the scene's own steps are adaptive, rows of fixed steps, also those with other settings, have fixed steps all the same.
 fixed_steps_are_fixed() {
   for own in 'hht --set time.adaptive=true' runge-kutta; do
     expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out own --methods adaptive,hht --steps 1/25,1/50 \
@@ -183,21 +186,23 @@ fixed_steps_are_fixed() {
   done
 }
 
+# The verdict says what methods and settings cost for an error of 1 % and of 0.1 % of the motion.
 shares_are_answered() {
   has all/verdict.txt '^For 1 % of the motion' && has all/verdict.txt '^For 0.1 % of the motion' &&
     has all/verdict.txt '<- least CPU time' && has all/verdict.txt 'Backward Euler costs' &&
     has all/verdict.txt 'solver.eigenvalue_filter=trust-region-always' && has all/verdict.txt '--mesh measures its error'
 }
 
+# Results differ less as the Newton tolerance becomes tighter.
 tight_solves_change_less() {
   column all/accuracy.csv difference backward-euler newton_tolerance |
     awk 'NR > 1 && !($1 < last) { exit 1 } { last = $1 } END { exit NR < 3 }'
 }
 
-# rows COLUMNS: of the comparison's database, those that are done.
+# rows COLUMNS: prints columns of the completed rows of the comparison's database.
 rows() { "$flesh" sweep export more/accuracy.db --columns "$1" --where "wall_s_min IS NOT NULL" 2>/dev/null | sed 1d; }
 three_rows() { [ "$(rows id | grep -c .)" -ge 3 ]; }
-# Killed after its third row or so; what was done stays as it was.
+# A comparison that is interrupted after about its third row resumes; completed rows stay as they are.
 resuming_goes_on() {
   set -- accuracy bar.yaml --quick --repeat 1 --out more --methods $fixed \
     --steps 1/25,1/50,1/100,1/200,1/400,1/800,1/1600 \
@@ -217,10 +222,10 @@ resuming_goes_on() {
   expect 0 "$flesh" "$@" --resume || return 1
   has stdout.txt "$done of them done before" && cmp before.states more/reference.states || return 1
   ! grep -q ',not run,' more/accuracy.csv || return 1
-  # The times of the rows that were there are those of then.
+  # Rows that were complete keep their times.
   rows id,wall_s_min >after.txt
   while read -r t; do grep -q -x -F "$t" after.txt || { echo "$t is gone"; return 1; }; done <before.txt
-  # With all done, nothing runs.
+  # If all rows are complete, nothing runs.
   cp more/accuracy.csv before.csv
   expect 0 "$flesh" "$@" --resume && cmp before.csv more/accuracy.csv
 }
@@ -245,13 +250,13 @@ a_spent_budget_is_a_row() {
     cat spent/accuracy.csv
     return 1
   }
-  # With a larger one it is done.
+  # With a larger budget the row is completed.
   expect 0 "$flesh" "$@" --steps 1/25,1/50,1/400,1/800 || return 1
   ! grep -q 'out of budget' spent/accuracy.csv
 }
 
 a_run_that_fails_is_a_row() {
-  # From falling fast, single long steps of one iteration without halvings do not converge.
+  # The bar falls fast at first: single long steps of at most three iterations and no cutbacks do not converge.
   expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out fails --methods backward-euler,bdf2,midpoint \
     --steps 1/2,1/1000 \
     --reference-seconds 1 --set solver.max_newton=3 --set solver.max_cutbacks=0 || return 1

@@ -1,8 +1,8 @@
 # TEST full memory program seconds=120 needs=flesh uses=stop_at
-# test_command_accuracy_mesh.sh: `flesh accuracy --mesh`: the error of the mesh beside that of the step.
+# test_command_accuracy_mesh.sh: `flesh accuracy --mesh`: the error of the mesh beside that of the step, and resuming.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-# STOP_AT is what is preloaded; without it no run is killed to go on.
+# STOP_AT names the library to preload; without it the test of killed comparisons is left out.
 if [ -n "${STOP_AT-}" ]; then shim=$(preloadable "$STOP_AT") || exit 1; fi
 meshes=$source_folder/../data/meshes
 
@@ -15,7 +15,7 @@ effects:
 END
 sed "s|$meshes/bar_8x2x2.mesh|small.mesh|" sag.yaml >small.yaml
 
-# value COLUMN ELEMENT TETS FILE
+# value COLUMN ELEMENT TETS FILE: prints the value of the row with this element and number of tets.
 value() {
   awk -F , -v name="$1" -v element="$2" -v tets="$3" 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
     $at["element"] == element && $at["tets"] == tets { print $at[name] }' "$4"
@@ -27,6 +27,7 @@ between() {
     { echo "$2 is not between $1 and $3"; return 1; }
 }
 
+# The errors of meshes and elements in an equilibrium are in the table, the words and the picture.
 an_equilibrium_is_judged() {
   expect 0 "$flesh" accuracy sag.yaml --mesh --coarser small.yaml --mesh-seconds 2 --out sag || return 1
   [ ! -s stderr.txt ] || { cat stderr.txt; return 1; }
@@ -43,11 +44,11 @@ an_equilibrium_is_judged() {
   ! find sag -name '*.states' | grep .
 }
 
-# What it says of the scene is what two runs of it differ by.
+# The reported error of the scene's mesh is the difference of two runs of the scene.
 the_errors_are_those_of_runs() {
   expect 0 "$flesh" run sag.yaml --out own --no-frames --quiet && expect 0 "$flesh" run sag.yaml --set body.element=tet10-mean \
     --set body.refine=1 --out best --no-frames --quiet || return 1
-  # Nodes of the mesh come first in both; trapezoidal weights along the bar.
+  # The mesh's nodes come first in both states; they have trapezoidal weights.
   grep -v '^#' own/state.txt >own.txt
   grep -v '^#' best/state.txt | head -n "$(lines own.txt)" >best.txt
   awk 'function square(x) { return x * x }
@@ -61,7 +62,7 @@ the_errors_are_those_of_runs() {
   awk -v told="$told" '{ print "runs differ by", $1, "told:", told; exit !($1 > 0.97 * told && $1 < 1.03 * told) }' ratio.txt
 }
 
-# The same errors of a run in time, with those of the step; the same mesh of tets without locking is better by far.
+# For a motion, the errors of meshes stand beside those of steps.
 a_motion_is_judged_beside_its_steps() {
   cat >swing.yaml <<END
 body: {mesh: small.mesh, density: 1000, material: {energy: S, young: 4e6, poisson: 0.4}}
@@ -80,7 +81,8 @@ END
   [ -s swing/verdict.txt ] && between 0.15 "$(value error_over_motion tet4 24 swing/mesh.csv)" 1
 }
 
-# Tables of the meshes that fit into a time: one has all meshes of the other, and where none has more they agree.
+# same_meshes FIRST SECOND: one table has all meshes of the other (which fit into a time), and tables of the same meshes are
+# equal.
 same_meshes() {
   awk -F , '{ key = $1 "," $2 "," $3 "," $4 "," $5 "," $6 "," $7 }
     NR == FNR { of_first[key] = $0; first++; next }
@@ -89,17 +91,17 @@ same_meshes() {
       if (first == second && differ != "") { print "differs:", differ; exit 1 } }' "$1" "$2"
 }
 
-# Whether the process has stopped, or a child of its, `child`.
-child_stands() {
+# child_is_stopped PID: the process or a child of it is stopped; sets `child`, the number of that process.
+child_is_stopped() {
   for child in "$1" $(cat "/proc/$1/task/$1/children"); do
     grep -q '^State:.T' "/proc/$child/status" && return 0
   done
   return 1
 }
 
-# Killed while the reference is made, while runs go, while meshes are run, each just after states are there under their name and
-# before the database has their row: the same table of meshes comes of it, and what was done is not done again.
-killed_it_goes_on() {
+# A comparison that is killed during the reference, the runs of methods or those of meshes, each time when a file of states
+# is complete and the database does not have its row yet, resumes: it gives the same table of meshes, and repeats no row.
+a_killed_comparison_resumes() {
   set -- accuracy swing.yaml --mesh --mesh-seconds 0.1 --quick --reference-seconds 0.5 --methods newmark,backward-euler \
     --steps 1/50,1/100,1/200,1/400 --out killed
   cut -d , -f 1-7,10,11,13 swing/mesh.csv >expected
@@ -107,7 +109,7 @@ killed_it_goes_on() {
     rm -rf killed
     env LD_PRELOAD="$shim" FLESH_STOP_AFTER="$file" FLESH_STOP_SIGNAL=19 "$flesh" "$@" >/dev/null 2>&1 &
     run=$!
-    wait_until "$run" child_stands "$run" || return 1
+    wait_until "$run" child_is_stopped "$run" || return 1
     kill -KILL "$run" "$child"
     wait "$run" 2>/dev/null
     "$flesh" sweep export killed/accuracy.db --columns 'id,started' --where "status = 'complete'" >before
@@ -118,10 +120,10 @@ killed_it_goes_on() {
     same_meshes expected found && ! grep -q ',not run,' killed/accuracy.csv &&
       ! find killed -name 'mesh_*.states' -o -name 'reference_*.states' -o -name tight.states | grep . || return 1
   done
-  # With all done, nothing runs.
+  # If all rows are complete, nothing runs.
   cp killed/mesh.txt killed/verdict.txt . && expect 0 "$flesh" "$@" --resume && cmp mesh.txt killed/mesh.txt &&
     cmp verdict.txt killed/verdict.txt || return 1
-  # With more time there are more meshes, and those before are judged with them.
+  # With more time more meshes are run, and earlier ones are judged with them.
   expect 0 "$flesh" "$@" --resume --mesh-seconds 4 && [ "$(lines killed/mesh.csv)" -gt "$(lines found)" ]
 }
 
@@ -146,4 +148,4 @@ bad_usage_is_refused() {
 }
 
 run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps \
-  ${STOP_AT:+killed_it_goes_on} another_start_is_another_motion bad_usage_is_refused
+  ${STOP_AT:+a_killed_comparison_resumes} another_start_is_another_motion bad_usage_is_refused

@@ -1,6 +1,6 @@
 # TEST full program seconds=30 needs=flesh
-# test_command_adapt.sh: `flesh run --to`: its bar against a finer answer, its meshes, and what it refuses. FLESH names the
-# program.
+# test_command_adapt.sh: `flesh run --to`: its error bars against finer answers, its meshes, and its refusals. FLESH names
+# the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -21,7 +21,7 @@ output:
     - {name: clamp, point: [0.01, 0.4, 0.4], quantities: [stress]}
 END
 
-# The bar of the last mesh, as the page on error bars says.
+# The error bar of the last mesh, by the rule of the page on error bars.
 cat >rule.py <<'END'
 def bar(meshes):
     m = meshes[-1]
@@ -37,6 +37,7 @@ def bar(meshes):
     return 1.2 * (abs(m["value"] - limit) + rest ** .5) + .3 * m["estimate"] + abs(m.get("cut_off", 0))
 END
 
+# Error bars cover the error of each mesh; the last mesh has few dofs and good tets, and its wall carries the weight.
 the_bar_covers_and_the_mesh_is_as_it_should_be() {
   expect 0 "$flesh" run bar.yaml --to 1%:tip.position_z --out to || return 1
   has stdout.txt '^mesh 0: .* tets, .* dofs: tip.position_z = .* m$' || return 1
@@ -59,24 +60,25 @@ meshes = json.load(open("to/result.json"))["adapted_mesh"]["meshes"]
 print(exact, [(m["dofs"], m["value"], m["error_mesh"], m["estimate"]) for m in meshes])
 end = meshes[-1]
 assert given[name] == end["value"] and last("again") == given
-# Full marks of the last mesh would take 2964 dofs.
+# The last mesh would have 2964 dofs if not fewer tets were marked near the tolerance.
 assert abs(given[name] - exact) <= end["error_mesh"] <= .01 * abs(exact - .5) and end["dofs"] < 2800
-# Every bar covers, and is what the page on error bars says: of a fit to the meshes before, and of the estimate.
+# Every bar covers the error, and follows the rule of the page on error bars from a fit to the meshes so far and the estimate.
 for k, m in enumerate(meshes):
     if not m["error_mesh"]:
         continue
     rule = bar(meshes[:k + 1])
     assert abs(m["value"] - exact) <= m["error_mesh"] and abs(m["error_mesh"] / rule - 1) < 1e-6, (k, m, rule)
-# The estimate by recovery is of the error's size where the mesh is not adapted yet.
+# The estimate by recovery has the error's size on the first mesh, which is not adapted yet.
 assert 0.6 < meshes[0]["estimate"] / abs(meshes[0]["value"] - exact) < 3
 assert abs(meshes[0]["value"] - exact) > 3 * abs(end["value"] - exact)
 assert min(m["radius_ratio_min"] for m in meshes) > .6
-# The box of pin and wall ends within tets: refined meshes hold the face that the first one holds.
+# The box of pin and wall ends within tets: refined meshes hold the same face as the first one.
 assert abs(given["wall.reaction_z [N]"] - 4 * 9810) < 1
 END
 }
 
-# Of the bar's first mesh, whose error is of the tets at the wall.
+# `flesh snap --error` draws each tet's share of the error; on the bar's first mesh the error comes from tets at the wall, of
+# which the largest share is 5 to 20 % of the estimate.
 shares_of_tets_are_drawn() {
   expect 0 "$flesh" snap to/to/0 --error tip.position_z --width 100 --out shares.png || return 1
   python3 - <<'END' || return 1
@@ -94,7 +96,7 @@ END
   [ ! -e no.png ]
 }
 
-# A sphere has nodes on edges whose ends it has not: all meshes are loaded alike.
+# All meshes carry the same load, though the sphere ends within tets and contains nodes on edges without the edges' ends.
 loads_within_tets_are_carried() {
   sed -e 's/pin: {box.*/pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}/' \
     -e 's/- gravity.*/- traction: {sphere: {centre: [2, 0.5, 1], radius: 0.6}, traction: [0, 0, 1e4]}/' \
@@ -109,13 +111,13 @@ meshes = json.load(open("patch/result.json"))["adapted_mesh"]["meshes"]
 values = [m["value"] for m in meshes]
 print(values, row["wall.reaction_z [N]"])
 assert len(values) > 2 and max(values) - min(values) < .1 * abs(values[-1] - .5)
-assert abs(float(row["wall.reaction_z [N]"]) + 2500) < 1 # of two triangles of half a square of .5 m
+assert abs(float(row["wall.reaction_z [N]"]) + 2500) < 1 # the load on two triangles, halves of a square of .5 m
 assert all(abs(m["value"] - values[-1]) <= m["error_mesh"] for m in meshes[:-1] if m["error_mesh"] is not None)
 END
 }
 
-# Tets have the material that their middle has. What is beyond the box is told as the box's moving would tell it, and the bar
-# counts it: without, it was 0.6 of the error of a box that begins at 1.7 m.
+# A tet has the material at its middle. The estimated effect of the parts that a box cuts off, `cut_off`, is like that of
+# moving the box, and the bar includes it: without it, the bar was 0.6 of the error if the box begins at 1.7 m.
 boxes_of_regions_within_tets_are_counted() {
   sed -e 's/^effects:/  regions: [{box: [[2, -9, -9], [9, 9, 9]], material: {energy: S, young: 3e7, poisson: 0.3}}]\n&/' \
     -e 's/^body: {\(.*\)}$/body:\n  \1/; s/-1, -1, -1\], \[0.2/-1, -1, -1], [1e-9/' bar.yaml |
@@ -154,6 +156,7 @@ END
     has stderr.txt 'effects.2..muscle.box cuts [0-9]* tets, .*; the bar of tip.position_z does not count that$'
 }
 
+# Refined meshes carry over many selections, here nine pins.
 many_selections_are_carried() {
   pin='  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}'
   sed -e "s/^  - pin: .*/$(printf '%s\\n' "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin" "$pin")/" bar.yaml >many.yaml
@@ -184,8 +187,8 @@ assert min(m["radius_ratio_min"] for m in meshes) > .3
 END
 }
 
-# Pressures are constant in each tet: tets at the point become smaller by half from mesh to mesh, so that the scatter ends. On
-# 100 000 dofs whose tets there were halved once from mesh to mesh it was more than a tenth.
+# Pressures are constant in each tet, so values at a point scatter until its tets are small: their size halves from mesh to
+# mesh. When they were only bisected once from mesh to mesh, the scatter was more than a tenth at 100 000 dofs.
 stresses_at_points_settle() {
   expect 0 "$flesh" run bar.yaml --set body.material.poisson=0.45 --to 10%:in.stress_zz --out stress \
     --set 'output.probes=[{name: in, point: [1.3, 0.4, 0.85], quantities: [stress]}]' || return 1
@@ -215,7 +218,7 @@ what_has_no_bar_is_refused() {
   expect 2 "$flesh" run bar.yaml --to 1%:tip.position_z --error --out no
 }
 
-# What does not move, for want of a load or by symmetry, has no share of its movement.
+# For a point that does not move, by symmetry or without load, a tolerance in % of its movement is refused, one in m is not.
 what_does_not_move_needs_a_length() {
   expect 2 "$flesh" run bar.yaml --set 'effects.gravity.acceleration=[0, 0, 0]' --to 1%:tip.position_z --out rests || return 1
   has stderr.txt 'tip.position_z has moved by 0 m, which its bar' && has stderr.txt 'as 0.001:tip.position_z' || return 1
@@ -224,7 +227,7 @@ what_does_not_move_needs_a_length() {
     has stderr.txt 'tip.position_y has moved by .* does not tell from nothing'
 }
 
-# A bar that is pressed together bends to this side or that, as its mesh is.
+# A compressed bar buckles to a side that depends on its mesh: the run ends and says that meshes have different equilibria.
 what_buckles_is_refused() {
   "$flesh" mesh box --cells 4,1,1 --size 4,1,1 --out strut.mesh >/dev/null || return 1
   cat >strut.yaml <<'END'
@@ -242,7 +245,8 @@ END
   has stderr.txt 'the equilibrium on a mesh of .* tets has .* inverted ones'
 }
 
-# A slenderer one bends the same way on nine meshes, whose bars become small, and then the other way.
+# A slenderer bar buckles the same way on nine meshes, whose error bars become small, and then the other way: a warning says
+# so, and the error bars from there on count the change.
 another_equilibrium_is_told() {
   "$flesh" mesh box --cells 6,1,1 --size 6,1,1 --out slender.mesh >/dev/null || return 1
   sed -e 's/strut.mesh/slender.mesh/' -e 's/3.999/5.999/' -e 's/5, 2, 2/7, 2, 2/' -e 's/point: .2/point: [3/' \
@@ -260,7 +264,7 @@ assert first + 2 < len(meshes) and all(b > .95 * change[first] for _, b in meshe
 END
 }
 
-# A bar moves by less than the six digits of its position tell apart, and its error bars by less than that.
+# Values have all digits that their error bars need, even of a bar whose movement is below the six digits of its position.
 values_have_the_digits_of_their_bars() {
   expect 0 "$flesh" run bar.yaml --set body.material.young=1e11 --to 1%:tip.position_z --out stiff || return 1
   python3 - <<'END'

@@ -2,13 +2,13 @@
 # TEST name=test_bench_long full program needs=flesh builds=plain args: long
 # TEST quick program needs=flesh builds=memory args: races
 # TEST full seconds=180 needs=flesh builds=threads args: races
-# test_command_bench.sh: `flesh bench`: its files, that same work has the same counters and answers, and its refusals.
-# Nothing here depends on how fast the machine is. With `races` what has threads alone, for thread sanitizer to watch;
-# with `long` growth up to 60 000 tets and the comparison of elements alone.
+# test_command_bench.sh: `flesh bench`: its files, equal counters and answers of equal work, and its refusals. Nothing here
+# depends on the machine's speed. `races` runs only the tests with threads, for the thread sanitizer; `long` only those of
+# growth up to 60 000 tets and of elements.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# The values of column NAME in the rows whose columns have the given values: value NAME COLUMN=VALUE...
+# value NAME 'COLUMN=VALUE;...': prints the values of column NAME in the rows whose columns have these values.
 value() {
   awk -F , -v name="$1" -v wanted="$(shift; echo "$*")" '
     NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; split(wanted, want, ";"); next }
@@ -23,7 +23,7 @@ it_ends_well() {
     has stdout.txt 'memory at 486 tets: integrator'
 }
 
-# 13x2x2 is the bar nearest to 300 tets; 10 kernels and 5 cases on both numbers of threads.
+# All 10 kernels and 5 cases have a row for each number of threads; 13x2x2 is the bar nearest to 300 tets.
 every_measurement_is_a_row() {
   has out/bench.csv '^group,name,energy,poisson,tets,nodes,threads,status,wall_s,cpu_s,scatter,repeats,ns_per_tet,bytes' &&
     [ "$(lines out/bench.csv)" -eq 121 ] && # (10*2 + 5*2) rows, two sizes, two energies, header
@@ -31,7 +31,7 @@ every_measurement_is_a_row() {
     [ -z "$(value name 'status=FLESH_ERR_SOLVE')" ]
 }
 
-# The same work whatever the number of threads; the answer to the last bit.
+# The work does not depend on the number of threads, nor does the answer, to the last bit.
 threads_do_the_same_work() {
   for column in newton linear assemblies projections answer; do
     for name in swing twist crush drop static; do
@@ -42,7 +42,7 @@ threads_do_the_same_work() {
   done
 }
 
-# Counters that tell of physics: all move, a swinging and a twisted bar by different amounts, and steps take iterations.
+# Counters are plausible: steps take iterations, all bodies move, and a swinging and a twisted bar by different amounts.
 cases_are_what_they_say() {
   awk -F , 'NR > 1 && $1 != "kernel" && !($18 >= 1 && $19 >= $18 && $20 >= $19 && $24 > 1e-4) { print; bad = 1 }
     NR > 1 && $1 == "kernel" && !($14 > 0 && $16 > 0) { print; bad = 1 } END { exit bad }' out/bench.csv &&
@@ -60,12 +60,12 @@ assert d['peak_memory_kB'] > 1000, d['peak_memory_kB']
 assert all(c['operations_per_s']['portable'] > 1e6 for c in d['ceilings'])
 assert d['instructions'] in ('portable', 'avx2', 'avx512') and d['program']
 assert {m['owner'] for m in d['memory']} == {'mesh', 'effects and pattern', 'integrator'}
-if 'sanitizers none' in d['program']['build_options']:  # their allocator keeps no account of what is taken
+if 'sanitizers none' in d['program']['build_options']:  # their allocator does not count the memory in use
     assert all(0 < m['bytes'] / m['tets'] < 3000 for m in d['memory']), d['memory']
 END
 }
 
-# Of three sizes the two from 48 000 tets on give the exponent of the iterations, all three that of the printed "time ~".
+# All three sizes give the printed exponents of time and iterations; the exponent "from 48 000 tets" is of the larger two.
 growth_is_fitted_from_where_it_says() {
   expect 0 "$flesh" bench --cells 700,48x13x13,60000 --poisson 0.45 --cases swing --steps 1 --repeats 1 --out growth ||
     return 1
@@ -89,7 +89,8 @@ assert said and abs(float(said[1]) - all_sizes) < 0.006 and abs(float(said[2]) -
 END
 }
 
-# A kernel lives where what it touches fits, and its floor is the time of its bytes and operations there.
+# A kernel's level is the smallest cache, or memory, that holds its data, and its floor the time for its bytes and operations
+# there.
 floors_are_those_of_the_ceilings() {
   python3 - <<'END'
 import json, sqlite3
@@ -106,8 +107,8 @@ for m, bytes_held in zip(kernels, held):
 END
 }
 
-# What was measured stays when sizes and cases are added; what was measured otherwise is not mixed with it.
-it_goes_on_with_more() {
+# Measurements stay when sizes and cases are added; those with other settings are refused, not mixed with them.
+sizes_can_be_added() {
   few='--poisson 0.45 --repeats 1 --out more'
   # shellcheck disable=SC2086
   expect 0 "$flesh" bench $few --cells 48 --cases swing,kernels --steps 1 && cp more/bench.csv before.csv &&
@@ -124,7 +125,7 @@ pictures_are_drawn() {
   done
 }
 
-# Instructions agree to rounding, so that counters do and answers nearly.
+# Instruction sets differ by rounding: numbers of Newton iterations are equal, and answers nearly so.
 instructions_agree() {
   expect 0 "$flesh" bench --cells 9x3x3 --poisson 0.45 --cases swing --steps 3 --repeats 1 --instructions portable \
     --json \
@@ -141,7 +142,7 @@ assert abs(a['answer_m'] / b['answer_m'] - 1) < 1e-6, (a, b)
 END
 }
 
-# Ten-node tets: the steps alone, of a body that bends more.
+# With ten-node tets only steps are measured, no kernels, and the body bends more.
 elements_are_measured() {
   expect 0 "$flesh" bench --cells 12x2x2 --poisson 0.49 --cases kernels,swing --steps 3 --repeats 1 --out four || return 1
   expect 0 "$flesh" bench --cells 12x2x2 --poisson 0.49 --cases kernels,swing --steps 3 --repeats 1 --element tet10-mean \
@@ -173,6 +174,6 @@ races) run_tests it_ends_well threads_do_the_same_work ;;
 long) run_tests growth_is_fitted_from_where_it_says elements_are_measured ;;
 *)
   run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
-    the_json_says_the_same floors_are_those_of_the_ceilings it_goes_on_with_more pictures_are_drawn instructions_agree nonsense_is_refused
+    the_json_says_the_same floors_are_those_of_the_ceilings sizes_can_be_added pictures_are_drawn instructions_agree nonsense_is_refused
   ;;
 esac

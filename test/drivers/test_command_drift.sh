@@ -1,10 +1,10 @@
 # TEST full program seconds=180 needs=flesh
-# test_command_drift.sh: `flesh drift`: its table, its pictures, and that runs which fail are rows.
+# test_command_drift.sh: `flesh drift`: its table, its pictures, and rows of runs that fail.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
 
-# The value of column NAME in the row whose energy, constants, poisson and solver are given.
+# value NAME ENERGY CONSTANTS POISSON SOLVER: prints the value of column NAME in this row.
 value() {
   awk -F , -v name="$1" -v energy="$2" -v constants="$3" -v poisson="$4" -v solver="$5" '
     NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
@@ -36,14 +36,14 @@ guarded_runs_survive() {
   done
 }
 
-# B has no value behind J = 0, into which a full step leads when the finger snaps back.
+# Form B is undefined for J <= 0, where a full step leads when the finger snaps back: that run fails and is a row.
 a_failed_run_is_a_row() {
   [ "$(value status B matched 0.45 plain)" = undefined ] &&
     between 0.79 "$(value failed_at B matched 0.45 plain)" 0.85 &&
     has out/verdict.txt 'B *plain *ends at t = 0.8 s, step 48: undefined'
 }
 
-# While pulled S keeps the volume best and B worst of the matched ones; D is deflated to J* of theory.
+# While pulled, S keeps the volume best and B worst of the matched forms; D shrinks to the theory's J*.
 the_figures_are_physical() {
   between 0.02 "$(value max_volume_drift S matched 0.45 guarded)" 0.06 &&
     between 0.07 "$(value max_volume_drift B matched 0.45 guarded)" 0.11 &&
@@ -63,7 +63,7 @@ pictures_are_drawn() {
   done
 }
 
-# Runs that lie on each other are one line with both names; one that stops has a cross there.
+# Runs with the same curve are drawn as one line with both names; a run that stops has a cross at its end.
 volumes_say_what_they_show() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   script=out/volume_finger_pull_coarse_0.45.gp
@@ -77,6 +77,7 @@ nothing_is_minus_zero() {
   ! grep -E -e '[+-]0\.?0*( |$)' stdout.txt && ! grep -E -e '-[0-9.]+e-[0-9]+' stdout.txt
 }
 
+# If the theory has no free shape at rest, its field is empty.
 no_free_rest_is_an_empty_field() {
   expect 0 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies D --poisson 0.3 --solvers guarded \
     --set time.end=1/30 --out out || return 1
@@ -100,7 +101,7 @@ END
   has stdout.txt 'regions.yaml: body.material alone is varied; the materials of its regions stay'
 }
 
-# On four-node tets of this mesh S changes far too much; the verdict speaks of the ten-node tets on the finer mesh.
+# The verdict is that of ten-node tets on the finer mesh, as with four-node tets on this mesh S changes far too much.
 meshes_and_elements_are_told_apart() {
   "$flesh" mesh box --cells 4,1,1 --size 0.4,0.1,0.1 --out beam.msh >/dev/null || return 1
   cat >beam.yaml <<'END'
@@ -118,7 +119,7 @@ END
   [ "$(lines meshes/drift.csv)" -eq 17 ] && has meshes/drift.csv 'stressed_rest_J,element,nodes,finest,mesh_part,mesh_unsure$' &&
     has meshes/verdict.txt '^beam_tet10-mean_refined1 (tet10-mean, 192 tets), the finest of 4; .* by comparison with beam_tet10-mean_refined0 (tet10-mean, 24 tets)$' &&
     has meshes/verdict.txt 'confirmed order: ' && has meshes/verdict.txt 'beam_tet4_refined0 (tet4, 24 tets) [0-9.]* (+' || return 1
-  # Rows of the finest have no part; the others' is what they are off it.
+  # The mesh's part is 0 in rows of the finest mesh, and in other rows the difference from it.
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
     { key = $at["energy"] $at["constants"] }
     $at["finest"] == 1 { best[key] = $at["max_volume_drift"]; n += $at["mesh_part"] == 0 && $at["mesh_unsure"] > 0 &&
@@ -126,12 +127,12 @@ END
     { drift[NR] = $at["max_volume_drift"]; part[NR] = $at["mesh_part"]; of[NR] = key }
     END { for (r in drift) { d = drift[r] - best[of[r]] - part[r]; if (d * d > 1e-20) exit 1 } exit n != 4 }' meshes/drift.csv ||
     { cat meshes/drift.csv; return 1; }
-  # One mesh alone claims nothing of itself.
+  # With one mesh alone, the verdict claims no accuracy.
   expect 0 "$flesh" drift beam.yaml --energies S --poisson 0.49 --solvers guarded --out alone || return 1
   has alone/verdict.txt 'One mesh and one element' && has alone/verdict.txt 'Four-node tets lock at poisson 0.49' &&
     ! grep -q '±' alone/verdict.txt || return 1
   ! grep -q 'single nodes' alone/verdict.txt || return 1
-  # A spring that pulls at a tet alone converges to nothing; within a radius it does.
+  # A spring that pulls at a single tet does not converge with finer meshes, and a warning says so; with a radius it converges.
   sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], radius: 0, stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
     beam.yaml >pulled.yaml
   expect 0 "$flesh" drift pulled.yaml --energies S --poisson 0.4 --solvers guarded --out pulled || return 1
@@ -140,7 +141,8 @@ END
     ! grep -q 'single nodes' wide/verdict.txt
 }
 
-# Its figures would say nothing of the energy; there is no verdict of them, and they are made again.
+# A run that cannot write its files is reported and gives no verdict, as its figures say nothing of the energy; it is run
+# again when the comparison resumes.
 a_run_that_cannot_write_is_told() {
   set -- drift "$scenes/finger_pull_coarse.yaml" --energies S --poisson 0.45 --solvers guarded --set time.end=1/30 --out blocked
   mkdir blocked && echo file >blocked/runs || return 1

@@ -1,11 +1,11 @@
 # TEST quick program seconds=120 needs=flesh
-# test_command_effects.sh: the example scenes of the effects run in their short form, and a run tells what each effect
-# cost and nothing of those that are not there. FLESH names the program.
+# test_command_effects.sh: the first steps of the effects' example scenes run, and a run reports the cost of each effect and
+# nothing of absent ones. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
 
-# short NAME SECONDS: the scene's beginning.
+# short NAME SECONDS: runs the beginning of an example scene.
 short() { expect 0 "$flesh" run "$scenes/$1.yaml" --no-frames --set "time.end=$2" --out "out/$1" --quiet; }
 
 the_example_scenes_run() {
@@ -35,7 +35,7 @@ absent_effects_appear_nowhere() {
   sed -n '/"effects": \[/,/^  \]/p' out/settling_drop/result.json | grep -o '"name": "[a-z_]*"' >names.txt
   printf '"name": "%s"\n' inertia gravity settling_damping elasticity >expected.txt
   cmp names.txt expected.txt || { cat names.txt; return 1; }
-  # As names: the path of the scene may have these words.
+  # Looks for these words as names only, because the path of the scene may have them.
   ! grep -E -q '[",_](spring|contact|pressure|viscosity)' out/settling_drop/history.csv out/settling_drop/result.json
 }
 

@@ -1,5 +1,5 @@
 # TEST full memory program seconds=5 needs=flesh
-# test_command_endings.sh: what `flesh run` says of how a run ends: spurious energy, a budget within a step, rest in
+# test_command_endings.sh: what `flesh run` says of the end of a run: spurious energy, a budget within a step, rest in
 # a stressed state, motion without force, no equilibrium. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -10,8 +10,8 @@ scene() { # NAME EFFECTS TIME
   printf 'effects:\n%s\ntime: {%s}\n' "$2" "$3" >>"$1.yaml"
 }
 
-# A block that starts within its barrier's reach is blown up by HHT's first step: 3.3 J become 4500. Fixed steps are cut
-# where energy comes in from nowhere, unless no gain ends the run; IDA's are not.
+# A block that starts within its barrier's reach is blown up by HHT's first step: 3.3 J become 4500. Fixed steps that gain
+# energy from nowhere are cut, unless time.max_energy_gain allows it; IDA's are not cut, and the run ends.
 energy_from_nowhere_ends_a_run() {
   scene near '  - inertia: {}
   - gravity: {}
@@ -27,7 +27,7 @@ energy_from_nowhere_ends_a_run() {
     has near/result.json '"warning": "from t = 0' && rows near/state.txt 125 || return 1
   expect 0 "$flesh" run near.yaml --out near --no-frames --set time.max_energy_gain=1e300 || return 1
   has stderr.txt 'warning: from t = 0 s' && has near/result.json '"energy_gain_J": 4[0-9][0-9][0-9]' || return 1
-  # A drop that IDA feeds at a bounce.
+  # A block that falls gets energy from IDA when it bounces.
   scene drop '  - inertia: {}
   - gravity: {}
   - contact: {plane: {point: [0, 0, -0.1]}}' 'method: ida, max_order: 4, tolerance: 0.1, step: 1/1000, end: 1'
@@ -38,8 +38,8 @@ energy_from_nowhere_ends_a_run() {
     has drop/result.json '"warning": "time.max_order has no effect: [^;]*; time.tolerance has no effect: [^;]*",'
 }
 
-# A plate moves into where the body still is: that the budget was spent must not be taken for that. The step takes
-# hundreds of times as long as it is given.
+# A budget that is spent within a step is reported as such, not as the plate's overlap with the body, into which it moves.
+# The step takes hundreds of times as long as the budget.
 a_budget_within_a_step_is_told_as_such() {
   "$flesh" mesh box --cells 14,14,14 --size 1,1,1 --out large.msh >/dev/null || return 1
   scene press '  - inertia: {}
@@ -49,7 +49,7 @@ a_budget_within_a_step_is_told_as_such() {
       motion: [{time: 0}, {time: 1, translation: [0, 0, -0.5]}]' 'step: 1, end: 1'
   set -- run press.yaml --set body.mesh=large.msh --set body.material.poisson=0.4999 --out press --no-frames \
     --set solver.preconditioner=none --set solver.linear_tolerance=1e-12 --set solver.max_linear=1000000
-  # A budget that set-up has eaten ends before the step: it is doubled until the step has begun, however slow the machine.
+  # The budget is doubled until it outlasts the set-up, however slow the machine, and is spent within the step.
   for budget in 0.5 1 2 4 8 16 32; do
     expect 6 "$flesh" "$@" --max-seconds "$budget" || return 1
     if has press/result.json '"unfinished_linear": [1-9]' >/dev/null 2>&1; then break; fi
@@ -60,7 +60,7 @@ a_budget_within_a_step_is_told_as_such() {
     has press/result.json '"unfinished_linear": [1-9]'
 }
 
-# A strip, 1 cm thick, with a pressure on its upper side.
+# Writes strip.yaml: a strip, 1 cm thick, with a pressure on its upper side.
 make_strip() {
   "$flesh" mesh box --cells 20,4,1 --size 0.4,0.06,0.01 --out strip.msh >/dev/null || return 1
   scene strip '  - pressure: {box: [[-1, -1, 0.00999], [1, 1, 1]], pressure: 1}
@@ -69,9 +69,9 @@ make_strip() {
   printf 'output: {probes: [{name: tip, point: [0.4, 0.03, 0.005], quantities: [position]}]}\n' >>strip.yaml
 }
 
-# A ring of square section that is twisted by a full turn cannot untwist; it does not buckle either, being far below
-# Michell's limit. By Saint-Venant's torsion of a bar it holds at least G 0.1406 a^4 (1 rad/m)^2/2 2 pi m = 24.4 J; this
-# coarse mesh is stiffer.
+# A body at rest in a stressed state is reported: a ring of square section, twisted by a full turn, can neither untwist nor,
+# far below Michell's limit, buckle. By Saint-Venant's torsion of a bar its strain energy is at least
+# G 0.1406 a^4 (1 rad/m)^2/2 2 pi m = 24.4 J; this coarse mesh is stiffer.
 a_stressed_rest_is_told() {
   awk -v mesh=ring.mesh -v start=ring.txt "$ring" || return 1
   scene ring '  - inertia: {}' 'step: 1/30, end: 12'
@@ -83,27 +83,27 @@ a_stressed_rest_is_told() {
   expect 0 "$flesh" run ring.yaml --set body.mesh=ring.mesh --set start.state=ring.txt --set effects.inertia=null \
     --no-frames --out ring || return 1
   has ring/result.json '"stressed_rest_J": 1[0-9][0-9]\.' || return 1
-  # Not while it moves, nor where it is held, nor at rest.
+  # Nothing is reported while the ring moves, if a load acts on it, or if it starts unstressed.
   for other in 'effects.settling_damping.rate=2 --set time.end=0.2' 'effects.gravity={}' 'start.state=null'; do
     # shellcheck disable=SC2086
     expect 0 "$flesh" run ring.yaml --set body.mesh=ring.mesh --set start.state=ring.txt --set $other --no-frames \
       --out ring || return 1
     has ring/result.json '"stressed_rest_J": 0.0' && has ring/result.json '"warning": null' || return 1
   done
-  # A cloth that hangs from its edge, whose weight is little beside forces on tets as thick as they are long.
+  # A cloth that hangs from its edge is not reported, though its weight is small beside forces on tets as thick as long.
   "$flesh" mesh box --cells 8,8,1 --size 4,4,1e-4 --out cloth.msh >/dev/null || return 1
   scene cloth '  - gravity: {}
   - pin: {box: [[-1, -1, -1], [1e-9, 9, 9]]}' 'method: static'
   expect 0 "$flesh" run cloth.yaml --set body.mesh=cloth.msh --no-frames --out cloth &&
     has cloth/result.json '"stressed_rest_J": 0.0' && has cloth/result.json '"warning": null' || return 1
-  # A strip that a small pressure bends far.
+  # A strip that a small pressure bends far is not reported.
   make_strip && expect 0 "$flesh" run strip.yaml --set body.material.poisson=0.3 --no-frames --out strip &&
     has strip/result.json '"stressed_rest_J": 0.0'
 }
 
-# Equilibria of an incompressible strip whose end a pressure turns by 60 degrees: 92 iterations, where cutting the steps of
-# Newton's method takes more than 400. The end of an elastica goes to 0.2275 m and by -0.2991 m.
-thin_bodies_find_what_follows_them() {
+# An incompressible strip, whose end a follower pressure turns by 60 degrees, finds its equilibrium in 92 iterations; with
+# cut Newton steps they would be more than 400. The end of an elastica is at x = 0.2275 m and moves by -0.2991 m along z.
+thin_bodies_find_equilibria_of_follower_loads() {
   make_strip && expect 0 "$flesh" run strip.yaml --set body.material.poisson=0.5 --max-seconds 300 --no-frames --out strip ||
     return 1
   awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) at[$k] = k } END {
@@ -113,8 +113,8 @@ thin_bodies_find_what_follows_them() {
     awk -F, 'NR == 1 { for (k = 1; k <= NF; k++) at[$k] = k } END { exit !($at["newton"] <= 200) }' strip/history.csv
 }
 
-# A block that hangs almost still, and whose top is turned by 10 rad within a step.
-# How long the jerk's steps take depends on the last bits; some of them take more than 100 times the median.
+# A step that takes more than 100 times the median is reported: the top of an almost still block is turned by some 10 rad
+# within a step. As the work of such a step depends on the last bits, several are tried until one takes so long.
 a_long_step_is_told() {
   "$flesh" mesh box --cells 3,3,3 --size 0.1,0.1,0.1 --out small.msh >/dev/null || return 1
   told=
@@ -138,7 +138,7 @@ a_long_step_is_told() {
     ! grep -q 'times the median' stderr.txt jerk/result.json || return 1
   done
   [ "$told" ] || return 1
-  # At the usual tolerance the other steps take more.
+  # At the default tolerance the other steps take more, and nothing is reported.
   expect 0 "$flesh" run jerk.yaml --set body.mesh=small.msh --no-frames --out jerk &&
     ! grep -q 'times the median' stderr.txt && has jerk/result.json '"longest_step": 3[0-9]' &&
     has jerk/result.json '"longest_step_linear": [0-9][0-9]'
@@ -166,7 +166,7 @@ BEGIN {
   print "End" > mesh
 }'
 
-# A free body that moves on has nothing to be solved for.
+# A free body in uniform motion takes no Newton iterations, and nothing of rounding is reported.
 motion_without_force_is_nothing_to_tell() {
   for method in backward-euler bdf2 midpoint newmark hht generalized-alpha; do
     scene free '  - inertia: {}' "method: $method, step: 1/60, end: 0.5}
@@ -177,7 +177,7 @@ start: {velocity: [1, 0.5, 0.25]"
   done
 }
 
-# No figure is told of a run that could not begin.
+# A run of more steps than can be counted is refused before it begins, without printing figures.
 more_steps_than_can_be_counted_are_refused() {
   scene long '  - inertia: {}' 'step: 1/60, end: 1e10'
   expect 2 "$flesh" run long.yaml --out long --no-frames || return 1
@@ -186,7 +186,7 @@ more_steps_than_can_be_counted_are_refused() {
   scene single '  - pin: {box: [[-1, -1, -1], [1, 1, 1e-9]]}' 'step: 1e-12, end: 1' && expect 0 "$flesh" run single.yaml --out single --no-frames
 }
 
-# `flesh check` says what `flesh run` does before its first step.
+# `flesh check` refuses what `flesh run` refuses before its first step, in the same words.
 checks_say_what_runs_refuse() {
   scene early '  - inertia: {}
   - contact: {plane: {point: [0, 0, -1]}}' 'step: 1/60, end: 1/60'
@@ -201,6 +201,7 @@ checks_say_what_runs_refuse() {
   done
 }
 
+# Statics without an equilibrium say which part moves away because nothing holds it.
 statics_say_what_holds_no_body() {
   scene loose '  - gravity: {}' 'method: static'
   expect 4 "$flesh" run loose.yaml --out loose --no-frames && has stderr.txt 'advice: a body that no pin holds' || return 1
@@ -208,7 +209,7 @@ statics_say_what_holds_no_body() {
   - gravity: {acceleration: [0, 0, -1e9]}' 'method: static'
   expect 4 "$flesh" run bent.yaml --out bent --no-frames --set solver.max_newton=3 --set solver.max_cutbacks=0 &&
     has stderr.txt 'advice: ' && ! grep 'no pin holds' stderr.txt || return 1
-  # Cubes on each other that friction would hold slide away on a floor that slopes a little.
+  # In statics, a stack of cubes that friction would hold slides away on a floor that slopes a little.
   expect 4 "$flesh" run "$source_folder/../data/scenes/stack.yaml" --method static --out stack --no-frames \
     --set effects.1.gravity.acceleration='[0.05, 0, -9.81]' || return 1
   has stderr.txt 'no equilibrium at t = 10 s: with [0-9.]* of the load the part around (.*) m, which' &&
@@ -218,8 +219,8 @@ statics_say_what_holds_no_body() {
     has stderr.txt 'effects\[[0-9]\].contact.friction has no effect: in statics there is friction on obstacles that move only'
 }
 
-# K is singular where a free body's statics begins: it turns about the edge that holds it until it hangs, falls onto a plane,
-# or falls for ever, which few iterations tell.
+# K is singular at the start of a free body's statics. The body turns about the edge that holds it until it hangs, falls onto
+# a plane, or would fall for ever, which takes few iterations to find.
 statics_goes_where_a_body_is_free_to() {
   scene hung '  - gravity: {}
   - pin: {box: [[-1, -1, 0.099], [1e-9, 1, 1]]}' 'method: static'
@@ -236,8 +237,8 @@ statics_goes_where_a_body_is_free_to() {
     has stderr.txt 'advice: a body that no pin holds' && has free/result.json '"unfinished_newton": [1-9][0-9]\{0,1\},'
 }
 
-# Loads that follow a rod's end swing it ever wider: the whole derivative leads to the equilibrium, but is not taken where
-# something is near.
+# Loads that follow a rod's end swing it ever wider. The full derivative leads to the equilibrium, but is not used near an
+# obstacle, where the run fails and says why.
 loads_that_follow_for_ever_are_told() {
   "$flesh" mesh box --cells 12,2,2 --size 6,1,1 --out rod.msh >/dev/null || return 1
   scene rod '  - pressure: {box: [[5.9, -1, 0.5], [7, 2, 2]], pressure: 5500}
@@ -255,7 +256,7 @@ loads_that_follow_for_ever_are_told() {
   expect 4 "$flesh" "$@" near --set effects.pressure.pressure=20000 --set solver.max_cutbacks=1 || return 1
   has stderr.txt 'no equilibrium at t = 0 s: 0.5 of the loads that follow the surface would stretch the body without bound' &&
     has stderr.txt 'last try: t = 0 s, load factor 1 after 0 halvings' && has near/result.json '"load_factor": 1\.0' || return 1
-  # A plate held at its edges bears less than two thirds of a pressure, which few iterations tell.
+  # A plate held at its edges bears less than two thirds of a pressure, which is found in less than 60 000 linear iterations.
   "$flesh" mesh box --cells 10,10,2 --size 1,1,0.1 --out plate.msh >/dev/null || return 1
   scene plate '  - pressure: {box: [[-1, -1, -1], [2, 2, 1e-9]], pressure: 30000}
   - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
@@ -272,7 +273,7 @@ loads_that_follow_for_ever_are_told() {
   has stderr.txt 'at t = 1 s with load factor 0\.5: ' && has part/result.json '"load_factor": 0\.5'
 }
 
-# A body that is led into a plane, or into another body, which no shorter step can change.
+# A body that is moved into a plane or another body, which no shorter step can avoid, ends the run with advice.
 nodes_led_into_others_are_told() {
   cat >led.yaml <<END
 body: {mesh: $source_folder/../data/meshes/one_tet.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -298,7 +299,8 @@ END
     has stderr.txt 'advice: nodes start or are held in an obstacle'
 }
 
-# Backward Euler, which looks at the ends of its steps alone, misses a load between two of them; others stop at its ends.
+# Backward Euler evaluates loads only at the ends of its steps, and so misses one between two of them, which is reported;
+# other methods end a step where the load ends.
 a_load_within_a_step_is_told() {
   scene pulse '  - inertia: {}
   - force: {body: body, force: [1, 0, 0], from: 0.02, until: 0.03}' 'step: 1/60, end: 0.1'
@@ -309,7 +311,7 @@ a_load_within_a_step_is_told() {
   done
 }
 
-# A method that steps in time has nothing to step without inertia.
+# A scene without inertia is solved for equilibrium; that its time.method would step in time is a warning.
 a_method_without_inertia_is_told() {
   scene bent '  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}
   - gravity: {}' 'method: bdf2, end: 0'
@@ -319,7 +321,7 @@ a_method_without_inertia_is_told() {
   for quiet in time.method=static time.method=null; do
     expect 0 "$flesh" run bent.yaml --out bent --no-frames --set $quiet && has bent/result.json '"warning": null' || return 1
   done
-  # A resumed run has the warning, too, though scene.yaml has the method in force.
+  # A resumed run has the warning, too, though its scene.yaml has the method that is used.
   scene moved '  - prescribed_motion: {box: [[-1, -1, -1], [1e-9, 1, 1]], motion: [{time: 0}, {time: 1, translation: [1, 0, 0]}]}' \
     'method: bdf2, end: 1, step: 1/20'
   expect 6 "$flesh" run moved.yaml --out moved --no-frames --checkpoint 5steps --max-seconds 1e-3 || return 1
@@ -327,7 +329,7 @@ a_method_without_inertia_is_told() {
 }
 
 run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
-  ${long:+thin_bodies_find_what_follows_them} a_long_step_is_told motion_without_force_is_nothing_to_tell \
+  ${long:+thin_bodies_find_equilibria_of_follower_loads} a_long_step_is_told motion_without_force_is_nothing_to_tell \
   more_steps_than_can_be_counted_are_refused statics_say_what_holds_no_body nodes_led_into_others_are_told \
   statics_goes_where_a_body_is_free_to checks_say_what_runs_refuse loads_that_follow_for_ever_are_told \
   a_load_within_a_step_is_told a_method_without_inertia_is_told

@@ -1,6 +1,6 @@
 # TEST full program seconds=60 needs=flesh
-# test_command_error.sh: `flesh run --error`: its bars against finer answers, and where there is none. FLESH names the
-# program.
+# test_command_error.sh: `flesh run --error`: its error bars against finer answers, and why some numbers have none. FLESH
+# names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -23,8 +23,8 @@ output:
 END
 sed '/inertia/d; s/^time.*/time: {method: static}/' bar.yaml >still.yaml
 
-# covers RUN KIND FINER WIDEST: the tip's bars of that kind are not less than its distance from the finer run at any time
-# that both have, nor wider in all than WIDEST times the largest of them.
+# covers RUN KIND FINER WIDEST: the tip's bars of this kind are at least its distance from the finer run at all times that
+# both runs have, and the last one is at most WIDEST times the largest distance.
 covers() {
   python3 - "$@" <<'END'
 import csv, sys
@@ -37,7 +37,7 @@ name, bar = "tip.position_z [m]", f"tip.position_z_error_{kind} [m]"
 errors = [abs(float(row[name]) - float(exact[round(float(row["t [s]"]), 9)][name])) for row in given[1:]]
 bars = [float(row[bar]) for row in given[1:]]
 print(max(errors), bars[-1])
-# A bar looks ahead, and is at least 0.3 times that of another direction.
+# A bar counts differences in later rows, too, and is at least 0.3 times that of another direction.
 assert float(given[0][bar]) > 0 and all(float(row[bar.replace("_z_", "_y_")]) > 0.29 * float(row[bar]) for row in given)
 assert max(errors) > 5e-5 and all(b >= e - 1e-6 for b, e in zip(bars, errors)) and bars[-1] <= widest * max(errors)
 END
@@ -61,13 +61,13 @@ newmark_covers_backward_euler() {
 a_smaller_tolerance_covers() {
   expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=1e-3 --error --out adaptive || return 1
   covers adaptive step fine 4 || return 1
-  # Where outputs end the steps, a smaller tolerance alone would change nothing.
+  # If outputs limit the steps, a smaller tolerance alone would change nothing, so time.step is smaller, too.
   expect 0 "$flesh" run bar.yaml --method adaptive --set time.tolerance=0.5 --error --out capped || return 1
   has stdout.txt '^error bars of the step: by a tolerance of 0.125 and a time.step of 0.00833333 s$' || return 1
   covers capped step fine 10
 }
 
-# Also the bars of tet4 itself, which locks.
+# The mesh's bars cover the error, even of tet4, which locks.
 meshes_cover() {
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=2 --out fine_mesh --quiet || return 1
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out coarse || return 1
@@ -82,8 +82,8 @@ meshes_cover() {
   expect 0 "$flesh" run bar.yaml --error --out linear_motion && covers linear_motion mesh fine_motion 2
 }
 
-# Bars from the coarser mesh are as the page on error bars says; where the other element's run fails, as at Poisson's ratio
-# one half, of one companion.
+# Bars from the coarser mesh follow the rule of the page on error bars: that of two companions, or of one if the other
+# element's run fails, as it does at a Poisson's ratio of one half.
 coarser_meshes_make_bars() {
   for poisson in 0.3 0.499 0.5; do
     expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out both \
@@ -109,8 +109,8 @@ END
   done
 }
 
-# Waves that steps do not follow come out alike on two meshes by chance: with twice the step these differ more, of ten steps
-# too, which have no bar of their own.
+# Waves that the steps do not resolve may agree on two meshes by chance. With twice the step they differ more, which widens
+# the mesh's bars, also in a run of ten steps, which has no bars of the step.
 twice_the_step_widens_bars_of_the_mesh() {
   for how in 1/2:step_2 1/6:twice; do
     rm -rf waves
@@ -140,7 +140,8 @@ END
   done
 }
 
-# A tet has the material of the region that its middle is in: the box that begins at 2.1 m has all 24 tets from 2 to 2.5 m.
+# A tet has the material of the region that contains its middle, and boxes that cut tets are reported: a box that begins at
+# 2.1 m cuts the 24 tets from 2 to 2.5 m.
 boxes_of_regions_that_cut_tets_are_told() {
   for box in 2:0 2.1:24; do
     expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out regions \
@@ -163,7 +164,7 @@ boxes_of_regions_that_cut_tets_are_told() {
   done
 }
 
-# What result.json says of a quantity.
+# said RUN QUANTITY EXPRESSION: the Python expression is true for what the run's result.json says of the quantity's bars.
 said() {
   python3 - "$@" <<'END'
 import json, sys
@@ -174,6 +175,7 @@ assert eval(sys.argv[3], {**found[0], "found": found}), sys.argv[3]
 END
 }
 
+# result.json says why a number has no bar.
 no_bar_is_said() {
   said linear_motion J_min 'error_mesh is None and "extreme" in no_mesh_bar and "extreme" in no_step_bar' || return 1
   said linear_motion clamp.stress_xx 'error_mesh is None and "beside a pin" in no_mesh_bar and error_step > 0' || return 1
@@ -181,7 +183,8 @@ no_bar_is_said() {
   ! grep -q 'clamp.stress_xx_error_mesh' linear_motion/probes.csv || return 1
   expect 0 "$flesh" run bar.yaml --set body.element=tet10-mean --set time.end=1/10 --error --out short || return 1
   said short mesh '"no coarser mesh" in no_bar and companions == []' && said short step '"twelve steps" in no_bar' || return 1
-  # A pin or a load that ends within tets, of the coarser mesh alone too, and where both meshes hold as much.
+  # A pin or load that ends within tets leaves no bar, also if only tets of the coarser mesh are cut, or if both meshes hold the
+  # same nodes.
   for set in 'pin.box=[[-1, -1, -1], [0.25, 2, 2]]' 'pin.box=[[-1, -1, -1], [0.6, 2, 2]]' 'pin={sphere: {centre: [0, .5, .5], radius: .9}}'; do
     expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out cut --set "effects.$set" ||
       return 1
@@ -190,11 +193,11 @@ no_bar_is_said() {
   expect 0 "$flesh" run still.yaml --error --out cut \
     --set 'effects[2]={traction: {box: [[1.6, -1, 0.9], [9, 2, 2]], traction: [0, 0, 7]}}' || return 1
   said cut mesh '"effects[2].traction ends within tets" in no_bar' || return 1
-  # Ten-node tets on the coarser mesh have the nodes of four-node ones on the finer.
+  # Ten-node tets on the coarser mesh have the same nodes as four-node tets on the finer one, so there is a bar.
   expect 0 "$flesh" run still.yaml --set body.refine=1 --error --out cut --set 'effects.pin.box=[[-1, -1, -1], [0.53, 2, 2]]' ||
     return 1
   said cut mesh '"better answer" in compared_with' && said cut tip.position_z 'error_mesh > 0' || return 1
-  # A violent motion, of which steps of these lengths show no order.
+  # A motion so violent that steps of these lengths show no order has no bar.
   expect 0 "$flesh" run "$source_folder/../data/scenes/whip.yaml" --method newmark --error --out whip || return 1
   said whip energy_total 'error_step is None and "not asymptotic" in no_step_bar'
 }
@@ -204,7 +207,8 @@ failed_companions_leave_no_bar() {
     --set solver.max_newton=5 --set solver.max_cutbacks=0 || return 1
   has stdout.txt 'error bars of the step: none, as the companion (steps of .*) ended: at t = .*iteration limit' || return 1
   said failed step '"iteration limit" in no_bar' && said failed energy_total 'error_step is None' || return 1
-  # Half the step fails, or twice the step too: then the mesh is not said to be judged at twice the step.
+  # The run with half the step fails. If that with twice the step fails, too, the mesh is not said to be judged at twice the
+  # step.
   for how in 7:1/4 6:1/8; do
     expect 0 "$flesh" run bar.yaml --method newmark --set body.element=tet10-mean --set body.refine=1 --set time.end=${how#*:} \
       --set 'effects[1]={traction: {box: [[3.99, -1, -1], [9, 2, 2]], traction: [7e5, 0, 7e5]}}' --error --out halves_${how%:*} \
@@ -212,7 +216,8 @@ failed_companions_leave_no_bar() {
   done
   said halves_7 step '"iteration limit" in no_bar' && said halves_7 mesh '"steps" in compared_with and len(companions) == 4' &&
     said halves_6 mesh '"steps" not in compared_with and len(companions) == 1 and factor == 1.8' || return 1
-  # Companions on the mesh of four-node tets do not tell J where volumes are stiff, and moments less than forces.
+  # Companions of four-node tets on the same mesh give no bar of J if the body is nearly incompressible, and wider bars of
+  # moments than of forces.
   for how in 0.48:0:1 0.47:0:0 0.48:1:0; do
     poisson=${how%%:*} refine=${how#*:}
     expect 0 "$flesh" run still.yaml --set body.material.poisson="$poisson" --set body.refine="${refine%:*}" --error \
@@ -221,13 +226,13 @@ failed_companions_leave_no_bar() {
     said "stiff_$how" in.J "(error_mesh is None and 'J of nearly' in no_mesh_bar) == bool(${how##*:})" || return 1
   done
   said stiff_0.47:0:0 wall.reaction_moment_y 'abs(error_mesh / abs(value - better) / (1.5 * 1.75) - 1) < 1e-9' || return 1
-  # A node that the coarser mesh has not.
+  # A probe at a node that the coarser mesh lacks has no bar.
   expect 0 "$flesh" run still.yaml --set body.element=tet10-mean --set body.refine=1 --error --out node \
     --set 'output.probes[0]={name: tip, nodes: [100]}' || return 1
   said node mesh '"100" in no_bar'
 }
 
-# The run itself is as it is without bars.
+# Error bars do not change the run: their columns come after its own, and its state is the same.
 columns_come_last() {
   expect 0 "$flesh" run bar.yaml --out plain --quiet || return 1
   expect 0 "$flesh" run bar.yaml --set output.error_bars=true --out keyed --quiet || return 1
@@ -247,7 +252,8 @@ complete_runs_get_bars() {
   covers plain step fine 4
 }
 
-# The companions take some forty times as long as the pause between two looks at the file.
+# A run that is interrupted in its companions is complete, and gets its bars when it is resumed. The companions take some
+# forty times as long as the pause between two looks at their file.
 an_interrupted_companion_is_taken_up() {
   "$flesh" run bar.yaml --set body.refine=3 --set time.end=4 --error --out stopped >stdout.txt 2>stderr.txt &
   process=$!
@@ -265,7 +271,7 @@ wrong_words_are_refused() {
   expect 2 "$flesh" run bar.yaml --error=1 --out wrong && [ ! -e wrong ]
 }
 
-# Of positions that move by a billionth all digits are told that the bars know.
+# Positions that move by a billionth are printed with all digits that their bars need.
 values_have_the_digits_of_their_bars() {
   expect 0 "$flesh" run still.yaml --set body.material.young=1e14 --error --out stiff || return 1
   python3 - <<'END'
@@ -280,7 +286,7 @@ for axis, value, _, better in told:
 END
 }
 
-# There a body that is not loaded yet bears no reactions, or masses fall that nothing has caught.
+# Forces at the start have no bars: the body is not loaded yet and has no reactions, or falls freely.
 forces_at_the_start_have_no_bars() {
   sed '/name: tip/a\    - {name: wall, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction, position]}' still.yaml >wall.yaml
   expect 0 "$flesh" run wall.yaml --error --out wall && expect 0 "$flesh" report wall --out wall.html || return 1

@@ -1,6 +1,6 @@
 # TEST full memory program seconds=120 needs=flesh
-# test_command_files.sh: what lies in files is not lost: one process for each folder of results, no input overwritten, no
-# waiting for pipes, nothing left of what was killed. FLESH names the program.
+# test_command_files.sh: a folder of results has one process at a time, no input is overwritten, pipes are not waited for,
+# and killed processes leave nothing behind. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -22,7 +22,7 @@ cp bar.yaml precious.yaml
 "$flesh" sweep spec.yaml --out sweep --quiet || exit 1
 "$flesh" skin bind bar.msh skin.obj --out binding.txt >/dev/null || exit 1
 
-# refused CODE WORDS COMMAND...: with one sentence.
+# refused CODE WORDS COMMAND...: the command ends with CODE and one sentence that has WORDS.
 refused() {
   refusal=$1 words=$2
   shift 2
@@ -38,13 +38,13 @@ two_runs_do_not_share_a_folder() {
   refused 3 'shared: another process writes its results there (flesh run, process' "$flesh" run precious.yaml --out shared
   bad=$?
   has stderr.txt "process $run on" || bad=1
-  # By another name of the folder it is the same.
+  # The folder is refused by another name, too.
   ln -s shared link
   refused 3 'link: another process' "$flesh" run precious.yaml --out link || bad=1
   kill -KILL "$run"
   wait "$run" 2>/dev/null
   [ "$bad" -eq 0 ] && has shared/result.json running || return 1
-  # What was killed holds nobody up, and what ends leaves no lock.
+  # A killed run does not block its folder, and a run that ends leaves no lock.
   [ -e shared/.flesh.lock ] && expect 0 "$flesh" run bar.yaml --out shared --quiet && [ ! -e shared/.flesh.lock ]
 }
 
@@ -62,7 +62,7 @@ every_command_claims_its_folder() {
   [ "$(ls -A taken)" = .flesh.lock ]
 }
 
-# What was killed holds its folder until it has ended: a sweep waits for that, and tells of others.
+# A killed case holds its folder until its process has ended: a sweep waits for that, but not for another process.
 a_sweep_waits_for_what_was_killed() {
   sed 's/^scene/keep: true\nscene/' spec.yaml >kept.yaml
   mkdir -p awaited/cases/000001 awaited/cases/000002
@@ -121,7 +121,7 @@ other_commands_keep_what_they_read() {
     cp bar.yaml mine/drift.csv || return 1
   refused 2 'mine/accuracy.csv: is read by' "$flesh" accuracy mine/accuracy.csv --out mine || return 1
   refused 2 'mine/drift.csv: is read by' "$flesh" drift mine/drift.csv --out mine || return 1
-  # Its own scene is no place to note the resolved one.
+  # The scene itself is not overwritten with the resolved one.
   expect 0 timeout 1800 "$flesh" accuracy mine/scene.yaml --out mine --quick --methods newmark --steps 1/60,1/120 \
     --reference-seconds 0.01 || return 1
   cmp mine/scene.yaml precious.yaml || return 1
@@ -141,7 +141,7 @@ other_commands_keep_what_they_read() {
   refused 2 'odd.dat: is read by' "$flesh" sweep plot sweep/odd.dat --x nu --y newton --out sweep/odd.png || return 1
 }
 
-# ---- nothing is left of what was killed ----
+# ---- killed processes leave nothing behind ----
 
 leftovers_are_cleared() {
   mkdir -p left/frames left/skin
@@ -149,7 +149,7 @@ leftovers_are_cleared() {
     skin/skin.pc2.part-4-4 .picture.part-99999999.png; do
     echo half >"left/$file"
   done
-  # Of a living writer, by its lock or its number; and what only looks like it.
+  # Files that stay: of a living writer, known by its lock or its number, and files that only look like leftovers.
   for file in living.part-999999-1 living.part-$$.png own.part own.part-x-1 .part-1-1; do echo kept >"left/$file"; done
   exec 9>>left/living.part-999999-1 && flock -n 9 || return 1
   expect 0 "$flesh" run bar.yaml --out left --quiet
@@ -158,13 +158,13 @@ leftovers_are_cleared() {
   [ "$bad" -eq 0 ] && [ "$(find left -name '*part*' | LC_ALL=C sort | tr '\n' ' ')" = \
     "left/.part-1-1 left/living.part-$$.png left/living.part-999999-1 left/own.part left/own.part-x-1 " ] ||
     { find left -name '*part*'; return 1; }
-  # Beside a single file those of its own name.
+  # A command that writes a single file clears only leftovers of this file's name.
   echo half >box.msh.part-999999-0 && echo half >other.msh.part-999999-0 &&
     "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out box.msh >/dev/null && [ ! -e box.msh.part-999999-0 ] &&
     [ -e other.msh.part-999999-0 ] && rm other.msh.part-999999-0
 }
 
-# Killed until something is left; then a run that ends.
+# Runs are killed until one leaves something behind; the next run clears it.
 killed_runs_leave_nothing() {
   "$flesh" mesh box --cells 16,6,6 --size 4,1,1 --out large.msh >/dev/null
   for tries in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
@@ -181,16 +181,16 @@ killed_runs_leave_nothing() {
     has killed/result.json '"status": "complete"'
 }
 
-# What draws or converts ends by a signal without what it had begun to write, and so does the program that it calls.
+# A command that a signal ends while it draws leaves no file that it had begun, and ends the program that it called.
 signals_leave_nothing_half_written() {
   mkdir -p tools
   printf '#!/bin/sh\necho $$ >"%s/gnuplot.pid"\nexec sleep 1800\n' "$work" >tools/gnuplot && chmod +x tools/gnuplot
   for number in TERM HUP; do
     rm -f gnuplot.pid
     ended=0
-    until [ "$ended" -gt 128 ]; do # a picture that is there before the signal has status 0
+    until [ "$ended" -gt 128 ]; do # the status is 0 if the picture was complete before the signal
       rm -f snap.*
-      env --default-signal=HUP "$flesh" snap run --out snap.png --width 8192 >/dev/null & # nohup has it ignored
+      env --default-signal=HUP "$flesh" snap run --out snap.png --width 8192 >/dev/null & # nohup ignores HUP
       drawing=$!
       wait_until "$drawing" sh -c 'ls snap.png.part-*' >/dev/null && kill "-$number" "$drawing"
       wait "$drawing" 2>/dev/null
@@ -207,7 +207,7 @@ signals_leave_nothing_half_written() {
   done
 }
 
-# The next file that is opened would get the number of a stream that is closed, and what is printed to it.
+# Closed standard streams become /dev/null: else the next file that is opened would get the number, and the output, of one.
 closed_streams_stay_closed() {
   "$flesh" run bar.yaml --out shut --set time.end=1e5 --set output.frame_interval=1000 <&- >&- 2>&- &
   run=$!
@@ -218,7 +218,7 @@ closed_streams_stay_closed() {
   [ "$streams" = '/dev/null /dev/null /dev/null ' ] || { echo "$streams"; return 1; }
 }
 
-# ---- what is no file is refused, not waited for ----
+# ---- pipes, devices and folders are refused, not waited for ----
 
 pipes_are_refused() {
   mkfifo pipe pipe.db pipe.yaml pipe.png || return 1
@@ -240,7 +240,7 @@ pipes_are_refused() {
     refused 3 'pipe.db: not a regular file' "$flesh" sweep plot pipe.db --x nu --y newton &&
     refused 3 'pipe.db: not a regular file' "$flesh" sweep merge made.db pipe.db &&
     refused 3 'pipe.db: not a regular file' "$flesh" sweep merge made.db sweep/sweep.db pipe.db || return 1
-  # Where results go, somebody must read.
+  # A pipe for results is refused if nobody reads it.
   refused 3 'pipe: cannot be written: .*nobody reads this pipe' "$flesh" run bar.yaml --out new --save-state pipe &&
     refused 3 'nobody reads this pipe' "$flesh" snap run --out pipe.png || return 1
   mkdir -p piped && mkfifo piped/sweep.db piped/accuracy.db || return 1
@@ -269,7 +269,7 @@ more_jobs_than_files_can_be_open() {
 scene: bar.yaml
 axes: [{key: body.material.poisson, name: nu, from: 0.1, to: 0.4, count: 50}]
 END
-  # The limit is raised where it may be; where it may not, fewer run at a time.
+  # The limit of open files is raised if that is allowed; else fewer jobs run at a time.
   (ulimit -Sn 40 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out soft --jobs 1000000 --quiet) || return 1
   (ulimit -n 40 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out hard --jobs 1000000 --quiet) || return 1
   (ulimit -n 90 && expect 0 timeout -k 1 1800 "$flesh" sweep many.yaml --out some --jobs 1000000 --quiet) || return 1
@@ -287,12 +287,12 @@ all_refused_is_an_error() {
   echo '{scene: bar.yaml, set: {body.mesh: missing.msh}, axes: [{key: time.end, values: [1, 2, 3]}]}' >bad_all.yaml
   refused 3 'all 3 cases are refused; the first: .*missing.msh' "$flesh" sweep bad_all.yaml --out bad_all --quiet ||
     return 1
-  [ ! -e bad_all ] || return 1 # so that it begins anew once the mesh is there
+  [ ! -e bad_all ] || return 1 # so that the sweep can begin anew once the mesh is there
   echo '{scene: bar.yaml, axes: [{key: body.mesh, values: [missing.msh, bar.msh]}]}' >bad_half.yaml
   expect 0 "$flesh" sweep bad_half.yaml --out bad_half --quiet || return 1
   "$flesh" sweep export bad_half/sweep.db --columns "status" >counted.csv && has counted.csv refused &&
     has counted.csv complete || return 1
-  # Refused when they run, as when a mesh goes meanwhile.
+  # Cases that are refused only when they run, as their mesh is gone by then, are an error, too.
   cp bar.msh going.msh
   echo '{scene: bar.yaml, set: {body.mesh: going.msh}, axes: [{key: time.end, values: [1/60, 1/30]}]}' >going.yaml
   expect 0 "$flesh" sweep going.yaml --out going --quiet || return 1

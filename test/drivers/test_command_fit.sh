@@ -1,5 +1,5 @@
 # TEST full memory program seconds=40 needs=flesh
-# test_command_fit.sh: `flesh fit`: parameters and errors that are known, bounds, what is not determined, kills, bad specs.
+# test_command_fit.sh: `flesh fit`: known parameters and errors are found; bounds, undetermined parameters, kills, bad specs.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -23,7 +23,7 @@ output:
 END
 sed 's/\[0, 0, 1e4\]/[0, 4e3, 0]/' pull.yaml >shear.yaml
 
-# measure SCENE NAME NOISE SEED [SET...]: NAME.csv of the probes at the end of a run, NAME_shape.csv of the surface.
+# measure SCENE NAME NOISE SEED [SET...]: writes probes at the end of a run to NAME.csv, nodes' positions to NAME_shape.csv.
 measure() {
   scene=$1 name=$2 noise=$3 seed=$4
   shift 4
@@ -46,7 +46,7 @@ END
 }
 measure pull.yaml pulled 0 1 && measure shear.yaml sheared 0 2 && measure pull.yaml noisy 1e-3 3 || exit 1
 
-# result FOLDER EXPRESSION: of r, its result.json, and p, its parameters by name.
+# result FOLDER EXPRESSION: the Python expression of r, the folder's result.json, and p, its parameters by name, is true.
 result() {
   python3 - "$1" "$2" <<'END'
 import json, sys
@@ -85,7 +85,7 @@ a = list(csv.DictReader(open('again/probes.csv')))[-1]; b = list(csv.DictReader(
 assert abs(float(a['top.position_z [m]']) - float(b['top.position_z [m]'])) < 1e-6, (a, b)"
 }
 
-# An equilibrium at the time of the start is not taken for the start, whose row stands before it.
+# A measurement at the time of the start is compared with the equilibrium, not with the start, whose row stands before it.
 an_equilibrium_at_the_start_counts() {
   sed 's/^time: .*/time: {method: static}/' pull.yaml >still.yaml
   sed 's/^1,/0,/' pulled.csv >still.csv
@@ -94,7 +94,7 @@ an_equilibrium_at_the_start_counts() {
   result at_start 'abs(p["young"]["value"] / 1e5 - 1) < 1e-5 and abs(p["poisson"]["value"] - 0.4) < 1e-5'
 }
 
-# The covariance against an independent one: scaled columns by differences of runs of one's own.
+# Covariance, intervals and correlation are those of a linear model that is computed here, from differences of runs.
 errors_are_those_of_the_linear_model() {
   sed "s/pulled.csv, columns: .*/noisy.csv, deviation: 2e-3}, {positions: noisy_shape.csv, deviation: 2e-3}]/; /shear/,/sheared/d" two.yaml >noisy.yaml
   expect 0 "$flesh" fit noisy.yaml --out noisy || return 1
@@ -142,7 +142,8 @@ bounds_hold() {
     result lower 'abs(p["poisson"]["value"] - 0.4) < 1e-5 and p["poisson"]["at_bound"] is None'
 }
 
-# Weight is density times acceleration; nothing depends on an effect that does not act; and two products at once.
+# Parameters that are not determined are reported: density and acceleration, of which only the product counts, and the
+# pressure of an effect that does not act.
 not_determined_is_said() {
   cat >hang.yaml <<END
 body: {mesh: cube.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -167,7 +168,7 @@ END
     result product '"pressure is not determined: it changes none of the measured numbers." in r["identifiability"]' &&
     result product 'p["density"]["standard_error"] is None and p["g"]["low_95"] is None and abs(p["poisson"]["value"] - .4) < 1e-4' &&
     result product 'abs(p["density"]["value"] * p["g"]["value"] / -5000 - 1) < 1e-4 and p["poisson"]["standard_error"] > 0' || return 1
-  # Only E over the load counts.
+  # Only the ratio of Young's modulus and the load counts.
   cat >ratio.yaml <<END
 experiments: [{name: hang, scene: hang.yaml, measured: [{positions: hung_shape.csv, weight: 1e8}]}]
 parameters:
@@ -177,15 +178,15 @@ END
   expect 0 "$flesh" fit ratio.yaml --out ratio && has stdout.txt 'depend on their ratio alone'
 }
 
-# ended FOLDER: how many runs and derivatives its database has.
+# ended FOLDER: prints how many completed runs and derivatives the folder's database has.
 ended() {
   python3 -c 'import sqlite3, sys
 try: print(sqlite3.connect(f"file:{sys.argv[1]}/fit.db?mode=ro", uri=True).execute("SELECT count(*) FROM cases WHERE result IS NOT NULL").fetchone()[0])
 except sqlite3.Error: print(0)' "$1"
 }
 
-# Killed again and again, it ends with the same bits and runs nothing twice.
-killed_it_goes_on() {
+# A fit that is killed again and again ends with the same bits and runs nothing twice.
+a_killed_fit_resumes() {
   expect 0 "$flesh" fit two.yaml --out whole --quiet || return 1
   times=0
   while [ "$times" -lt 200 ]; do
@@ -193,7 +194,7 @@ killed_it_goes_on() {
     before=$(ended killed)
     "$flesh" fit two.yaml --out killed --resume --quiet &
     process=$!
-    # Until it has written a run more, or has ended.
+    # Waits until the fit has recorded one more run or has ended.
     while kill -0 $process 2>/dev/null && [ "$(ended killed)" -le "$before" ]; do sleep 0.01; done
     kill -9 $process 2>/dev/null
     wait $process 2>/dev/null && break
@@ -211,7 +212,7 @@ END
   expect 2 "$flesh" fit two.yaml --out killed && has stderr.txt '^flesh fit: killed/fit.db: is there already; --resume goes on' || return 1
   sed 's/columns: .*side.position_x\]/columns: [top.position_z]/' two.yaml >other.yaml
   expect 2 "$flesh" fit other.yaml --out killed --resume && has stderr.txt 'is of another fit: scenes, measurements or keys have changed' || return 1
-  # Other starts, bounds and deviations go on with the runs.
+  # With other starts, bounds or deviations a fit resumes with the same runs.
   sed 's/deviation: 1e-4/deviation: 2e-4/' two.yaml >wider.yaml
   expect 0 "$flesh" fit wider.yaml --out killed --resume && result killed 'r["runs"]["made_now"] == 0' || return 1
   python3 -c 'import sqlite3
@@ -219,8 +220,8 @@ with sqlite3.connect("killed/fit.db") as store: store.execute("UPDATE cases SET 
   expect 3 "$flesh" fit two.yaml --out killed --resume && has stderr.txt 'killed/fit.db: the record of a case is not whole'
 }
 
-interrupted_it_says_so() {
-  # By differences of finer meshes there are many long runs left to interrupt.
+an_interrupted_fit_says_so() {
+  # Derivatives by differences on finer meshes take many long runs, which can be interrupted.
   sed 's/^    measured/    derivatives: differences\n    set: {body.refine: 2}\n&/' two.yaml >slow.yaml
   "$flesh" fit slow.yaml --out stopped --quiet 2>stderr.txt &
   process=$!
@@ -233,7 +234,7 @@ interrupted_it_says_so() {
 }
 
 a_run_that_fails_cuts_the_step() {
-  # As displacements go with 1/E, the first step from far above would lead below 0.
+  # As displacements are proportional to 1/E, the first step from far above would lead below 0.
   sed 's/start: 3e4.*logarithmic/start: 3e5/; s/, {key: body.material.poisson.*}\]/]/' two.yaml >cut.yaml
   expect 0 "$flesh" fit cut.yaml --out cut &&
     result cut 'r["runs"]["failed"] > 0 and abs(p["young"]["value"] / 1e5 - 1) < 1e-5' || return 1
@@ -247,7 +248,7 @@ a_run_that_fails_cuts_the_step() {
     result short 'r["status"] == "failed" and p["young"]["value"] > 3e4' || return 1
 }
 
-# bad WORDS SED: the spec two.yaml, changed so, is refused with one line that has the words.
+# bad WORDS SED...: two.yaml, changed by sed, is refused with one line that has WORDS.
 bad() {
   words=$1
   shift
@@ -303,7 +304,7 @@ bad_specs_are_refused() {
     shape 'the point \[5, 0, 0\] is outside of the body at rest, by more than 0.125 m' 'X,Y,Z,x' '5,0,0,0'
 }
 
-# What was measured on the surface of a finer mesh, which lies outside of the coarse one's by up to 2 mm, is that of a body as stiff.
+# Measured points on the surface of a finer mesh, up to 2 mm outside of the coarse mesh, give the same stiffness within 10 %.
 points_of_another_mesh_count() {
   for mesh in limb limb_coarse; do
     cat >$mesh.yaml <<END
@@ -338,7 +339,7 @@ assert 4.5e4 < value < 5.5e4, value
 END
 }
 
-# table WORDS LINE...: such measurements of the first experiment are refused; shape, those of the second.
+# table WORDS LINE...: these lines are refused as the first experiment's measurements; shape: as the second's.
 table() {
   words=$1
   shift
@@ -353,7 +354,8 @@ shape() {
 }
 sed '/name: side/d' pull.yaml >hang_only.yaml
 
-# Points of the body at rest, deviations by column, rows between the run's times, columns of the history.
+# Measurements may be at points of the body at rest, between the run's times, of columns of the history, and have columns of
+# deviations.
 measurements_of_all_kinds_count() {
   sed 's/^time.*/time: {method: static, step: 1\/4, end: 1}/; s/traction: \[0, 0, 1e4\]/&, amplitude: [{time: 0, value: 0}, {time: 1, value: 1}]/' pull.yaml >slow.yaml
   "$flesh" run slow.yaml --out slow --quiet --set solver.newton_tolerance=1e-9 || return 1
@@ -382,7 +384,7 @@ END
   result kinds 'r["residuals"]["measured_numbers"] == 5 and abs(p["young"]["value"] / 1e5 - 1) < 1e-4 and abs(p["poisson"]["value"] - 0.4) < 1e-4'
 }
 
-# Tangents are those of runs: the same fit by differences, which friction asks for, has the same derivatives.
+# Tangents are the derivatives of runs: the same fit by differences, which friction makes necessary, gives the same.
 tangents_are_derivatives() {
   expect 0 "$flesh" fit two.yaml --out two --resume && result two 'all(e["derivatives"] == "by tangents" for e in r["experiments"])' &&
     result two 'r["runs"]["used"] == 2 * (1 + r["iterations"])' || return 1
@@ -399,7 +401,8 @@ assert all(abs(x / y - 1) < 1e-4 for row, other in zip(C, D) for x, y in zip(row
 END
 }
 
-# Near 1/2 a tangent by wide differences of Poisson's ratio is off. Of one measured number the error is that of the deviation.
+# Tangents are exact near a Poisson's ratio of 1/2, where wide differences are not. With one measured number, the error is its
+# deviation over the derivative.
 tangents_are_exact_near_incompressibility() {
   measure pull.yaml stiff 0 1 --set body.material.poisson=0.498 || return 1
   cat >stiff.yaml <<END
@@ -419,7 +422,7 @@ assert abs(error * abs(x[1] - x[0]) / 2e-11 - 1) < 1e-3
 END
 }
 
-# A map of 25 parameters in at most 30 equilibria; the truth stands behind the rows of the spec.
+# A map of 25 parameters takes at most 30 equilibria; the true values are comments in the spec's rows.
 many_parameters_take_few_equilibria() {
   expect 0 "$flesh" fit "$data/fits/stiffness.yaml" --out map || return 1
   result map 'len(p) == 25 and r["runs"]["used"] <= 30 and r["residuals"]["degrees_of_freedom"] == 1427' || return 1
@@ -432,14 +435,14 @@ assert sum(one["low_95"] < x < one["high_95"] for one, x in zip(p, true)) >= 22
 END
 }
 
-# The fits in data/fits find what their measurements were made with.
+# The fits in data/fits find the values with which their measurements were made.
 worked_examples_find_the_truth() {
   for name in slide muscles; do
     expect 0 "$flesh" fit "$data/fits/$name.yaml" --out "$name" || return 1
   done
   result slide 'p["friction"]["low_95"] < 0.35 < p["friction"]["high_95"] and p["friction"]["standard_error"] < 0.005' &&
     result muscles 'all(p[n]["at_bound"] or p[n]["low_95"] < a < p[n]["high_95"] for n, a in zip(p, (0.3, 0.1, 0, 0.15)))' || return 1
-  # Tangents of a motion with friction, and of its start, are those of runs.
+  # Tangents of a motion with friction, and of its start, agree with differences of runs.
   sed "s,scene: ,&$data/fits/,; s,probes: ,&$data/fits/,; s/^    measured/    derivatives: differences\n&/" "$data/fits/slide.yaml" >slid.yaml
   expect 0 "$flesh" fit slid.yaml --out slid && has stdout.txt 'derivatives of slide are by differences: the spec asks for them' || return 1
   result slide 'r["runs"]["used"] == 2 * (1 + r["iterations"]) and r["experiments"][0]["derivatives"] == "by tangents"' &&
@@ -453,7 +456,7 @@ END
   [ "$(wc -c <slide/fit.png)" -gt 5000 ]
 }
 
-# Residuals beyond the deviations may be those of a worse minimum than the best.
+# If residuals exceed the deviations, the minimum may not be the best one, and no parameter is called determined.
 what_does_not_fit_is_not_called_determined() {
   sed "s/pulled.csv, columns: .*/noisy.csv, deviation: 1e-5}, {positions: noisy_shape.csv, deviation: 1e-5}]/; /shear/,/sheared/d" two.yaml >unfit.yaml
   expect 0 "$flesh" fit unfit.yaml --out unfit || return 1
@@ -462,6 +465,6 @@ what_does_not_fit_is_not_called_determined() {
 }
 
 run_tests constants_come_back_without_noise an_equilibrium_at_the_start_counts errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
-  killed_it_goes_on interrupted_it_says_so a_run_that_fails_cuts_the_step bad_specs_are_refused \
+  a_killed_fit_resumes an_interrupted_fit_says_so a_run_that_fails_cuts_the_step bad_specs_are_refused \
   measurements_of_all_kinds_count points_of_another_mesh_count \
   tangents_are_derivatives tangents_are_exact_near_incompressibility many_parameters_take_few_equilibria ${long:+worked_examples_find_the_truth}

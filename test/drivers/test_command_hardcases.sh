@@ -22,14 +22,14 @@ collapsed_bodies_are_named_as_the_equilibria_they_are() {
     [ "$(value end_is point_free S 0.45)" = degenerate ]
 }
 
-# Forms without a value behind J = 0 say so, and alone they end the same way.
+# Runs of forms that are undefined for J <= 0 stop and say so, and `flesh run` of such a case ends in the same way.
 undefined_forms_stop_with_a_statement() {
   battery --energies Neo,B --poisson 0.45 --cases mirrored,invert_one && all_are outcome stopped &&
     all_are exit_code 4 && all_are status FLESH_UNDEFINED && has out/hardcases.csv 'undefined.*J.*tet' &&
     expect 4 "$flesh" run out/cases/invert_one_B_0.45_default/scene.yaml && has stderr.txt 'smallest J = -'
 }
 
-# D rests deflated: at its own rest shape, not at the mesh's.
+# Bodies of form D return to their own rest, which is smaller than the mesh.
 d_returns_to_its_own_rest() {
   battery --energies D --poisson 0.45 --cases jitter20,twist1 && all_are outcome recovered
 }
@@ -46,31 +46,31 @@ a_run_repeats_alone() {
     cmp again/state.txt "$folder/release/state.txt"
 }
 
-# This one has 1470 unknowns that are free.
+# The end of a body of ten-node tets, with 1470 free unknowns, is judged, too.
 ends_of_ten_node_bodies_are_judged() {
   battery --energies S --poisson 0.49 --cases scramble_static --elements tet10-mean --meshes 5x3x3 \
     --set 'solver.techniques=[-untangle,-softened_steps]' && all_are outcome 'stressed at rest' && all_are end_is minimum
 }
 
-# A body that has had no time to come back is not called recovered, and what its end is, is found out.
+# A body that has had no time to come back is not called recovered, and its end is classified all the same.
 an_early_end_is_no_recovery() {
   battery --energies S --poisson 0.45 --cases stretch10,jitter20 --set time.end=1/60 &&
     [ "$(value outcome stretch10 S 0.45)" = 'not recovered' ] && [ "$(value end_is stretch10 S 0.45)" = untangles ] &&
     [ -z "$(value recovered_at stretch10 S 0.45)" ]
 }
 
-# A process that dies is a row, and the battery goes on. It would take many seconds to its end.
+# A case whose process dies is a row, and the battery goes on. The killed case would take many seconds.
 a_death_is_a_row() {
   "$flesh" hardcases --out killed --jobs 1 --energies S --poisson 0.49 --cases static_shear,single_plane \
     --set body.refine=1 --max-seconds 600 >log.txt 2>&1 &
   wait_until $! [ -s killed/cases/static_shear_S_0.495_default/out/result.json ] || return 1
-  children=$(cat "/proc/$process/task/$process/children") # the one that --jobs 1 lets run
+  children=$(cat "/proc/$process/task/$process/children") # one child, as --jobs is 1
   kill -KILL ${children:?no child found}
   wait "$process" || { cat log.txt; return 1; }
   has killed/hardcases.csv '^static_shear,.*,crashed or hung,' && has killed/hardcases.csv '^single_plane,.*,recovered,'
 }
 
-# A rise of the incremental potential and unconverged solves are seen where they happen.
+# Rises of the incremental potential and unconverged solves are counted.
 rises_are_seen() {
   battery --energies E --poisson 0.3 --cases squash2,twist2,gravity1000 --solvers plain &&
     awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
@@ -99,7 +99,8 @@ pictures_are_drawn() {
   done
 }
 
-# The frames need no gnuplot; what is not drawn is said. What a killed process has left half-written goes.
+# Without gnuplot the frames are drawn, and a message names the picture that is not. Files that a killed process left
+# half-written are removed.
 without_gnuplot_the_frames_are_drawn() {
   left=undrawn/cases/single_plane_S_0.45_default/start.txt.part-99999999-1
   mkdir -p bare "${left%/*}" && : >"$left" || return 1
@@ -109,7 +110,7 @@ without_gnuplot_the_frames_are_drawn() {
     [ "$(wc -c <undrawn/frames_meshes.png)" -gt 1000 ] && [ -s "${left%/*}/start.txt" ] && [ ! -e "$left" ]
 }
 
-# A signal that ends gnuplot, too, as ^C does, is what the command ends by.
+# If a signal ends gnuplot and the command, as ^C does, the command's end is that of the signal.
 an_interrupted_picture_is_told() {
   printf '#!/bin/sh\nkill -TERM $PPID $$\n' >bare/gnuplot && chmod +x bare/gnuplot || return 1
   PATH=$work/bare:$PATH expect 143 "$flesh" hardcases --quick --out unfinished --energies S --poisson 0.45 --cases single_plane &&
@@ -133,14 +134,14 @@ an_interrupted_battery_keeps_what_was_done() {
     has log.txt 'interrupted after [1-9][0-9]* of 6 cases; --resume goes on'
 }
 
-# A battery is shared out and joined, and goes on with further cases: with the figures of one that was done at once.
+# A battery that is run in shards, joined and extended by further cases has the figures of one that is run at once.
 a_battery_is_shared_out_and_extended() {
   set -- --energies S --poisson 0.45 --max-seconds 60 --quick
   battery "$@" --cases 'single_*,point_free' && mv out whole || return 1
   for shard in 1 2; do
     expect 0 "$flesh" hardcases "$@" --cases 'single_*' --out "shard$shard" --shard $shard/2 &&
       [ "$("$flesh" sweep export shard$shard/hardcases.db --columns id | grep -c .)" -eq $((4 - shard)) ] || return 1
-  done # 1 and 3; 2: and the header
+  done # a header, and cases 1 and 3; a header, and case 2
   mkdir -p joined &&
     expect 0 "$flesh" sweep merge joined/hardcases.db shard1/hardcases.db shard2/hardcases.db &&
     has stdout.txt '3 of 3 cases are done' || return 1
@@ -150,7 +151,7 @@ a_battery_is_shared_out_and_extended() {
   for folder in whole joined; do # without times
     cut -d , -f 1-37 $folder/hardcases.csv >$folder.txt
   done
-  # What could not write its files is done again, and nothing else.
+  # A case that could not write its files is run again, and no other case.
   python3 -c 'import sqlite3; sqlite3.connect("joined/hardcases.db", isolation_level=None).execute(
     "UPDATE cases SET exit_code = 3 WHERE id = 2")' && "$flesh" sweep export joined/hardcases.db --columns id,started >before &&
     expect 0 "$flesh" hardcases "$@" --cases 'single_*,point_free' --out joined --resume &&
@@ -165,7 +166,7 @@ the_list_names_every_case() {
   expect 0 "$flesh" hardcases --list && [ "$(lines stdout.txt)" -ge 60 ] && has stdout.txt '^starts *scramble '
 }
 
-# A file of cases takes the place of the program's own. A study that goes on runs a case again that was changed.
+# A file of cases replaces the program's own. A resumed study runs a changed case again.
 a_battery_of_ones_own_is_run() {
   cat >own.yaml <<'E'
 title: a dent
@@ -206,7 +207,7 @@ bad_options_are_refused() {
     expect 3 "$flesh" hardcases --out /dev/null/here --cases single_plane && [ ! -e out/hardcases ]
 }
 
-# Nodes anywhere near nu = 1/2: from the solution of softer materials the first step needs no halving.
+# With scrambled nodes near nu = 1/2, the first step begins at the solution of softer materials, and needs no cutback.
 chaos_is_entered_through_softer_materials() {
   battery --shapes --meshes 3x3x3 --energies S --poisson 0.4999 --cases scramble || return 1
   has out/hardcases.csv '^scramble,.*,\(recovered\|untangled\),FLESH_OK' &&
@@ -214,13 +215,13 @@ chaos_is_entered_through_softer_materials() {
     has out/cases/3x3x3_scramble_seed1_S_0.4999_default/out/result.json '"solves_unconverged": 0'
 }
 
-# E of ratio 0 is crushed into a point, in which it has no force; it is laid out there.
+# A body of form E and ratio 0 is crushed into a point, where it has no force; it is untangled there.
 what_has_vanished_is_laid_out() {
   battery --energies E --poisson 0 --cases crash_plane && [ "$(value outcome crash_plane E 0)" = untangled ]
 }
 
-# A thousand km from the origin the forces that bend a thin neck are few times those of round-off, which decides where a
-# run ends: 0.0005 of the length from rest on average, and 0.002 if solves end at four times as much.
+# A thousand km from the origin, the forces that bend a thin neck are only a few times those of round-off, which decides
+# where a run ends: on average 0.0005 of the length from rest, and 0.002 if solves ended at four times as large residuals.
 soft_parts_come_to_rest_far_away() {
   battery --shapes --meshes "$source_folder/../data/meshes/dumbbell.msh" --energies S --poisson 0.45 --cases far_away \
     --seeds 8 && all_are status FLESH_OK || return 1
@@ -228,8 +229,8 @@ soft_parts_come_to_rest_far_away() {
   awk '{ sum += $1 } END { print "# on average " sum / NR " from rest"; exit !(NR == 8 && sum / NR < 0.0013) }' distances.txt
 }
 
-# The table has the longest step of a run beside its median, and the verdict names what took 100 times as long: here of
-# a run whose record is changed to such.
+# The table has the iterations of a run's longest step over those of its median step, and the verdict names runs in which
+# they are 100 times as many: here a run whose record is changed so.
 a_long_step_is_named() {
   battery --shapes --meshes 2x1x1 --energies S --poisson 0.45 --cases 'plane,squash0.3' || return 1
   longest=$(value longest_step_over_median plane S 0.45)

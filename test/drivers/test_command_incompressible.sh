@@ -1,6 +1,6 @@
 # TEST quick program seconds=120 needs=flesh
-# test_command_incompressible.sh: `flesh run` at Poisson's ratio 1/2: what it says, what it keeps in states, from where
-# it goes on, and what it refuses.
+# test_command_incompressible.sh: `flesh run` at a Poisson's ratio of 1/2: its messages, pressures in states, runs from
+# states, and refusals.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -27,8 +27,8 @@ a_run_keeps_pressures_in_its_state() {
   sed '1,/multipliers/d' whole/state.txt | awk '$1 != "#" || NF != 2 { bad = 1 } END { exit bad || NR != 24 }'
 }
 
-# Newmark's first step finds its pressures itself, those of the state being where it begins: a run goes on within the
-# method's error (some 1e-3 m here), with them and without.
+# A run goes on from a state with pressures and from one without, within the method's error (some 1e-3 m here): Newmark's
+# first step finds its pressures itself, and those of the state are only a first iterate.
 runs_go_on_from_states() {
   expect 0 "$flesh" run bar.yaml --set time.end=0.05 --out half --no-frames --quiet || return 1
   expect 0 "$flesh" run bar.yaml --start-state half/state.txt --out rest --no-frames --quiet || return 1
@@ -53,7 +53,7 @@ a_state_of_another_mesh_is_refused() {
     has stderr.txt 'the file has only 23 of its 24 multipliers'
 }
 
-# Where nothing is held, the same file is one of positions and velocities.
+# For compressible bodies, the same state is one of positions and velocities alone.
 states_serve_compressible_bodies() {
   expect 0 "$flesh" run bar.yaml --start-state whole/state.txt --set body.material.poisson=0.49 --set time.end=0.12 \
     --out other --no-frames --quiet && ! grep multipliers other/state.txt
@@ -72,7 +72,8 @@ what_cannot_be_is_refused() {
   [ ! -e bad ]
 }
 
-# Where bodies are tet10-mean and forms have a volume term, campaigns take 1/2 as any other ratio; others are refused by name.
+# Studies take a Poisson's ratio of 1/2 like any other for tet10-mean and forms with a volume term; other cases are refused
+# with the reason.
 campaigns_take_a_half() {
   expect 0 "$flesh" drift bar.yaml --poisson 0.5 --energies S,C --solvers guarded --out drift &&
     has drift/drift.csv ',S,0.5,.*,complete,' && has drift/drift.csv ',C,0.5,.*,refused,' &&

@@ -1,10 +1,10 @@
 # TEST full memory program seconds=16 needs=flesh
 # test_command_map.sh: `flesh fit` with a map: derivatives, deviations and the minimum against an independent computation, an
-# inclusion that comes back from noisy positions, going on after a kill, bad specs. FLESH names the program.
+# inclusion that is found from noisy positions, resuming after a kill, bad specs. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# result FOLDER EXPRESSION: of r, its result.json.
+# result FOLDER EXPRESSION: the Python expression of r, the folder's result.json, is true.
 result() {
   python3 -c 'import json, sys
 r = json.load(open(sys.argv[1] + "/result.json"))
@@ -31,8 +31,8 @@ END
 # The same beam in motion.
 sed 's/^effects:/&\n  - inertia: {}\n  - damping: {stiffness: 0.02}/; s/{time: 0, value: 0}/{time: 0, value: 1}/; s/^time.*/time: {method: newmark, step: 0.05, end: 1}/; /name: wall/d' beam.yaml >swing.yaml
 
-# The matrix of all derivatives by differences of runs, the penalty by the mesh: deviations, resolutions, covariance, and the
-# minimum, of equilibria and of a motion.
+# Deviations, resolutions, covariance and the minimum, of equilibria and of a motion, are those that are computed here from the
+# matrix of all derivatives, by differences of runs, and from the penalty.
 deviations_are_those_of_an_independent_matrix() {
   "$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out beam.mesh >/dev/null || return 1
   python3 - <<'END' || return 1
@@ -203,7 +203,7 @@ import csv
 assert all(float(row["low_95 [Pa]"]) < float(row["young [Pa]"]) < float(row["high_95 [Pa]"]) for row in csv.DictReader(open("block/tets.csv")))
 assert "Name=\"young\"" in open("block/map.vtu", errors="replace").read()
 END
-  # The fitted scene runs, with the fitted numbers.
+  # A run of the fitted scene gives the fitted numbers.
   expect 0 "$flesh" run block/scenes/pull.yaml --out again --quiet && python3 - <<'END' || return 1
 import csv
 x = [[float(w) for w in l.split()[:3]] for l in open("again/state.txt") if l[0] != "#"]
@@ -215,8 +215,8 @@ END
   expect 0 "$flesh" snap again --colour young --width 100 --out young.png && has stdout.txt "^colours: Young's modulus \[kPa\]"
 }
 
-# How hard one of two experiments pulled comes back beside the map; alone it is not told apart from how stiff the body is. A
-# key stays at a bound.
+# The load of one of two experiments is found beside the map; with that experiment alone, it is not determined apart from the
+# stiffness. A key stays at a bound.
 cat >load_fit.yaml <<'END'
 experiments:
   - {name: pull, scene: block.yaml, measured: [{positions: pull.csv, deviation: 2e-5}]}
@@ -237,7 +237,7 @@ a_load_comes_back_beside_a_map() {
     has stdout.txt '^density is not determined: it changes none' && result apart 'r["parameters"][0]["standard_error"] is None'
 }
 
-# comes_back FOLDER LEAST: the map and the truth have such a correlation of logarithms.
+# comes_back FOLDER LEAST: the correlation of the logarithms of the map and the truth is above LEAST.
 comes_back() {
   python3 - "$@" <<'END'
 import csv, math, sys
@@ -250,7 +250,7 @@ assert correlation > float(sys.argv[2])
 END
 }
 
-# The same of a motion that is seen at four points.
+# A map and a load are found from a motion that is measured at four points.
 a_map_comes_back_from_a_motion() {
   "$flesh" mesh box --cells 2,2,2 --size 0.1,0.1,0.1 --out cube.mesh >/dev/null || return 1
   cat >moving.yaml <<'END'
@@ -300,7 +300,8 @@ END
     result swung 'r["parameters"][0]["low_95"] < 1000 < r["parameters"][0]["high_95"] < 1100' && comes_back swung 0.9
 }
 
-# Only the stiff half is a map; without differences in the data there is none in it.
+# A part of a body, here the stiff half, may have a map; data that need no map, that contradict each other or that have too
+# large a weight beside them are reported.
 parts_of_a_body_have_maps() {
   sed 's/start: 6e4/start: 6e4, box: [[-1, -1, 0.05], [1, 1, 1]], penalty: variation/' block_fit.yaml >half.yaml
   expect 0 "$flesh" fit half.yaml --out half --quiet && result half 'r["map"]["tets"] == 108 and abs(r["residuals"]["scale"] - 1) < 0.011' &&
@@ -314,8 +315,8 @@ parts_of_a_body_have_maps() {
   expect 0 "$flesh" fit tight.yaml --out tight && has stdout.txt 'times the stated deviations: the weight is too large'
 }
 
-# A fit that is killed goes on with its stages and runs, to the same bits.
-killed_it_goes_on() {
+# A killed fit resumes with its stages and runs, and ends with the same bits.
+a_killed_fit_resumes() {
   "$flesh" fit load_fit.yaml --out killed --quiet 2>stderr.txt &
   process=$!
   has_stages() {
@@ -334,7 +335,7 @@ exit(sqlite3.connect("file:killed/fit.db?mode=ro", uri=True).execute("SELECT cou
   done
 }
 
-# bad WORDS SED...: the spec, changed so, is refused with one line that has the words.
+# bad WORDS SED...: block_fit.yaml, changed by sed, is refused with one line that has WORDS.
 bad() {
   words=$1
   shift
@@ -365,5 +366,5 @@ bad_maps_are_refused() {
 printf 'energy_total\n3\n' >energy.csv
 prepare || exit 1
 run_tests deviations_are_those_of_an_independent_matrix a_stiff_part_comes_back a_load_comes_back_beside_a_map parts_of_a_body_have_maps \
-  killed_it_goes_on ${long:+a_map_comes_back_from_a_motion} \
+  a_killed_fit_resumes ${long:+a_map_comes_back_from_a_motion} \
   bad_maps_are_refused

@@ -1,10 +1,10 @@
 # TEST full memory program seconds=60 needs=flesh
-# test_command_material.sh: `flesh material` and `flesh schema` as they are used: table, pictures,
-# words, bad usage. FLESH names the program.
+# test_command_material.sh: `flesh material` and `flesh schema`: table, pictures, words, bad usage.
+# FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# cells FILE CONDITION: how many rows of material.csv there are of that awk condition on path, s,
+# cells FILE CONDITION: prints the number of rows for which awk's condition is true, on path, s,
 # energy, constants, mu, lambda, psi, above, stress, eigenvalue.
 cells() {
   awk -F , "NR > 1 { path = \$1; s = \$2; energy = \$3; constants = \$4; mu = \$5; lambda = \$6; psi = \$7
@@ -24,10 +24,10 @@ the_table_has_the_closed_forms() {
         !close_to($8, $5 / 2 * ($2^2 - 1) + $6 / 2 * ($2 - 1)^2)) exit 1 }
     NR > 1 && $1 == "rotation" && $4 == "matched" { n++; if ($8^2 > 1e-10 || $9^2 > 1e-10) exit 1 }
     END { exit n != 301 * 13 }' $table || { echo 'not the closed forms'; return 1; }
-  # The constants given are those of small strain: mu of S is 4/3 of it, lambda of E mu more.
+  # The given constants are those of small strain: S has 4/3 of the given mu, E the given lambda plus mu.
   [ "$(cells $table 'energy == "S" && (mu - 4e4 / 3)^2 < 1e-12')" -eq 1505 ] || return 1
   [ "$(cells $table 'constants == "as_e" && (lambda - 1.3e5 / 3)^2 < 1e-12')" -eq 1505 ] || return 1
-  # No value where J <= 0 for those with a logarithm or a root of J, and one everywhere for the others.
+  # Forms with a logarithm or a root of J have no value where J <= 0; the others have one everywhere.
   [ "$(cells $table 'path == "flatten" && s <= 0 && energy ~ /^(Neo|A|B|C)$/ && psi stress eigenvalue == ""')" -eq 404 ] &&
     [ "$(cells $table 'energy ~ /^[MDES]$/ && (psi == "" || stress == "" || eigenvalue == "")')" -eq 0 ]
 }
@@ -63,7 +63,7 @@ forms_that_do_not_take_the_constants_are_left_out() {
     [ ! -e none ]
 }
 
-# With psi = mu/2 (I_C - 3) and J = 1, all that has no pressure on its free faces has a closed form.
+# With psi = mu/2 (I_C - 3) and J = 1, stresses have closed forms on all paths whose free faces bear no pressure.
 incompressible_stress_has_the_closed_forms() {
   expect 0 "$flesh" material --out half --young 3 --poisson 0.5 && has stderr.txt 'M raw is left out' || return 1
   awk -F , 'function near(a, b) { return a != "" && (a - b)^2 < 1e-9 * (1 + b * b) } # s has six digits

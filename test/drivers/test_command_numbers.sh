@@ -1,10 +1,10 @@
 # TEST full program seconds=120 needs=flesh
-# test_command_numbers.sh: numbers beyond all measure, for every option that takes some: refused in one sentence, or
-# carried out. A number that does not fit an int is told by the sanitizers (float-cast-overflow). FLESH names the program.
+# test_command_numbers.sh: every option that takes numbers accepts extreme ones or refuses them in one sentence. Sanitizers
+# report a number that does not fit an int (float-cast-overflow). FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# Of all sizes and signs, at the ends of integers and of doubles, and what is no number.
+# Numbers of all sizes and signs, at the ends of integers and of doubles, and what is not finite.
 extremes='0 -1 2147483648 -2147483649 4294967297 3e35 -3e35 1e308 -1e308 4e-324 1e999 nan 1e308/1e-308'
 
 "$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out bar.msh >/dev/null || exit 1
@@ -17,7 +17,7 @@ time: {step: 1/60, end: 1/30}
 END
 "$flesh" run bar.yaml --out run --quiet || exit 1
 
-# holds COMMAND...: it ends with a documented exit code, and where it refuses with a sentence (`check` with its table).
+# holds COMMAND...: the command ends with a documented exit code; a refusal has one sentence (that of `check`, its table).
 holds() {
   timeout -k 1 1800 "$@" >stdout.txt 2>stderr.txt
   ended=$?
@@ -30,7 +30,7 @@ holds() {
   return 1
 }
 
-# each FORM COMMAND...: with every number in place of the @ of FORM, which is the last word.
+# each FORM COMMAND...: the command holds with FORM as its last word, in which every number in turn replaces @.
 each() {
   form=$1 bad=0
   shift
@@ -38,7 +38,7 @@ each() {
   [ "$bad" -eq 0 ]
 }
 
-# all COMMAND...: the forms on standard input, one in a line.
+# all COMMAND...: the command holds with each form of the standard input, which has one a line.
 all() {
   wrong=0
   while read -r form; do each "$form" "$@" || wrong=1; done
@@ -100,7 +100,7 @@ accuracies() {
 materials() {
   each --poisson=@ "$flesh" material --energies S --out mat && each --young=@ "$flesh" material --energies S --out mat
 }
-lists() { # which are read before there is anything to do
+lists() { # lists are read before --out is found to be a file
   : >file
   all "$flesh" bench --out file <<'END'
 --cells=@
@@ -156,7 +156,7 @@ what_does_not_fit_is_told() {
       --set 'effects=[{contact: {sphere: {centre: [9, 9, 9], radius: 4e-324}}}]' &&
     refused 'the capsule is inf m long' "$flesh" check bar.yaml \
       --set 'effects=[{contact: {capsule: {from: [9, 9, 9], to: [9, 9, 1e308], radius: 1}}}]' || return 1
-  # A scene whose own step is longer than the run is compared at shorter ones.
+  # If the scene's own step is longer than the run, shorter steps are compared.
   expect 0 "$flesh" accuracy bar.yaml --out whole --quick --methods newmark --set time.step=9 --reference-seconds 0.01 &&
     has whole/accuracy.csv '0.0333' && ! grep -q 'step=9,' whole/accuracy.csv
 }

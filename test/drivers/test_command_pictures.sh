@@ -1,5 +1,5 @@
 # TEST full memory program seconds=120 needs=flesh
-# test_command_pictures.sh: `flesh snap` and `flesh film` as they are used. FLESH names the program.
+# test_command_pictures.sh: `flesh snap` and `flesh film`: their pictures, videos and refusals. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -18,7 +18,7 @@ END
 "$flesh" run bar.yaml --out soft --quiet || exit 1
 "$flesh" run bar.yaml --out stiff --quiet --set body.material.young=1e6 || exit 1
 
-# ffmpeg as it is called, without its work.
+# A stand-in for ffmpeg, which notes its arguments and writes a file.
 mkdir fake none
 cat >fake/ffmpeg <<'END'
 #!/bin/sh
@@ -31,7 +31,7 @@ chmod +x fake/ffmpeg
 with_ffmpeg() { env PATH="$PWD/fake:$PATH" "$@"; }
 without_ffmpeg() { env PATH="$PWD/none" "$@"; }
 
-# size FILE: "width height" of a PNG.
+# size FILE: prints "width height" of a PNG.
 size() {
   [ "$(head -c 4 "$1" | tail -c 3)" = PNG ] || { echo "$1 is no PNG"; return 1; }
   od -An -j16 -N8 -tu1 "$1" | awk '{ print $3 * 256 + $4, $7 * 256 + $8 }'
@@ -57,7 +57,7 @@ fields_and_cameras_make_a_difference() {
   done
 }
 
-# A camera that looks elsewhere, from too near or from too far, is told: its picture is empty.
+# A warning says that a picture is empty, if the camera looks elsewhere, from too near or from too far.
 an_empty_picture_is_told() {
   for options in '--target 1e300,0,0' '--target 0,20,0 --height 3' '--target 2,0,3 --height 1 --field-of-view 0' \
     '--camera 180,0 --target 2,-30,0.5 --height 1' '--height 1e5'; do
@@ -79,7 +79,7 @@ the_camera_comes_from_the_scene() {
     --target 3/2,1/2,1/2 && cmp c.png d.png
 }
 
-# The same scene with other axes, seen with its own way up, is the same picture.
+# The same scene along other axes, seen with its own way up, is the same picture.
 up_is_found_and_chosen() {
   "$flesh" mesh box --cells 3,3,3 --size 1,1,1 --out cube.msh >/dev/null || return 1
   for axis in 0,0,-1:0,0,1 0,-1,0:0,1,0 -1,0,0:1,0,0; do
@@ -153,7 +153,7 @@ END
   expect 0 "$flesh" snap drop.yaml --out i.png --width 80 --picture-height 50 --colour none || return 1
   expect 0 "$flesh" snap bar.yaml --out j.png --width 80 --picture-height 50 --colour none && ! cmp -s i.png j.png || return 1
   expect 0 "$flesh" snap drop.yaml --out j.png --width 80 --picture-height 50 --colour none --no-shadow && ! cmp -s i.png j.png || return 1
-  # From below the plane is but a veil, and the bar is seen through it.
+  # Seen from below, the plane is translucent: the bar shows through it.
   sed '/contact/d' drop.yaml >free.yaml
   for scene in drop free; do
     expect 0 "$flesh" snap $scene.yaml --out $scene.png --width 160 --picture-height 100 --colour none --camera 30,-40 --bare --target 1.5,0.5,0.5 \

@@ -1,5 +1,5 @@
 # TEST full memory program seconds=60 needs=flesh
-# test_command_plot.sh: `flesh plot`, as it is used. FLESH names the program.
+# test_command_plot.sh: `flesh plot`: its curves, axes, scripts and refusals. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -39,7 +39,7 @@ pictures_are_not_empty() {
     check tip.png '#0072b2' '#d55e00' || return 1
   expect 0 "$flesh" plot one --y tip.J --out J.pdf && [ "$(head -c 5 J.pdf)" = %PDF- ] && [ "$(wc -c <J.pdf)" -gt 3000 ] &&
     has J.gp "set ylabel \"tip.J\"" || return 1
-  has J.gp '^unset key$' # a curve alone has no legend
+  has J.gp '^unset key$' # a single curve has no legend
 }
 
 columns_have_units_and_may_be_many() {
@@ -55,7 +55,7 @@ columns_have_units_and_may_be_many() {
     refused 2 'weld_released is in J and contact_2_force in N' second/history.csv --y weld_released,contact_2_force
 }
 
-# The key names what leaves room for the curves, three columns of 25 here, and counts the rest.
+# The legend names as many curves as leave room for the plot, here three columns of 25, and counts the rest.
 keys_leave_room_for_curves() {
   awk 'BEGIN { printf "t"; for (k = 1; k <= 300; k++) printf(",column_%03d", k); print "";
     for (r = 0; r < 3; r++) { printf "%d", r; for (k = 1; k <= 300; k++) printf ",%d", k * r; print "" } }' >many.csv
@@ -94,7 +94,7 @@ a_script_draws_it_again() {
   mv again.svg first.svg && gnuplot -d ./again.gp && cmp first.svg again.svg && [ ! -e sign ]
 }
 
-# Of many rows those stay that show: the picture is that of all. The spike is one row.
+# Of many rows only those that show are kept: the picture, with a spike of one row, is the same as that of all rows.
 many_rows_are_thinned() {
   python3 - <<'END' >many.csv || return 1
 import math, random

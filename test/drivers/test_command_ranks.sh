@@ -1,8 +1,8 @@
 # TEST full program alone seconds=60 needs=flesh,mpirun uses=stop_at
 # TEST name=test_command_ranks_quick memory program excerpt alone needs=flesh,mpirun uses=stop_at args: quick
-# test_command_ranks.sh: `mpirun -n N flesh run SCENE` against the same scene on one rank, what it refuses, and how it ends.
-# FLESH names the program, MPIRUN the launcher, STOP_AT what is preloaded; without it no run is killed to go on. `quick`
-# takes few scenes, each on one number of ranks: launchers are slow.
+# test_command_ranks.sh: `mpirun -n N flesh run SCENE` against the same scene on one rank, its refusals and its ends. FLESH
+# names the program, MPIRUN the launcher, STOP_AT the library to preload; without it the tests of killed runs are left out.
+# `quick` takes few scenes, each on one number of ranks, as launchers are slow.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/ranks.sh"
@@ -10,8 +10,8 @@ scenes=$source_folder/../data/scenes
 if [ -n "${STOP_AT-}" ]; then shim=$(preloadable "$STOP_AT") || exit 1; fi
 case ${1-} in quick) quick=1 ;; *) quick= ;; esac
 
-# agree RANKS SCENE ARGUMENT...: the solves are so exact that what is left of them stays far below `limit`; in a full run
-# scenes of 5 ranks are on 8, too.
+# agree RANKS SCENE ARGUMENT...: runs on RANKS ranks and on one have the same results, within `limit`, and the same files.
+# The solves are so tight that their errors stay far below `limit`. In a full test, scenes on 5 ranks are run on 8, too.
 limit=1e-6
 tolerance=1e-9
 agree() {
@@ -34,7 +34,7 @@ damping() { agree 5 "$scenes/damped_bar.yaml" --set time.end=0.05 --no-frames; }
 prescribed_motion() { agree 2 "$scenes/viscous_spin.yaml" --set time.end=0.02 --no-frames; }
 several_bodies() { agree 3 "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=0.05; }
 newmark() { agree 2 "$scenes/swing_coarse.yaml" --method newmark --set time.end=0.1; }
-# Steps of IDA that rounding makes others are as good: of 1e-6 each leaves a few, and velocities have tenfold.
+# Rounding leads IDA to other steps, which are as good: they leave errors of a few times 1e-6, of velocities ten times that.
 adaptive() {
   limit=1e-4
   agree 3 "$scenes/swing_coarse.yaml" --method ida --set time.tolerance=1e-6 --set time.end=0.2 --no-frames &&
@@ -74,7 +74,7 @@ END
   agree 2 strip.yaml
 }
 
-# With a pressure of each tet, which a state has, too.
+# An incompressible body has a pressure for each tet, also in its states.
 incompressible_body() {
   "$flesh" mesh box --cells 4,2,2 --size 2,1,1 --out bar.msh >/dev/null || return 1
   cat >bar.yaml <<'END'
@@ -86,7 +86,7 @@ END
 incompressible() {
   incompressible_body && agree 3 bar.yaml --no-frames && has shared/result.json '"preconditioner": "volume-projection"'
 }
-# Beside a body that is not, so that a rank has none of the tets with pressures.
+# An incompressible body beside a compressible one: a rank has no tets with pressures.
 incompressible_beside_others() {
   incompressible_body || return 1
   cat >>bar.yaml <<'END'
@@ -95,7 +95,7 @@ bodies:
 END
   agree 2 bar.yaml --no-frames
 }
-# Contact between bodies, cut through by the ranks: a blow with friction, a strip that lies on itself.
+# Ranks cut through surfaces in contact: of bodies that collide with friction, and of a strip that lies on itself.
 bodies_that_touch() {
   agree 3 "$scenes/two_bodies.yaml" --set time.end=0.2 --no-frames && touched shared/history.csv
 }
@@ -106,7 +106,8 @@ import csv, sys
 assert max(float(row["contact_force"]) for row in csv.DictReader(open(sys.argv[1]))) > 0
 END
 }
-# Of two cubes one is on the other: its stiffness follows the pressure; or begins within it, comes apart and back.
+# make_cubes HEIGHT VELOCITY CONTACT: writes cubes.yaml, in which one cube falls onto another, or begins within it and is
+# separated.
 make_cubes() {
   "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null && cat >cubes.yaml <<END
 body: {name: low, mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -134,7 +135,7 @@ ignored = [int(float(row["contact_ignored"])) for row in csv.DictReader(open(sys
 assert ignored[0] == 1 and ignored[-1] == 0, ignored
 END
 }
-# What a rank finds wrong is said in the numbers of the whole.
+# Ranks report intersecting bodies by the numbers of the whole, as a single process does.
 bodies_in_each_other_are_refused() {
   quick=1
   cubes 0.97 '[0, 0, 0]' 'adaptive: false' >refusal.txt && return 1
@@ -142,7 +143,7 @@ bodies_in_each_other_are_refused() {
   expect 2 on_ranks 3 "$flesh" run cubes.yaml --quiet --out crossed && grep -o 'the edge of.*' stderr.txt >said || return 1
   diff said_alone said
 }
-# A cube that has fallen into a point is laid out as a whole above the plane that it would reach through.
+# A cube that has collapsed into a point is untangled as a whole, above the plane through which it would reach.
 untangling() {
   "$flesh" mesh box --cells 3,3,3 --size 1,1,1 --out cube.mesh >/dev/null && cat >point.yaml <<'END' || return 1
 body: {mesh: cube.mesh, density: 1000, material: {energy: E, young: 1e5, poisson: 0.3}}
@@ -174,7 +175,7 @@ END
 }
 welds() { agree 3 "$scenes/welded.yaml" --set time.end=0.1 --no-frames; }
 joints() { agree 5 "$scenes/hinged.yaml" --set time.end=0.1 --no-frames; }
-# Two cubes fly apart: what welds them breaks part by part, on the same steps.
+# Two cubes fly apart, and their weld breaks part by part, in the same steps on one rank and on several.
 make_torn() {
   "$flesh" mesh box --cells 3,3,2 --size 1,1,1 --out cube.msh >/dev/null && cat >torn.yaml <<'END'
 body: {name: left, mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -203,7 +204,7 @@ loads() { agree 3 "$scenes/loaded_bar.yaml" --no-frames; }
 settling() { agree 3 "$scenes/settling_drop.yaml" --set time.end=0.1 --no-frames; }
 ten_nodes() { agree 3 "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set time.end=0.05; }
 
-# Regions, probes of every kind, frames with fields and a skin are the first rank's, of the whole.
+# The first rank writes probes, reactions, frames with fields and a skin of the whole body.
 outputs() {
   "$flesh" mesh box --cells 4,2,2 --size 4,1,1 --out bar.msh >/dev/null && "$flesh" mesh surface bar.msh skin.obj >/dev/null || return 1
   cat >bar.yaml <<'END'
@@ -223,7 +224,7 @@ output:
   reactions: true
   probes: [{name: probe_tip, point: [4, 0.5, 0.5], quantities: [position, stress]}]
 END
-  tolerance=1e-11 # reactions are sums of what cancels
+  tolerance=1e-11 # reactions are sums of forces that cancel
   agree 3 bar.yaml || return 1
   tolerance=1e-9
   python3 - shared/result.json <<'END'
@@ -236,7 +237,7 @@ assert all(part["messages"] > 0 and part["bytes"] > 0 and part["peak_memory_kB"]
 END
 }
 
-# A state is that of the whole, whoever wrote it.
+# A state is that of the whole body, on any number of ranks: a run goes on from it on any other.
 a_state_goes_on_on_others() {
   for ranks in 1 2; do
     expect 0 on_ranks "$ranks" "$flesh" run "$scenes/swing_coarse.yaml" --quiet --no-frames --out "begin_$ranks" \
@@ -249,7 +250,7 @@ a_state_goes_on_on_others() {
   python3 "$source_folder/shared/compare_runs.py" end_1 end_3 1e-6
 }
 
-# Ranks whose nodes are all pinned, and ranks that are left without a tet.
+# Some ranks have only pinned nodes, and some have no tets.
 more_ranks_than_there_is_work() {
   "$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out two.msh >/dev/null || return 1
   cat >two.yaml <<'END'
@@ -264,7 +265,7 @@ END
   agree 14 two.yaml --no-frames && has shared/result.json '"count": 12'
 }
 
-# refused CODE WORDS ARGUMENT...: by one sentence of one rank.
+# refused CODE WORDS ARGUMENT...: three ranks end with CODE and one sentence of one of them, which has WORDS.
 refused() {
   code=$1 words=$2
   shift 2
@@ -284,7 +285,7 @@ what_is_not_there_is_refused() {
   done
 }
 
-# Rank 1 looks for the scene where it is not.
+# If rank 1 alone does not find the scene, all ranks end.
 a_bad_scene_on_one_rank_ends_all() {
   mkdir -p here there && cp "$scenes/bar_gravity.yaml" here/scene.yaml || return 1
   sed -i "s|\.\./meshes|$source_folder/../data/meshes|" here/scene.yaml
@@ -293,7 +294,7 @@ a_bad_scene_on_one_rank_ends_all() {
     [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] && [ ! -e here/out ]
 }
 
-# A failed step is told of with the numbers of the whole.
+# One rank reports a failed step, by the numbers of the whole body.
 a_failed_step_is_that_of_one_rank() {
   set -- "$scenes/swing_coarse.yaml" --no-frames --quiet --set solver.max_newton=1 --set solver.max_cutbacks=0 \
     --set time.step=0.5 --set 'effects.gravity.acceleration=[1, 2, -9]'
@@ -309,7 +310,7 @@ assert abs(one["worst_J"] - three["worst_J"]) < 1e-3, (one, three)
 END
 }
 
-# begin RANKS [SCENE [ARGUMENT...]]: a run without end, with the processes of its ranks in pid_0, pid_1 ...
+# begin RANKS [SCENE [ARGUMENT...]]: starts a run without end; the files pid_0, pid_1 ... have its ranks' processes.
 begin() {
   rm -rf endless
   number=$1 scene=${2:-$scenes/swing_coarse.yaml}
@@ -319,7 +320,7 @@ begin() {
   wait_until "$launched" test -s endless/history.csv
 }
 
-# A rank that is asked to stop stops all, in order.
+# A signal to one rank stops all ranks in an orderly way.
 a_signal_to_one_rank_ends_all() {
   begin 3 || return 1
   kill -TERM "$(cat pid_1)" || return 1
@@ -329,7 +330,7 @@ a_signal_to_one_rank_ends_all() {
     [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] && rows endless/state.txt 81
 }
 
-# One that has nothing to do, too.
+# A signal to an idle rank does so, too.
 a_signal_to_an_idle_rank_ends_all() {
   "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out six.msh >/dev/null || return 1
   sed 's/two.msh/six.msh/; s/end: 0.1/end: 1e4/; s/1.001/0.001/' two.yaml >six.yaml || return 1
@@ -340,7 +341,7 @@ a_signal_to_an_idle_rank_ends_all() {
   has stderr.txt 'interrupted by SIGTERM at t = ' && has endless/result.json '"count": 6'
 }
 
-# One that is killed leaves nobody waiting, and what was written is valid.
+# If a rank is killed, no other waits for it, and the files that were written are valid.
 a_killed_rank_ends_all() {
   begin 3 || return 1
   kill -KILL "$(cat pid_2)" || return 1
@@ -357,8 +358,8 @@ a_budget_ends_all() {
     --no-frames && has short/result.json '"status": "out of budget"'
 }
 
-# first_stopped_at NUMBER COMMAND...: on three ranks, of which the first is killed before that call that touches a file (0:
-# never); its log of these is in calls.txt.
+# first_stopped_at NUMBER COMMAND...: runs the command on three ranks, of which the first is killed before this call of those
+# that touch a file (0: never); it logs these calls in calls.txt.
 first_stopped_at() {
   cat >first.sh <<'END'
 if [ "$OMPI_COMM_WORLD_RANK" = 0 ]; then
@@ -374,7 +375,7 @@ END
   on_ranks 3 sh first.sh "$shim" "$number" "$@" >stdout.txt 2>stderr.txt
 }
 
-# The bar is bent at one end and meets a plane.
+# Writes bent.yaml: a bar is bent at one end and meets a plane.
 make_bent() {
   "$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bent.msh >/dev/null && cat >bent.yaml <<'END'
 body: {mesh: bent.msh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.45}}
@@ -388,8 +389,8 @@ output: {frame_interval: 4}
 END
 }
 
-# killed_and_resumed SCENE ARGUMENT...: a rank is killed two thirds of the way; as many go on with the same bits, another number
-# of ranks and a process by itself to the same place.
+# killed_and_resumed SCENE ARGUMENT...: a run of which a rank is killed two thirds of the way resumes on as many ranks with the
+# same bits, and on two ranks or one with the same results, within `apart`.
 killed_and_resumed() {
   make_bent || return 1
   set -- "$@" --set solver.newton_tolerance=1e-6
@@ -404,14 +405,14 @@ killed_and_resumed() {
     has "by_$ranks/result.json" "\"same_bits\": $([ "$ranks" = 3 ] && echo true || echo false)" || return 1
     python3 "$source_folder/shared/compare_runs.py" undisturbed "by_$ranks" "${apart:-1e-4}" || return 1
   done
-  # The energy that is put in goes on, whoever counts it.
+  # The work that is put in is counted on, on any number of ranks.
   python3 - undisturbed by_* <<'END' && diff -rq -x result.json undisturbed by_3
 import json, sys
 work = [json.load(open(f"{name}/result.json"))["figures"]["work_put_in"] for name in sys.argv[1:]]
 assert all(abs(w - work[0]) <= 1e-3 * abs(work[0]) for w in work), work
 END
 }
-# Matrices are kept over many steps.
+# Backward Euler keeps matrices over many steps.
 backward_euler_goes_on() { killed_and_resumed "$scenes/swing_coarse.yaml" --set time.end=0.4 --no-frames; }
 volume_projection_goes_on() {
   killed_and_resumed "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set body.material.poisson=0.499 \
@@ -423,7 +424,7 @@ hht_goes_on() { killed_and_resumed bent.yaml --method hht; }
 a_weld_that_breaks_goes_on() { make_torn && killed_and_resumed torn.yaml --no-frames; }
 adaptive_contact_goes_on() { make_cubes 1.06 '[0.5, 0, -1]' 'adaptive: true' && killed_and_resumed cubes.yaml --no-frames; }
 separation_goes_on() { make_cubes 0.97 '[0.1, 0, 1]' 'intersecting: separate' && killed_and_resumed cubes.yaml --no-frames; }
-# Errors of positions choose the steps: velocities of what touches agree less.
+# Errors of positions choose the steps, so velocities of bodies in contact agree less.
 runge_kutta_goes_on() {
   apart=2e-3
   killed_and_resumed bent.yaml --method runge-kutta --set time.tolerance=1e-5
@@ -432,7 +433,7 @@ runge_kutta_goes_on() {
   return "$1"
 }
 
-# What one process has written serves ranks, and its file is refused where the scene has become another, on all.
+# Ranks resume from the checkpoint of a single process; if the scene has changed, all refuse it.
 ranks_go_on_with_what_one_has_begun() {
   make_bent && rm -rf alone begun || return 1
   set -- bent.yaml --quiet --method newmark --set solver.newton_tolerance=1e-6
@@ -445,7 +446,7 @@ ranks_go_on_with_what_one_has_begun() {
     has stderr.txt 'differs from the checkpoint.s scene'
 }
 
-# A signal to any rank has all write a checkpoint first. IDA starts anew behind it.
+# On a signal to any rank, all write a checkpoint before they end. IDA starts anew from it.
 a_signal_leaves_a_checkpoint() {
   begin 3 "$scenes/swing_coarse.yaml" --checkpoint 1000s --method ida --set time.tolerance=1e-3 || return 1
   wait_until "$launched" awk 'END { exit NR < 3 }' endless/history.csv || return 1
@@ -458,8 +459,8 @@ a_signal_leaves_a_checkpoint() {
   has stdout.txt "goes on after step $step, t = .* s; IDA starts anew there" && [ "$step" -gt 0 ]
 }
 
-# What effects have cost goes on from what the first rank had counted, of which result.json tells. Each end of the bar is
-# one rank's, and has a traction.
+# The costs of effects are counted on from those of the first rank, which are in result.json. Each end of the bar belongs to
+# one rank and has a traction.
 costs_go_on_from_those_of_the_first_rank() {
   "$flesh" mesh box --cells 16,8,8 --size 4,1,1 --out long.msh >/dev/null && cat >ends.yaml <<'END'
 body: {mesh: long.msh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.45}}

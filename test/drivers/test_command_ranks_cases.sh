@@ -9,7 +9,7 @@ set -u
 case ${1-} in quick) numbers=3 ;; *) numbers='1 2 3' ;; esac
 scenes=$data/scenes
 
-# alike COMMAND ARGUMENT...: by one rank and by several, in folders of the same files.
+# alike COMMAND ARGUMENT...: one rank and several give the same results, in folders of the same files.
 alike() {
   command=$1
   shift
@@ -46,7 +46,7 @@ an_accuracy() {
   alike accuracy "$@"
 }
 
-# told CODE WORDS COMMAND...: by one sentence of one rank.
+# told CODE WORDS COMMAND...: three ranks end with CODE and one sentence of one of them, which has WORDS.
 told() {
   code=$1 words=$2
   shift 2
@@ -64,7 +64,7 @@ what_is_wrong_is_told_once() {
     expect 0 on_ranks 2 "$flesh" sweep short.yaml --dry-run && [ "$(grep -c '^48 cases' stdout.txt)" -eq 1 ]
 }
 
-# Cases without end.
+# Writes endless.yaml: a sweep of cases without end.
 endless_spec() {
   cat >endless.yaml <<END
 scene: $scenes/bar_gravity.yaml
@@ -74,11 +74,11 @@ axes: [{key: body.density, from: 500, to: 2000, count: 8}]
 END
 }
 
-# Two cases that run are those of two ranks.
+# Each of the two ranks runs a case.
 two_run() { [ "$(find endless/cases -name history.csv 2>/dev/null | wc -l)" -eq 2 ]; }
 children_of() { cat "/proc/$1/task/$1/children"; }
 
-# A signal to a rank that only serves stops all, in order; what was not done can be.
+# A signal to a rank other than the first stops all in an orderly way; unfinished cases can be resumed.
 a_signal_to_one_rank_ends_all() {
   endless_spec
   rm -rf endless
@@ -91,7 +91,7 @@ a_signal_to_one_rank_ends_all() {
     [ "$(ask endless/sweep.db id "status <> 'planned'")" = '' ]
 }
 
-# So it does while the first rank alone makes what the others wait for.
+# A signal also stops ranks that wait for the first rank, which alone runs the meshes.
 a_signal_ends_what_the_others_wait_for() {
   cat >sag.yaml <<END
 body: {mesh: $data/meshes/bar_16x4x4.mesh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.45}}
@@ -105,7 +105,7 @@ END
   has stderr.txt 'interrupted while the meshes were run'
 }
 
-# A case that is killed is a row, whichever rank has it; the rank takes the next.
+# A killed case is a row, whichever rank runs it, and the rank takes the next case.
 a_case_that_is_killed_is_a_row() {
   endless_spec
   rm -rf endless
@@ -122,7 +122,7 @@ a_case_that_is_killed_is_a_row() {
     { ask endless/sweep.db '*'; return 1; }
 }
 
-# A rank that is killed leaves nobody waiting and no case running; what was done is there to go on from.
+# If a rank is killed, no other waits for it and no case goes on; the sweep can resume from the completed cases.
 a_killed_rank_ends_all() {
   endless_spec
   rm -rf endless

@@ -1,7 +1,7 @@
 # TEST full memory program needs=flesh
 # TEST name=test_report_comparisons full memory program needs=flesh args: comparisons
-# test_command_report.sh: `flesh report`: what it embeds is what the results hold, and what it cannot use it refuses.
-# FLESH names the program. With `comparisons` the reports of all kinds of studies alone, which are computed first.
+# test_command_report.sh: `flesh report`: its data are those of the results, and results that it cannot use are refused.
+# FLESH names the program. `comparisons` runs only the test of reports of all kinds of studies, which are computed first.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 export PYTHONPATH="$source_folder/shared" PYTHONDONTWRITEBYTECODE=1
@@ -21,7 +21,8 @@ END
 "$flesh" run bar.yaml --out soft --quiet || exit 1
 "$flesh" run bar.yaml --out stiff --quiet --set body.material.young=1e6 || exit 1
 
-# Positions within half a quantum, 1/131072 of the diagonal of sqrt(11) m, speeds within 1/2048 of the colours' range.
+# Positions in the report are within half a quantum, 1/131072 of the diagonal of sqrt(11) m, and speeds within 1/2048 of the
+# colours' range.
 frames_come_back() {
   expect 0 "$flesh" report soft stiff --out r.html && has stdout.txt '^report: r.html, 0.[0-9]* MB, .*: 22 frames of 2 runs$' ||
     return 1
@@ -51,7 +52,7 @@ assert view["runs"][0]["mesh"] == view["runs"][1]["mesh"], "the mesh stands ther
 END
 }
 
-# J of the nodes is the mean over the tets around, by volume; its tets are all alike at rest.
+# J at a node is the mean over the tets around it, weighted by volume; all tets have the same volume at rest.
 fields_are_those_of_the_pictures() {
   expect 0 "$flesh" snap soft --out s.png --width 60 --picture-height 40 --bare || return 1
   python3 - <<'END'
@@ -100,7 +101,7 @@ assert not re.search(r"@[A-Z]+@", text)
 END
 }
 
-# Readers without WebGL or scripts see the bodies as they are first seen: both runs, in colours.
+# Readers without WebGL or scripts see a picture of the first view: both runs, in colours.
 a_still_picture_is_in_the_page() {
   python3 - <<'END'
 import base64, re
@@ -147,7 +148,7 @@ assert {plot["title"]: plot["y"] for plot in part["plots"]} == {"History": "volu
 END
 }
 
-# A history that is being written, far longer than what a plot shows.
+# A history that is still being written, and far longer than a plot shows, is thinned.
 long_histories_are_thinned() {
   mkdir long && cp soft/scene.yaml soft/state.txt long &&
     awk 'BEGIN { print "t,step,volume_ratio"; for (k = 0; k <= 5000; k++) print k / 64 "," k "," 1 + k / 1024; printf "79,50" }' \
@@ -173,7 +174,7 @@ assert view["runs"][0]["numbers"] == [0, 5, 10] and view["notes"] == ["Of the 11
 END
 }
 
-# Faces of six nodes have vertices between these; of a box they are cut into equal parts, 1 by 1 by 3 m in all.
+# Faces of six nodes have vertices between their nodes; those of a box of 1 by 1 by 3 m are cut into equal parts.
 curved_bodies_have_their_lattice() {
   expect 0 "$flesh" run bar.yaml --out curved --quiet --set body.element=tet10-mean --set time.end=1/60 &&
     expect 0 "$flesh" report curved --out curved.html || return 1
@@ -194,7 +195,7 @@ def area(t):
     a, b = [q[d] - p[d] for d in range(3)], [r[d] - p[d] for d in range(3)]
     return [(a[d - 2] * b[d - 1] - a[d - 1] * b[d - 2]) / 2 for d in range(3)]
 sums = [0.0] * 3
-for t in range(0, len(hidden), 16):  # straight faces are cut into sixteen alike
+for t in range(0, len(hidden), 16):  # straight faces are cut into sixteen equal parts
     areas = [area(k) for k in range(t, t + 16)]
     largest = max(abs(value) for value in areas[0])
     assert all(abs(own[d] - areas[0][d]) < 1e-3 * largest for own in areas for d in range(3)), areas
@@ -248,7 +249,8 @@ assert hard["grids"][0]["value"] == "outcome" and any("no mesh" in note for note
 END
 }
 
-# A slide's friction and speed, with their errors, beside the measured numbers; what a fit that was killed leaves.
+# The report of a fit has the parameters, here a slide's friction and speed, with their errors, and the measured numbers; that
+# of a killed fit says so.
 fits_are_reported() {
   expect 0 "$flesh" fit "$source_folder/../data/fits/slide.yaml" --out slide --quiet && mkdir killed && cp slide/fit.db killed &&
     expect 0 "$flesh" report slide killed --out fits.html || return 1
@@ -276,7 +278,8 @@ assert killed["notes"] == ["There is no fit.csv that can be read."] and not kill
 END
 }
 
-# What words say of tables that are made up: the greatest ratio, the last scene, its own solver; cases that did not recover.
+# Sentences about made-up tables are right: about the greatest ratio, the last scene and its own solver, and about cases that
+# did not recover.
 made_up_tables_are_told() {
   mkdir made lost quick
   printf '%s\n' scene,energy,constants,solver,element,poisson,status,max_volume_drift b,S,matched,guarded,tet4,0.4,complete,0.7 \

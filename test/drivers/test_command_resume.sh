@@ -1,10 +1,10 @@
 # TEST quick program needs=flesh,stop_at
 # TEST name=test_resume_methods full program needs=flesh,stop_at args: methods
-# test_command_resume.sh: `flesh run --checkpoint` and `--resume`: killed before some call that touches a file, a run goes
-# on from its last checkpoint and leaves the bits of one that nothing has disturbed; what cannot be gone on with is
-# refused. FLESH names the program, STOP_AT what is preloaded. With `methods` the other methods and bodies alone.
+# test_command_resume.sh: `flesh run --checkpoint` and `--resume`: a run that is killed before some call that touches a file
+# resumes from its last checkpoint and gives the bits of an undisturbed run; runs that cannot be resumed are refused. FLESH
+# names the program, STOP_AT the library to preload. `methods` runs only the tests of the other methods and bodies.
 set -u
-# Nothing here needs a disk, and waiting for one is most of the time.
+# Nothing here needs a disk, and waiting for one would take most of the time.
 [ -n "${TMPDIR-}" ] || [ ! -w /dev/shm ] || TMPDIR=/dev/shm
 export TMPDIR
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -29,7 +29,8 @@ output:
   probes: [{name: tip, point: [3, 0.5, 0.5], quantities: [position, stress]}, {name: all, box: [[-9, -9, -9], [9, 9, 9]], quantities: [reaction, contact_force]}]
 END
 
-# stopped_at NUMBER COMMAND...: its log of files is in log.txt.
+# stopped_at NUMBER COMMAND...: runs the command, which is killed before this call of those that touch a file (0: never);
+# log.txt has these calls.
 stopped_at() {
   number=$1
   shift
@@ -37,7 +38,7 @@ stopped_at() {
   env LD_PRELOAD="$shim" FLESH_STOP_AT="$number" FLESH_STOP_LOG="$work/log.txt" "$@" >stdout.txt 2>stderr.txt
 }
 
-# Whether both folders hold the same files with the same bytes, but for result.json.
+# same_results FOLDER FOLDER: both folders hold the same files with the same bytes, except for result.json.
 same_results() {
   (cd "$1" && find . -type f | sort) >files_1
   (cd "$2" && find . -type f | sort) >files_2
@@ -45,7 +46,7 @@ same_results() {
   while read -r file; do
     [ "$file" = ./result.json ] || cmp "$1/$file" "$2/$file" || return 1
   done <files_1
-  # Counts go on: these do not depend on the machine's speed.
+  # Counts go on when a run resumes: figures that do not depend on the machine's speed are equal.
   for folder in "$1" "$2"; do
     sed -n '/"figures"/,/"wall_s"/p; /"effects"/,/\]/p' "$folder/result.json" | grep -v 'wall_s\|cpu_s\|peak_memory'
   done >figures.txt
@@ -54,7 +55,8 @@ same_results() {
   tail -n "$half" figures.txt | cmp - figures_1
 }
 
-# killed_and_resumed ARGUMENT...: a run and one that is killed before two thirds of its calls.
+# killed_and_resumed ARGUMENT...: a run that is killed after two thirds of its calls resumes with the results of an undisturbed
+# run.
 killed_and_resumed() {
   rm -rf whole out
   expect 0 "$flesh" run bar.yaml --quiet --out whole "$@" || return 1
@@ -73,7 +75,7 @@ midpoint_goes_on() { killed_and_resumed --method midpoint; }
 newmark_goes_on() { killed_and_resumed --method newmark; }
 hht_goes_on() { killed_and_resumed --method hht; }
 static_goes_on() { killed_and_resumed --method static --set effects.inertia=null; }
-# Part of it, or all, has broken by then.
+# Part of the weld, or all of it, has broken before the kill.
 a_weld_that_breaks_goes_on() {
   "$flesh" mesh box --cells 3,3,3 --size 3,1,1 --out fine.msh >/dev/null || return 1
   killed_and_resumed --set body.name=bar --set 'bodies=[{name: other, mesh: fine.msh, translation: [3, 0, 0]}]' \
@@ -82,7 +84,7 @@ a_weld_that_breaks_goes_on() {
     awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == "weld_broken") at = c }
       NR == 5 { exit !($at > 0 && $at < 1) }' whole/history.csv
 }
-# The pattern of the matrix has grown by then.
+# The matrix's pattern has grown before the kill.
 bodies_that_touch_go_on() {
   killed_and_resumed --set 'bodies=[{name: other, mesh: bar.msh, translation: [0.3, 0.2, 1.02], rotation: [0, 0, 0.2]}]' \
     --set 'effects.contact[1].between=all' --set 'effects.contact[1].friction=0.4' &&
@@ -92,7 +94,7 @@ bodies_that_touch_go_on() {
 incompressible_tets_go_on() { killed_and_resumed --set body.element=tet10-mean --set body.material.poisson=0.5 --set effects.contact=null --set output.probes=null --no-frames; }
 runge_kutta_goes_on() { killed_and_resumed --method runge-kutta --set time.tolerance=1e-3; }
 
-# Largest difference of the last states' positions.
+# Prints the largest difference of the last states' positions.
 apart() { paste -d ' ' "$1/state.txt" "$2/state.txt" | awk '!/#/ { for (k = 1; k < 4; k++) { d = $k - $(k + 6); if (d < 0) d = -d; if (d > most) most = d } } END { print most }'; }
 
 adaptive_agrees_and_says_so() {
@@ -108,7 +110,7 @@ adaptive_agrees_and_says_so() {
   apart whole out | awk '{ exit !($1 > 0 && $1 < 3e-3) }' && [ "$(lines whole/history.csv)" -eq "$(lines out/history.csv)" ]
 }
 
-# Also where the run is asked to stop, and in the middle of going on; each part is killed a little later.
+# A run may be killed at any moment, also while it resumes; each part is killed a little later.
 any_moment_will_do() {
   rm -rf whole out
   expect 0 "$flesh" run bar.yaml --quiet --out whole || return 1
@@ -205,7 +207,7 @@ a_new_run_drops_an_old_checkpoint() {
   [ ! -e out/checkpoint.bin ]
 }
 
-# What a checkpoint counts on is on the disk before it has its name, and that is on the disk before the run goes on.
+# All that a checkpoint relies on is on the disk before it gets its name, and the name is before the run goes on.
 files_are_on_the_disk_first() {
   rm -rf out
   stopped_at 0 "$flesh" run bar.yaml --quiet --checkpoint 3steps --out out || return 1

@@ -1,10 +1,10 @@
 # TEST quick program seconds=120 needs=flesh
-# test_command_run.sh: `flesh run` and `flesh check` as they are used: exit codes, files, signals, restarts.
+# test_command_run.sh: `flesh run` and `flesh check`: their exit codes, files, signals and restarts.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# Largest difference between two state files, below $3.
+# same_states FILE FILE LIMIT: the two states differ by at most LIMIT.
 same_states() {
   grep -v '^#' "$1" >one.txt
   grep -v '^#' "$2" >two.txt
@@ -45,7 +45,7 @@ a_good_run_writes_everything() {
 }
 
 probes_stand_beside_the_history() {
-  [ ! -e out/bar/probes.csv ] || return 1 # of a scene without
+  [ ! -e out/bar/probes.csv ] || return 1 # the scene has no probes
   expect 0 "$flesh" run bar.yaml --out probed --no-frames --quiet \
     --set 'output.probes[0]={name: tip, point: [2, 0.5, 0.5]}' \
     --set 'output.probes[1]={name: clamp, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction]}' || return 1
@@ -58,7 +58,7 @@ probes_stand_beside_the_history() {
   expect 0 "$flesh" run bar.yaml --out repeated --no-frames --quiet && [ ! -e repeated/probes.csv ]
 }
 
-# Names of a table of `flesh schema results`, one a line.
+# documented TABLE: prints the names of a table of `flesh schema results`, one a line.
 documented() {
   "$flesh" schema "$1" | sed -n 's/^| \([^|]*\) | .*/\1/p' | tr -d ' ' | tr , '\n'
 }
@@ -74,7 +74,7 @@ every_number_is_documented() {
   sed -n '/^  "figures"/,/^  }/s/^    "\([A-Za-z_]*\)": .*/\1/p; s/^  "\([a-z_]*\)": .*/\1/p' all/result.json >named
   [ "$(lines named)" -gt 50 ] || return 1
   head -n 1 all/history.csv | tr , '\n' | grep -v '^energy_\|_error_' >columns
-  # What effects report, as weld_broken of "broken" in weld.c.
+  # Columns that effects report, such as weld_broken from "broken" in weld.c.
   for effect in contact weld muscle surface_contact; do
     grep '_names\[\] = {"' "$source_folder/../lib/effect/$effect.c" |
       grep -o '"[a-z]*"' | tr -d '"' | sed "s/^/${effect#surface_}_/"
@@ -86,7 +86,7 @@ every_number_is_documented() {
   grep -vxFf names named && return 1
   grep -vxFf history_names columns && return 1
   grep -vxFf probe_names probes && return 1
-  # The row of the table that speaks of joints is that of the columns which a joint has.
+  # The table's row of joints has the columns that a joint has.
   expect 0 "$flesh" run "$source_folder/../data/scenes/hinged.yaml" --set time.end=1/60 --set output.reactions=true --no-frames \
     --quiet --out joint && head -n 1 joint/probes.csv | grep -o '[,]joint[.][a-z]*_[a-z]*' | sort -u >joint_names || return 1
   "$flesh" schema results | sed -n 's/^| \([a-z_]*\), .*weld or joint.*/,joint.\1/p' >said && grep -qxFf said joint_names
@@ -121,7 +121,7 @@ threads_change_no_bit() {
   has stderr.txt 'threads is 257; it must be in 0 to 256'
 }
 
-# what `auto` comes to goes by the element, Poisson's ratio and whether the solves have inertia
+# Which preconditioner `auto` is depends on the element, Poisson's ratio and whether the solves have inertia, and is printed.
 preconditioners_are_told() {
   while read -r kind element poisson method said; do
     expect 0 "$flesh" run bar.yaml --set "solver.preconditioner=$kind" --set "body.element=$element" \
@@ -159,7 +159,7 @@ methods_are_chosen_by_name() {
 }
 
 a_restart_goes_on_where_it_was() {
-  # The first iterates of a calm run come from the steps before, which a restart has forgotten.
+  # First iterates come from the steps before, which a restart does not have, so the solves are precise.
   precise='solver.newton_tolerance=1e-11'
   expect 0 "$flesh" run bar.yaml --out whole --set $precise --no-frames || return 1
   expect 0 "$flesh" run bar.yaml --out half --set $precise --set time.end=1/4 --save-state "it's half.txt" \
@@ -168,7 +168,7 @@ a_restart_goes_on_where_it_was() {
   expect 0 "$flesh" run bar.yaml --out rest --set $precise --start-state "it's half.txt" --no-frames || return 1
   [ "$(lines rest/history.csv)" -eq 17 ] || return 1
   same_states whole/state.txt rest/state.txt 1e-11 || return 1
-  # What the restart was is in its resolved scene.
+  # The resolved scene of the restart repeats it.
   expect 0 "$flesh" run rest/scene.yaml --out rest2 --no-frames || return 1
   cmp rest/state.txt rest2/state.txt
 }
@@ -217,11 +217,11 @@ bad_scenes_are_refused() {
     expect 3 "$flesh" $command missing.yaml && has stderr.txt missing.yaml || return 1
   done
   [ ! -e out/bad ] && [ ! -e out/missing ] || return 1
-  # What a method cannot do is known when its integrator is made.
+  # A method that cannot run the scene is refused before anything is written.
   expect 2 "$flesh" run "$source_folder/../data/scenes/two_bodies.yaml" --method ida --out refused && [ ! -e refused ]
 }
 
-# also by the scene that the run has written
+# `adaptive` is runge-kutta with steps by its error, also in the scene that the run has written.
 adaptive_is_runge_kutta_by_its_error() {
   expect 0 "$flesh" run bar.yaml --method adaptive --set time.end=1/30 --out adaptive --no-frames &&
     has stdout.txt '^time: runge-kutta, steps by its error (tolerance 0.0001), states every 0.0166667 s to 0.0333333 s' &&
@@ -247,7 +247,7 @@ a_bad_place_is_refused_before_solving() {
   [ "$(cat file)" = precious ]
 }
 
-# interrupted SIGNAL CODE: a run that would take hours leaves valid files.
+# interrupted SIGNAL CODE: a run that would take hours ends by the signal with CODE, and leaves valid files.
 interrupted() {
   "$flesh" run bar.yaml --out "long$1" --set time.end=1e5 --set output.frame_interval=5 \
     --max-seconds 600 >stdout.txt 2>stderr.txt &
@@ -260,7 +260,7 @@ interrupted() {
   has "long$1/result.json" '"status": "interrupted"' && has "long$1/result.json" "\"exit_code\": $2" || return 1
   [ "$(tail -n 1 "long$1/result.json")" = '}' ] || return 1
   rows "long$1/state.txt" 63 || return 1
-  # Whole rows, the last of which is the saved state's time; every listed frame is there.
+  # All rows are whole, the last is at the saved state's time, and every listed frame is there.
   awk -F , 'NR == 1 { n = NF } NF != n { exit 1 } END { exit NR < 3 }' "long$1/history.csv" || return 1
   [ "# t $(tail -n 1 "long$1/history.csv" | cut -d , -f 1)" = "$(head -n 1 "long$1/state.txt")" ] || return 1
   sed -n 's/.*file="\(.*\)".*/\1/p' "long$1/frames/frames.pvd" >listed
@@ -269,9 +269,9 @@ interrupted() {
 }
 sigint_keeps_what_was_done() { interrupted INT 130; }
 sigterm_keeps_what_was_done() { interrupted TERM 143; }
-# As when a remote terminal goes away; under nohup it is none of our business.
+# SIGHUP comes when a remote terminal goes away; under nohup it is ignored.
 sighup_keeps_what_was_done() {
-  # Where the tests themselves were started with nohup, so are their children.
+  # If the tests themselves were started with nohup, their children ignore SIGHUP, too.
   sh -c 'kill -HUP $$; exit 0' && { echo 'SIGHUP is ignored here'; return 0; }
   interrupted HUP 129
 }
@@ -305,7 +305,7 @@ a_scene_is_given_up() {
   done
 }
 
-# One step that would take minutes: it is given up, and what is kept is the state before it.
+# A step that would take minutes is given up on a signal or a spent budget, and the state before it is kept.
 "$flesh" mesh box --cells 36,12,12 --size 3,1,1 --out long.msh >/dev/null || exit 1
 long_step() {
   set -- "$flesh" run bar.yaml --set body.mesh=long.msh --set time.method=static --set solver.preconditioner=none \
@@ -318,7 +318,7 @@ kept_before_the_step() { # NAME STATUS
     [ "$(head -n 1 "$1/state.txt")" = '# t 0' ] && [ "$(lines "$1/history.csv")" -eq 2 ]
 }
 a_budget_ends_a_long_step() {
-  # A budget that set-up has eaten ends before the step: it is doubled until the step has begun, however slow the machine.
+  # The budget is doubled until it outlasts the set-up, however slow the machine, and is spent within the step.
   for budget in 0.5 1 2 4 8 16 32; do
     long_step --out long_budget --max-seconds $budget
     [ $? -eq 6 ] || { cat stderr.txt; return 1; }
@@ -381,7 +381,7 @@ odd_meshes_and_solves_are_named() {
   has stderr.txt '1 of 1 solves ended at rounding, the last with .* N out of balance, 1 of the forces to balance'
 }
 
-# A file system without room shows the same as a limit of the files' size.
+# A limit of the files' size acts like a file system without room.
 a_full_disk_leaves_only_whole_files() {
   (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
     has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1

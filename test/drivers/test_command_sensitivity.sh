@@ -1,5 +1,5 @@
 # TEST quick memory program seconds=40 needs=flesh
-# test_command_sensitivity.sh: `flesh sensitivity`: derivatives against the body's weight and differences of runs, what is refused.
+# test_command_sensitivity.sh: `flesh sensitivity`: derivatives against the body's weight and differences of runs, and refusals.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -25,7 +25,7 @@ output:
     - {name: wall, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction]}
 END
 
-# derivatives EXPRESSION: of d, those of found.csv by column and key.
+# derivatives EXPRESSION: the Python expression of d, the derivatives of found.csv by column and key, is true.
 derivatives() {
   python3 - "$1" <<'END'
 import csv, sys
@@ -44,7 +44,8 @@ the_wall_carries_the_weight() {
     derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
 }
 
-# Of 40000 N, and where factors of stiff volume terms leave more of a right-hand side than is asked for.
+# The derivative of the wall's reaction, 40000 N, by Young's modulus is 0 to rounding. KLU and PCG agree, though factors of
+# stiff volume terms leave a larger residual than is asked for.
 little_is_left_of_what_the_weight_holds() {
   expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.499 --of wall.reaction_z \
     --to body.material.young --out found.csv && derivatives 'abs(d["wall.reaction_z", "body.material.young"]) < 6e-11' || return 1
@@ -59,13 +60,13 @@ print(pcg, klu)
 assert abs(klu / pcg - 1) < 1e-5"
 }
 
-# The scene names no number of the key.
+# Derivatives are also by keys whose number the scene does not give.
 keys_that_are_not_given_have_derivatives() {
   expect 0 "$flesh" sensitivity bar.yaml --set 'effects.gravity={}' --of wall.reaction_z --to 'effects.gravity.acceleration[2]' \
     --out found.csv && derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
 }
 
-# agree METHOD COLUMNS STEP [SIZE OF DIFFERENCES]: with fourth-order differences of whole runs, to 1e-6 of the largest of the column.
+# agree METHOD COLUMNS STEP [SIZE]: derivatives agree to 1e-6 with fourth-order differences of runs, of relative SIZE (1e-3).
 agree() {
   expect 0 "$flesh" sensitivity bar.yaml --set "time.method=$1" --set "time.step=$3" --of "$2" \
     --to body.material.young,body.material.poisson,body.density --out found.csv || return 1
@@ -96,7 +97,7 @@ for key, value in (("body.material.young", 1e6), ("body.material.poisson", 0.4),
 END
 }
 equilibria_agree_with_differences() { agree static tip.position_z,end.position_z,tip.position_x 1; }
-# Those of J and stretches of what is bent and not stretched are small beside their terms.
+# Quantities of tets without J and stretches, whose derivatives are small beside their terms if a body bends unstretched.
 tets=half.energy,half.stress_xx,half.stress_xz,inside.energy,inside.stress_xx
 what_tets_have_agrees_with_differences() {
   agree static $tets,inside.stress_zz,half.J_mean,inside.J,half.stretch_1,half.stretch_3 1 && agree midpoint $tets,half.energy.integral,inside.stress_xx.mean 1/50 &&
@@ -115,7 +116,8 @@ assert abs(found / mean - 1) < 1e-5 and told["tip.position_z.integral"]["unit"] 
 END
 }
 
-# Reactions with lumped masses and with consistent ones, of which free accelerations are a part; contact with friction.
+# Derivatives of reactions, with lumped masses and with consistent ones (to which free accelerations add), and of contact
+# forces with friction agree with differences.
 forces_agree_with_differences() {
   agree midpoint wall.reaction_x,wall.reaction_z,wall.reaction_moment_y 1/50 || return 1
   cp bar.yaml kept.yaml
@@ -130,7 +132,7 @@ forces_agree_with_differences() {
   return $status
 }
 
-# A bar whose end slides on a ground that moves, in two steps whose friction lags the state before.
+# A bar's end slides on a ground that moves, in two steps, whose friction refers to the state before each.
 equilibria_with_friction_agree_with_differences() {
   cp bar.yaml kept.yaml
   sed -i -e 's|^time: .*|  - contact: {plane: {point: [0, 0, -0.04]}, motion: [{time: 0}, {time: 4, translation: [2e-3, 4e-3, 0]}], friction: 0.4, thickness: 0.05, stiffness: 1e5}\ntime: {method: static, step: 1, end: 2}|' bar.yaml
@@ -140,7 +142,7 @@ equilibria_with_friction_agree_with_differences() {
   return $status
 }
 
-# refused SENTENCE OPTION...
+# refused SENTENCE OPTION...: these options are refused with the sentence, and no file is written.
 refused() {
   sentence=$1
   shift
@@ -169,7 +171,8 @@ bad_requests_are_refused() {
     cmp bar.yaml kept.yaml && expect 3 "$flesh" sensitivity none.yaml --of tip.position_z $by
 }
 
-# A component of a vector whose others are far larger: a clamp moves the whole body.
+# Derivatives by a component that is far smaller than others of its vector, or than the body, are exact: here a clamp moves
+# the whole body.
 small_components_have_wide_differences() {
   expect 0 "$flesh" sensitivity bar.yaml --set effects.pin=null --of tip.position_y --to 'effects.prescribed_motion.motion[0].translation[1]' \
     --set 'effects[2]={prescribed_motion: {box: [[-1, -1, -1], [1e-9, 2, 2]], motion: [{time: 0, translation: [0.1, 1e-9, 0]}]}}' \
@@ -180,7 +183,7 @@ small_components_have_wide_differences() {
       --out found.csv && derivatives 'abs(d["tip.position_y", "effects.prescribed_motion.motion[0].translation[1]"] - 1) < 1e-6'
 }
 
-# Keys whose range ends near their value.
+# Derivatives by keys whose range ends near their value are those of small differences.
 narrow_keys_have_small_differences() {
   expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.4999 --of tip.position_z \
     --to body.material.poisson --out found.csv || return 1
@@ -205,7 +208,7 @@ assert abs(own[1] / by_values - 1) < 5e-3
 END
 }
 
-# Places at 0 beside a body of millimetres, whose gaps are of hundredths.
+# Derivatives by a coordinate that is 0 use differences of the body's size, here millimetres, with gaps of hundredths.
 places_have_differences_of_the_size_of_the_body() {
   "$flesh" mesh box --cells 4,1,1 --size 0.004,0.001,0.001 --origin 0,0,3e-5 --out small.mesh >/dev/null || return 1
   cat >small.yaml <<'END'
@@ -225,7 +228,7 @@ END
   derivatives "abs(d['tip.position_z', 'effects.contact.plane.point[2]'] / $by_runs - 1) < 1e-3"
 }
 
-# Keys at an end of their range: the differences lie within.
+# Derivatives by keys at an end of their range use differences within the range.
 ends_of_ranges_have_differences() {
   muscle='effects[3]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: 1e5, activation: [{time: 0, value: VALUE}]}}'
   key='effects.muscle.activation[0].value'
@@ -245,7 +248,8 @@ ends_of_ranges_have_differences() {
     --set body.element=tet10-mean --set body.material.poisson=0.5
 }
 
-# Bodies that fly: all that moves is the start. A point's place stays, and other parts of the body that is moved come there.
+# Derivatives by the start, of bodies in free flight. A point's place stays when the start of its body is moved, and another
+# part of the body comes there.
 the_start_has_derivatives() {
   cat >flight.yaml <<'END'
 body: {name: own, mesh: bar.mesh, density: 1000, material: {energy: S, young: 1e6, poisson: 0.4}}
@@ -265,7 +269,8 @@ END
       ("place.position", "", "bodies[0].translation[2]", 0), ("place.position", "", "bodies[0].velocity[2]", 0.2)])'
 }
 
-# Tets whose stress is nearly 0 are within a kink of their clamped eigenvalues, the nearer the stiffer their volumes are.
+# Tets with nearly no stress are close to a kink of their clamped eigenvalues, the closer the stiffer their volumes are; the
+# derivative is that of differences all the same.
 damping_by_a_stiff_shape_agrees_with_differences() {
   cat >stiff.yaml <<END
 body: {mesh: "$source_folder/../data/meshes/cube_3x3x3.mesh", element: tet10, density: 1000, material: {energy: B, young: 249150, poisson: 0.4999}}

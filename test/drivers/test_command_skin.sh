@@ -1,5 +1,5 @@
 # TEST quick program seconds=60 needs=flesh
-# test_command_skin.sh: `flesh skin` and the skin of a run, as they are used. FLESH names the program.
+# test_command_skin.sh: `flesh skin`, the skin of a run, and refusals. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
@@ -36,13 +36,13 @@ check_tells_of_the_skin() {
   expect 0 "$flesh" check bar.yaml && has stdout.txt 'skin: .*skin.obj, 128 vertices, 128 outside'
 }
 
-# stl OBJ: its triangles as text.
+# stl OBJ: prints the file's triangles as an STL text.
 stl() {
   awk '$1 == "v" { v[++n] = $2 " " $3 " " $4 } BEGIN { print "solid" } END { print "endsolid" }
     $1 == "f" { print "facet normal 0 0 0\nouter loop\nvertex", v[$2] "\nvertex", v[$3] "\nvertex", v[$4] "\nendloop\nendfacet" }' "$1"
 }
 
-# As a skin, and as an obstacle that the bar sags onto.
+# An STL file gives the same as an OBJ file, as a skin and as an obstacle that the bar sags onto.
 an_stl_gives_the_same() {
   printf 'v -1 -1 -0.3\nv 9 -1 -0.3\nv -1 9 -0.3\nv 9 9 -0.3\nf 1 2 4\nf 1 4 3\n' >floor.obj
   stl floor.obj >floor.stl
@@ -76,7 +76,7 @@ a_state_is_enough() {
   [ "$(ls single)" = skin_000000.obj ] && cmp single/skin_000000.obj out/skin/skin_000020.obj || return 1
   sed '$d' out/state.txt >short.txt
   expect 3 "$flesh" skin apply binding.txt skin.obj short.txt --mesh bar.msh --out single &&
-    cmp single/skin_000000.obj out/skin/skin_000020.obj # what cannot be read takes nothing away
+    cmp single/skin_000000.obj out/skin/skin_000020.obj # a state that cannot be read removes no older skin
 }
 
 a_ply_is_a_skin_too() {
@@ -99,7 +99,7 @@ an_interrupted_run_leaves_a_whole_cache() {
   "$flesh" run bar.yaml --out cut --set time.end=1000 --quiet >/dev/null 2>&1 &
   pid=$!
   wait_until "$pid" [ -e cut/skin/skin_000002.obj ] || return 1
-  [ ! -e cut/skin/skin.pc2 ] || return 1 # not before it is whole
+  [ ! -e cut/skin/skin.pc2 ] || return 1 # it gets this name when it is whole
   kill -INT "$pid"
   wait "$pid"
   [ "$?" -eq 130 ] || return 1
@@ -126,10 +126,10 @@ what_is_wrong_is_said() {
   expect 3 "$flesh" run bar.yaml --out bad --set output.skin.surface=bad.obj &&
     has stderr.txt 'output.skin.surface: .*bad.obj:2: face 1 has 2 corners' || return 1
   [ ! -e bad/frames/frame_000000.vtu ] || return 1
-  # `check` refuses what a run does.
+  # `flesh check` refuses what a run refuses.
   expect 3 "$flesh" check bar.yaml --set output.skin.surface=bad.obj && has stderr.txt 'output.skin.surface: .*bad.obj:2' &&
     expect 0 "$flesh" check bar.yaml --set output.skin.surface=bad.obj --set output.frame_interval=0 || return 1
-  # No binding is written that cannot be read.
+  # A binding that could not be read again is not written.
   printf 'v 1e300 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >far.obj
   expect 3 "$flesh" skin bind bar.msh far.obj --out far.txt && has stderr.txt 'vertex 0 of the skin is too far outside' &&
     [ ! -e far.txt ]

@@ -1,5 +1,5 @@
 # TEST full memory program seconds=180 needs=flesh
-# test_command_sweep.sh: `flesh sweep`: its plans, its rows, its shards, and what is made of them.
+# test_command_sweep.sh: `flesh sweep`: its plans, rows and shards, its tables and pictures.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/sweep.sh"
@@ -18,7 +18,7 @@ a_plan_is_told_and_nothing_is_done() {
     expect 0 "$flesh" sweep spec.yaml --dry-run --shard 48/48 && has stdout.txt '^1 case of'
 }
 
-# What a row says is what `flesh run` with its values says.
+# A row has the results of `flesh run` with the row's values.
 a_row_is_what_a_run_gives() {
   probes='[{name: tip-end, point: [0.2, 0.2, 0.2], quantities: [position, J]}]'
   spec "set: {time.end: 1/30, output.probes: $probes}" 'axes:' '  - {key: body.material.young, values: [2e4, 1e5]}' \
@@ -48,7 +48,7 @@ assert row == [z[-1], min(z), J, 0.2 - min(z)], (row, z, J)
 END
 }
 
-# Axes may be named like what the database calls its own.
+# Axes may have names that the database uses itself.
 names_of_the_database_are_free() {
   spec 'set: {time.end: 1/60}' 'axes:' '  - {key: body.material.poisson, name: key, values: [0.3]}' \
     '  - {key: body.density, name: lock, values: [900]}' '  - {key: body.name, values: [arm]}'
@@ -65,7 +65,7 @@ failed_cases_are_rows() {
     { ask failed/sweep.db '*'; return 1; }
 }
 
-# bad SENTENCE LINES...: the spec is refused with file, line and column.
+# bad SENTENCE LINES...: the spec of these lines is refused with file, line, column and the sentence.
 bad() {
   sentence=$1
   shift
@@ -119,7 +119,7 @@ an_older_sweep_is_not_overwritten() {
   expect 3 "$flesh" sweep spec.yaml --out first --resume && has stderr.txt 'its layout is number 1'
 }
 
-# What an axis has got is done, and what was there stays; but where cases have folders of their numbers.
+# If an axis gets more values, only the new cases run; cases that have folders, named by their numbers, refuse that.
 an_axis_may_grow() {
   spec 'axes: [{key: time.step, values: [1/60, 1/80]}, {key: body.density, values: [900, 1000]}]'
   expect 0 "$flesh" sweep spec.yaml --out grown && ask grown/sweep.db id,started,step,density 1 >before || return 1
@@ -133,7 +133,7 @@ an_axis_may_grow() {
   expect 2 "$flesh" sweep spec.yaml --out kept --resume && has stderr.txt 'cases that keep folders cannot get further'
 }
 
-# No case runs again for another derived column, a title or a comment, also where cases keep folders.
+# No case runs again because of another derived column, title or comment, even if cases keep folders.
 derived_columns_may_change() {
   for keep in false true; do
     axes='axes: [{key: time.step, values: [1/60, 1/80]}]'
@@ -193,9 +193,8 @@ END
     expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
 }
 
-# Values that four digits do not part are values of their own.
-# A finished database can be read where nothing may be written beside it: its header asks for no log of SQLite's, as 2 in
-# bytes 18 and 19 does. One that is damaged is not called "no database of a study".
+# A finished database can be read where nothing can be written beside it: its header asks for no log of SQLite's, which a 2 in
+# bytes 18 and 19 would. A damaged one is called damaged, not "no database of a study".
 a_finished_sweep_needs_no_log() {
   undisturbed || return 1
   [ "$(od -An -tu1 -j18 -N2 whole/sweep.db | tr -d ' \n')" = 11 ] && [ "$(find whole -name 'sweep.db*' | wc -l)" -eq 1 ] ||
@@ -215,6 +214,7 @@ with open("cases.db", "r+b") as file: file.seek((root - 1) * size), file.write(b
   expect 3 "$flesh" sweep spec.yaml --out torn --resume && has stderr.txt 'torn/sweep.db: is damaged'
 }
 
+# Values that agree to four digits are distinct values all the same.
 near_values_are_told_apart() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   spec 'set: {time.end: 1/60}' 'axes: [{key: body.material.poisson, values: [0.49991, 0.49992, 0.3]}, {key: body.density, values: [1, 2]}]'
@@ -227,7 +227,7 @@ near_values_are_told_apart() {
     [ "$(grep -c '^[01] [012] 0' heat.gp)" -eq 6 ] && [ "$(grep '^[01] [012] 0' heat.gp | cut -d ' ' -f 1,2 | sort -u | wc -l)" -eq 6 ]
 }
 
-# The words beside and below a heat map have room between the picture's edges and the map.
+# The labels beside and below a heat map fit between the picture's edges and the map.
 words_beside_a_heat_map_have_room() {
   command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
   spec 'axes: [{key: time.method, values: [generalized-alpha, bdf2]}, {key: body.density, values: [1, 2]}]'
@@ -292,7 +292,7 @@ gnu_parallel_runs_the_shards() {
   figures whole/sweep.db >expected && figures parallel/sweep.db >got && diff expected got
 }
 
-# An array of jobs, one after another; a job that is requeued finds its work done.
+# The array's jobs, here one after another, run the shards; a requeued job finds its cases complete.
 slurm_runs_the_shards() {
   undisturbed || return 1
   for task in 1 2 3 2; do

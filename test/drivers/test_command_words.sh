@@ -1,5 +1,5 @@
 # TEST quick program seconds=60 needs=flesh
-# test_command_words.sh: whatever words a command line quotes, it is refused in one short printable line, and nothing is
+# test_command_words.sh: a command line with wrong words, however odd, is refused in one short printable line, and nothing is
 # written. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
@@ -12,7 +12,7 @@ END
 escape=$(printf '\033[2J')
 long=$(printf '%02000d' 0 | tr 0 x)
 
-# refused WORD...: with 2, in one line of printable ASCII of at most 600 letters, and without a file.
+# refused WORD...: the command ends with 2 and one line of at most 600 printable ASCII characters, and writes no file.
 refused() {
   : >stdout.txt && : >stderr.txt && : >after.txt
   ls >before.txt
@@ -31,7 +31,7 @@ words_are_quoted_in_one_printable_line() {
       refused sweep box.yaml --jobs "$word" && refused run box.yaml --method "$word" --out new || return 1
   done
 }
-# What YAML takes for a comment, a directive or nothing is no method and no value.
+# Words that YAML takes for a comment, a directive or nothing are refused as methods and values.
 no_method_is_the_default_by_mistake() {
   for word in '' ' ' '%s' '# bdf2' '~' null; do
     refused run box.yaml --method "$word" --out new || return 1
@@ -46,7 +46,7 @@ a_bad_skin_is_refused_before_anything_is_written() {
     [ ! -e skinned ]
 }
 
-# Beyond 0 to 3 a command's help lists the exit codes that it may end with: lists CODES COMMAND...
+# lists CODES COMMAND...: the commands' help lists exactly the exit codes 0 to 3 and CODES.
 lists() {
   codes=$1
   shift

@@ -1,12 +1,12 @@
 # TEST full memory program seconds=20 needs=flesh
 # TEST name=test_fast_sheets_run full program seconds=20 needs=flesh builds=plain args: fast
-# test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene. `fast`: a step that is hard.
-# FLESH names the program.
+# test_contact_scenes.sh: the scenes with obstacles in a short form, and messages and refusals of contact. `fast` runs only the
+# test of fast sheets. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
 
-# touches FOLDER: at some step nodes touch, the gap stays open, and the force is there then and only then.
+# touches FOLDER: three nodes or more touch at some step, the gap stays open, and there is a force only when nodes touch.
 touches() {
   awk -F, '
     NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
@@ -26,15 +26,15 @@ hand_on_a_ball() {
     touches out/hand && [ "$(ls out/hand/frames/obstacle_1_*.obj | wc -l)" -eq 9 ]
 }
 
-# The energy that a loose tolerance leaves unknown is no allowance for every step.
+# The energy that a loose tolerance leaves uncertain does not allow each step a gain: the whole gain is at most 0.02.
 loose_tolerances_gain_no_energy() {
   expect 0 "$flesh" run "$scenes/balls.yaml" --method newmark --set time.adaptive=true --set time.tolerance=0.1 \
     --set time.end=0.05 --out out/loose --no-frames --quiet || return 1
   python3 -c "import json; f = json.load(open('out/loose/result.json'))['figures']; exit(f['energy_gain'] > 0.02)"
 }
 
-# A sheet hits another with its edge at 200 m/s, and would be 40 times its length farther at the end of the step. A step
-# of more than 2000 Newton iterations is one that was cut, and says so.
+# A sheet hits another with its edge at 200 m/s, and would fly 40 times its length in a step. A step ends within 2000 Newton
+# iterations, or within 4000 if steps were cut, which result.json says.
 fast_sheets_end_their_steps() {
   "$flesh" mesh box --cells 6,6,1 --size 0.1,0.1,0.005 --out sheet.mesh >mesh.log || return 1
   cat >sheets.yaml <<'END'
@@ -54,7 +54,7 @@ END
     END { print NR - 1, "lines, up to", most, "Newton iterations"; exit moves || NR != 4 || most < 10 }' out/sheets/history.csv
 }
 
-# inputs RESULT NAME...: the files of these names and no others, once each, with their hashes.
+# inputs RESULT NAME...: the result has exactly the files of these names, once each, with their hashes.
 inputs() {
   python3 - "$@" <<'END'
 import hashlib, json, os, sys
@@ -72,12 +72,12 @@ every_file_that_goes_in_has_its_hash() {
   expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set body.mesh=jelly.ele --set start.state=out/jelly/state.txt \
     --set output.skin.surface=skin.ply --set time.end=0.25 --out out/files --quiet &&
     inputs out/files/result.json jelly_drop.yaml jelly.node jelly.ele stairs.obj state.txt skin.ply || return 1
-  # Two bodies of one mesh.
+  # The mesh of two bodies stands there once.
   expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two --quiet &&
     inputs out/two/result.json two_bodies.yaml bar_8x2x2.mesh
 }
 
-# One body says nothing of it.
+# A run of several bodies says whether they touch each other; a run of one body does not.
 bodies_are_told_to_pass_through_each_other() {
   expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=1/60 --out out/apart &&
     has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
@@ -94,7 +94,7 @@ bodies_that_begin_crossed_are_refused() {
     has stderr.txt 'intersect: the edge of the nodes' && has stderr.txt 'of flyer' && has stderr.txt 'of bar'
 }
 
-# With the option they go on; where they are apart, and where not, is told.
+# With `intersecting: separate` the run goes on, and says when the bodies are apart, or that they are not.
 bodies_that_begin_crossed_are_let_apart() {
   crossed='--set bodies[0].translation=[3,-0.9,0.5] --set effects.contact.intersecting=separate --out out/separate'
   expect 0 "$flesh" run "$scenes/two_bodies.yaml" $crossed --set time.end=1/60 &&
@@ -106,7 +106,7 @@ bodies_that_begin_crossed_are_let_apart() {
     has out/separate/result.json '"intersecting_at_end": 0' && ! grep -q 'are not apart' out/separate/result.json
 }
 
-# The ends of a ring that is all but closed.
+# A gap that is smaller than the thickness at rest is reported, here between the ends of an almost closed ring.
 gaps_that_never_close_are_told() {
   python3 - "$scenes/../meshes/bar_16x4x4.mesh" ring.mesh <<'END'
 import math, sys
@@ -133,13 +133,13 @@ END
     expect 0 "$flesh" run ring.yaml --set effects.contact.thickness=1e-3 --out out/ring && ! grep -q 'faced' stdout.txt
 }
 
-# What is written runs again, to the same bits.
+# The written scene runs again, to the same bits.
 a_scene_with_contact_repeats() {
   expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
   cmp out/jelly/state.txt out/again/state.txt
 }
 
-# refuse WORDS CONTACT: a scene with this contact is refused, with these words.
+# refuse WORDS CONTACT [CODE]: a scene with this contact is refused with CODE (2) and these words.
 refuse() {
   cat >bad.yaml <<END
 body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -161,7 +161,7 @@ bad_contacts_are_refused() {
     expect 2 "$flesh" check bad.yaml && has stderr.txt 'bad.yaml:4:14: effects\[1\].contact: 4 nodes are in the plane'
 }
 
-# A body that touches is differentiated where it has a value.
+# `flesh check` differentiates contact where it has a value: if the body touches.
 a_scene_that_touches_checks() {
   cat >touching.yaml <<END
 body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
@@ -175,7 +175,8 @@ END
     has stdout.txt 'contact .* 0.0e+00  zero$'
 }
 
-# So is damping by the current stiffness of an energy that has a value where J > 0 alone, in a body with small tets, too.
+# `flesh check` differentiates damping by the current stiffness, of an energy that is defined only for J > 0, even with small
+# tets.
 a_crumb_beside_a_bar_checks() {
   "$flesh" mesh box --cells 3,1,1 --size 3,1,1 --out bar.mesh >/dev/null &&
     "$flesh" mesh box --cells 1,1,1 --size 1/20,1/20,1/20 --out crumb.mesh >/dev/null && cat >crumb.yaml <<'END' || return 1

@@ -1,6 +1,6 @@
 # TEST full memory program seconds=180 needs=flesh
-# test_foreign_results.sh: folders of results that others made: whatever is in them, commands read and write nothing
-# outside of them, do not wait and do not crash. FLESH names the program.
+# test_foreign_results.sh: whatever is in a folder of results that somebody else made, commands read and write nothing
+# outside of it, do not hang and do not crash. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 export PYTHONPATH="$source_folder/shared" PYTHONDONTWRITEBYTECODE=1
@@ -19,7 +19,7 @@ output: {probes: [{name: tip, point: [2, 0.5, 0.5], quantities: [position]}]}
 END
 "$flesh" run bar.yaml --out whole --quiet || exit 1
 
-# The words of a result.json are as long as its writer likes.
+# Words of a result.json, which may have any length, are cut.
 long_words_of_results_are_cut() {
   cp -r whole wordy || return 1
   for length in 100 650 1700 100000; do
@@ -40,11 +40,11 @@ END
   done
 }
 
-# A folder's own name may be a link; nothing within it may be one that is followed.
+# A folder of results may be a link itself; links within it are not followed.
 echo 'a secret,of nobody else' >secret
 mkdir elsewhere
 
-# refused TEXT COMMAND...: with exit code 3, in one sentence, which has the text, and without a trace of the secret.
+# refused TEXT COMMAND...: the command ends with 3 and one sentence that has the text, and prints nothing of the secret.
 refused() {
   text=$1
   shift
@@ -69,7 +69,7 @@ links_are_not_followed_when_results_are_read() {
   [ -z "$(ls -d out* 2>/dev/null)" ]
 }
 
-# What the tables of a comparison name is in its folder.
+# Names in the tables of a comparison do not lead out of its folder.
 names_in_tables_do_not_lead_out() {
   mkdir -p compared/runs hard/cases private || return 1
   cp -r whole private/leak_S_matched_0.45_guarded
@@ -111,7 +111,7 @@ skin_000001.obj' ] && [ "$(ls linked)" = "$name" ] || { ls target linked; return
   done
 }
 
-# The folder of a run that was stopped.
+# Makes the folder of a run that was stopped and has a checkpoint.
 stopped() {
   rm -rf stopped
   expect 6 "$flesh" run bar.yaml --out stopped --quiet --checkpoint 1steps --max-seconds 1e-9 && [ -f stopped/checkpoint.bin ]
@@ -140,7 +140,7 @@ comparisons_write_nothing_behind_links() {
   [ -z "$(ls -A elsewhere)" ] || { ls -R elsewhere; return 1; }
 }
 
-# A database names the lock files of those that work on it, which are removed when these are gone.
+# A database names the lock files of its workers, which are removed when the workers are gone, but only in its own folder.
 locks_of_databases_are_in_their_folder() {
   cp -r sweep locked && touch precious .sweep-1-2.lock && python3 - <<'END' || return 1
 import sqlite3
@@ -153,7 +153,7 @@ END
   expect 0 "$flesh" sweep spec.yaml --out locked --resume --quiet && [ -e precious ] && [ -e .sweep-1-2.lock ]
 }
 
-# Names and titles are bytes; a page is UTF-8.
+# Bytes of names and titles that are not UTF-8 are question marks in a page.
 names_that_are_no_text_are_shown() {
   odd=$(printf 'f\377ld')
   cp -r whole "$odd" && cp -r "$odd" "$odd-2" && expect 0 "$flesh" report "$odd" "$odd-2" --out odd.html || return 1
@@ -169,7 +169,8 @@ assert titled.json["view"]["notes"] == ["Of the 4 frames of f?ld 2 are shown."],
 END
 }
 
-# The work grows as the rows do. The limit is far from both: with all pairs of rows it is hundreds of seconds.
+# The work is proportional to the rows. The limit is far above that, and far below the hundreds of seconds that all pairs of
+# rows would take.
 long_tables_are_read_in_one_go() {
   mkdir -p long many && awk 'BEGIN {
     print "scene,energy,constants,poisson,solver,element,max_volume_drift,status"
@@ -181,7 +182,7 @@ long_tables_are_read_in_one_go() {
   done
 }
 
-# A view counts to no end; in a view's place stands what it finds.
+# A database whose view never ends is given up.
 views_without_an_end_are_given_up() {
   cp -r sweep endless && python3 - <<'END' || return 1
 import sqlite3
@@ -197,7 +198,7 @@ END
   done
 }
 
-# 350 kB of a stack are one kernel's.
+# A limit of the stack is raised if that is allowed, else the run is refused: one kernel alone takes 350 kB.
 small_stacks_are_enlarged_or_refused() {
   (ulimit -Ss 128 && expect 0 "$flesh" run bar.yaml --out stack --quiet --set solver.threads=2) &&
     cmp stack/state.txt whole/state.txt || return 1

@@ -1,6 +1,6 @@
 # TEST full program seconds=300 needs=flesh
 # TEST name=test_full_disk_quick quick program excerpt needs=flesh args: quick
-# test_full_disk.sh: every command on disks that are too small for it; `test_full_disk.sh quick`: a few of both.
+# test_full_disk.sh: every command that writes, on disks that are too small for it; `quick` tries a few commands and disks.
 # FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

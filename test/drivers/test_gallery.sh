@@ -1,10 +1,10 @@
 # TEST full memory program seconds=180 needs=flesh
-# test_gallery.sh: every scene of the gallery in a short form, and its picture. FLESH names the program.
+# test_gallery.sh: every scene of the gallery runs in a short form and is drawn. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
 
-# short SCENE OPTIONS...: some steps of it, a picture of the last, and no inverted tet.
+# short SCENE OPTIONS...: some steps of the scene run without an inverted tet, and the last one is drawn.
 short() {
   scene=$1
   shift
@@ -13,7 +13,7 @@ short() {
   expect 0 "$flesh" snap "$scene" --out "$scene.png" --width 120 && [ "$(wc -c <"$scene.png")" -gt 3000 ]
 }
 
-# column NAME FILE: its last value.
+# column NAME FILE: prints the last value of the column.
 column() {
   awk -F, -v name="$1" 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == name) at = c } END { print $at }' "$2"
 }
@@ -42,7 +42,8 @@ limb() {
   grep -v '^#' limb/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low < -0.1) }'
 }
 
-# It hangs stretched until 0.5 s, and the muscle lifts its weight by more than 5 cm. The fibres' energy is put in.
+# The spindle hangs stretched until 0.5 s; then its muscle lifts the weight by more than 5 cm. The fibres' energy counts as
+# work that is put in.
 muscle_spindle() {
   short muscle_spindle --set time.end=1.2 --set time.step=1/40 || return 1
   awk -F '[:,]' '/"work_put_in"/ { print; exit !($2 > 0.5) }' muscle_spindle/result.json || return 1
@@ -53,20 +54,20 @@ muscle_spindle() {
   done | paste -s - | awk '{ print; exit !($2 - $1 > 0.05) }'
 }
 
-# Longer by a twentieth, then curled so that the tip points down, at nearly its volume.
+# The tentacle becomes longer by a twentieth, then curls so that its tip points down, and nearly keeps its volume.
 tentacle() {
   short tentacle --set time.end=0.5 || return 1
   grep -v '^#' tentacle/state.txt | awk '$3 > high { high = $3 } END { print high; exit !(high > 0.3) }' || return 1
   column volume_ratio tentacle/history.csv | awk '{ exit !($1 > 0.995 && $1 < 1.005) }'
 }
 
-# Lifted by the upper muscle, it is higher than it hangs by itself.
+# The limb, lifted by its upper muscle, is higher than it would hang by itself.
 limb_antagonists() {
   short limb_antagonists --set time.end=0.9 --set time.step=1/30 || return 1
   grep -v '^#' limb_antagonists/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low > -0.1) }'
 }
 
-# What hangs from a weld or a joint pulls at it with its weight: 500 kg/m^3, 4 m^3.
+# A body that hangs from a weld or a joint pulls at it with its weight: 500 kg/m^3, 4 m^3.
 what_hangs_pulls_with_its_weight() {
   for scene in welded:weld hinged:joint; do
     tie=${scene#*:} scene=${scene%:*}
@@ -79,7 +80,8 @@ what_hangs_pulls_with_its_weight() {
   done
 }
 
-# refused COLUMN WORDS KEYS [EDIT]: the welded bar with another weld, edited.
+# refused COLUMN WORDS KEYS [EDIT]: the welded bar with these keys of the weld, edited by sed, is refused at this column with
+# these words.
 refused() {
   sed "s|- weld: .*|- weld: $3|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" |
     sed "${4:-}" >weld.yaml
@@ -95,7 +97,7 @@ welds_that_make_no_sense_are_refused() {
     refused 11 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
 }
 
-# A traction that is none, and a method that cannot have it.
+# A traction of 0 is refused, and a method that does not allow a weld to break.
 breaking_that_makes_no_sense_is_refused() {
   sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 0}|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" >weld.yaml
   expect 2 "$flesh" run weld.yaml --quiet && has stderr.txt '19:46: effects\[3\].weld.breaks_at is 0; it must be a number > 0' ||
@@ -104,7 +106,7 @@ breaking_that_makes_no_sense_is_refused() {
   expect 2 "$flesh" run ida.yaml --quiet && has stderr.txt 'time.method is ida, which goes on from a history of smooth'
 }
 
-# In statics what has fallen off has no equilibrium.
+# In statics a body that has broken off has no equilibrium, and a message says so.
 what_falls_off_is_said() {
   sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 6e4}|; s|\.\./meshes|$scenes/../meshes|; /inertia/d; /damping/d
     s/time: .*/time: {method: static}/" "$scenes/welded.yaml" >falls.yaml
@@ -116,13 +118,13 @@ fold() { short fold --set time.end=0.1; }
 funnel() { short funnel --set time.end=0.02; }
 soft_and_stiff() { short soft_and_stiff --set time.end=0.03; }
 
-# The ball is in the tube's mouth by then, and widens it.
+# After 0.2 s the ball is in the tube's mouth and widens it.
 tube() {
   short tube --set time.end=0.2 --set time.step=1/40 || return 1
   column contact_pairs tube/history.csv | awk '{ exit !($1 > 6) }'
 }
 
-# Its resolved scene names the obstacle's file so that it is found from anywhere.
+# The resolved scene names the obstacle's file so that it is found from any folder.
 a_scene_run_in_its_own_folder_repeats() {
   (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
   expect 0 "$flesh" run here/scene.yaml --out again --quiet && cmp here/state.txt again/state.txt

@@ -1,12 +1,12 @@
 # TEST full program seconds=900 needs=flesh
-# test_hardcases_battery.sh: what the default solver promises, on every case of the quick battery, and
-# that each promise breaks without what keeps it.
+# test_hardcases_battery.sh: the default solver keeps its promises on every case of the quick battery, and
+# each promise breaks without the technique that keeps it.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
 battery() { expect 0 "$flesh" hardcases --quick --out out --max-seconds 120 "$@"; }
 
-# select CONDITION: prints case, seed, energy, ratio, solver and outcome of the rows of out/hardcases.csv
+# rows_where CONDITION: prints case, seed, energy, ratio, solver and outcome of the rows of out/hardcases.csv
 # for which the awk condition holds; columns are named v["NAME"].
 rows_where() {
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) name[c] = $c; next }
@@ -15,7 +15,7 @@ rows_where() {
     out/hardcases.csv
 }
 
-# none CONDITION: no row is so, and there are rows.
+# none CONDITION: there are rows, and none meets the condition.
 none() {
   bad=$(rows_where "$1")
   [ -z "$bad" ] && [ "$(grep -c '' out/hardcases.csv)" -gt 1 ] && return
@@ -24,7 +24,7 @@ none() {
   return 1
 }
 
-# some CONDITION
+# some CONDITION: a row meets the condition.
 some() { [ -n "$(rows_where "$1")" ] || { echo "no row is: $1"; cat out/hardcases.csv; return 1; }; }
 
 good='v["outcome"] ~ /^(recovered|untangled|equilibrium)$/'
@@ -33,7 +33,8 @@ orderly='v["finite"] == 1 && v["potential_rises"] == 0 && v["worst_rise"] + 0 <=
 collapses='v["case"] ~ /^(line|point)_free$/'
 scrambled='v["case"] ~ /^(scramble|point|two_bodies)/'
 
-# S and E up to nu = 0.49, every case: finished, finite, falling, converged, back and whole.
+# Every case of S and E up to nu = 0.49 ends, with finite numbers, falling potentials and converged solves, back at rest and
+# without inverted tets.
 every_case_comes_back() {
   battery --energies S,E --poisson "$@" || return 1
   none "!($good)" && none "!($orderly)" && none 'v["unconverged"] > 0' &&
@@ -43,15 +44,15 @@ every_case_comes_back() {
 }
 compressible_bodies_come_back() { every_case_comes_back 0,0.3; }
 bodies_of_0_45_come_back() { every_case_comes_back 0.45; }
-# Of so few tets, E twisted by 5 turns ends in a true local minimum as rounding pleases (2 times of 10), of as many as
-# the whole battery's never.
+# With the quick battery's few tets, rounding decides whether E twisted by 5 turns ends in a true local minimum (2 times of
+# 10); with the whole battery's tets it never does.
 bodies_of_0_49_come_back() {
   every_case_comes_back 0.49 --seeds 2 --cases '!twist5' &&
     expect 0 "$flesh" hardcases --energies S,E --poisson 0.49 --cases twist5 --out out && none "!($good)"
 }
 
-# Closer to 1/2: back from everything but scramble and point, of which some may not. On graded meshes
-# conjugate gradients stall, and a direct factorisation goes on in their place.
+# Closer to 1/2, bodies come back from all cases, except for some with scrambled nodes. On graded meshes
+# conjugate gradients stall, and a direct factorisation takes their place.
 nearly_incompressible_bodies_come_back() {
   battery --energies S,E --poisson 0.499 --cases 'starts,loads,obstacles,meshes,steps,materials' || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' &&
@@ -63,8 +64,8 @@ the_closest_to_incompressible_stay_in_order() {
   none "!($orderly)" && none "!($scrambled) && !($good)" && some 'v["case"] == "graded_jitter" && v["direct"] > 0'
 }
 
-# D: in order, of whatever start; where it has a rest shape, from all cases, and at rest but from scrambled and collapsed
-# starts, as to its own shape.
+# Runs of form D are orderly from any start; if D has a shape at rest, bodies come back to it, except from scrambled and
+# collapsed starts.
 d_is_in_order() {
   battery --energies D --poisson 0.3 --cases starts || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' || return 1
@@ -73,7 +74,7 @@ d_is_in_order() {
     none "v[\"case\"] !~ /^(scramble|line|point)/ && !($good)"
 }
 
-# Forms without a value behind J = 0 end with a sentence that says where, or come through.
+# Runs of forms that are undefined for J <= 0 recover, or stop with a sentence that says where.
 undefined_forms_stop_in_order() {
   battery --energies Neo,A,B,C --poisson 0.45 --cases 'starts,meshes,obstacles,tear,spin_body,crash,drag1e6' || return 1
   none 'v["finite"] != 1 || v["outcome"] ~ /^(non-finite|crashed or hung|not run)$/' &&
@@ -83,7 +84,8 @@ undefined_forms_stop_in_order() {
     none 'v["case"] == "mirrored" && v["status"] != "FLESH_UNDEFINED"'
 }
 
-# Large changes of volume at nu = 0.495 to 1e-8, with hardly more iterations than the best filter.
+# Statics with large changes of volume at nu = 0.495 reach a tolerance of 1e-8, with at most 1.2 times the iterations of the
+# best filter.
 statics_reach_their_tolerance() {
   battery --energies S,E --poisson 0.495 --cases statics --solvers default,clamped,absolute,trust-region || return 1
   none 'v["solver"] == "default" && (v["outcome"] != "recovered" || v["unconverged"] > 0 || v["at_rounding"] > 0)' &&
@@ -96,7 +98,8 @@ statics_reach_their_tolerance() {
         exit bad || count != 10 }' out/hardcases.csv
 }
 
-# By the solver alone: all at 0.3. What each promise rests on, taken away.
+# The following tests take away what a promise rests on. Without untangling, all bodies at nu = 0.3 and all mirrored ones still
+# come back.
 without_untangling_scrambled_bodies_may_stay_tangled() {
   battery --energies S,E --poisson 0.3,0.49 --cases scramble,mirrored --seeds 6 --solvers without-untangle &&
     none "(v[\"poisson\"] == 0.3 || v[\"case\"] == \"mirrored\") && !($good)" &&

@@ -4,7 +4,7 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$(dirname -- "$0")/../shared/hardcases.sh"
 
-# The stock ways break what the default survives, or take far longer, and it shows.
+# Standard solvers fail where the default one succeeds, or take far more iterations, and the table shows it.
 other_solvers_are_found_out() {
   battery --energies S --poisson 0.49 --cases stretch10,plane,twist2 --solvers all --max-seconds 600 || return 1
   [ "$(value outcome plane S 0.49)" = recovered ] && [ "$(value outcome stretch10 S 0.49)" = recovered ] || return 1
@@ -14,7 +14,8 @@ other_solvers_are_found_out() {
     [ "$(lines out/hardcases.csv)" -eq 25 ] || { cat out/hardcases.csv; return 1; }
 }
 
-# Ten-node tets of the same meshes: their nodes on edges start elsewhere too, and what is run alone is the same.
+# Bodies of ten-node tets on the same meshes recover; their nodes on edges are displaced at the start, too, and `flesh run` of
+# a case gives the same bits.
 bodies_of_ten_node_tets_recover() {
   battery --energies S --poisson 0.49 --cases jitter50,stretch5,invert_one --elements tet4,tet10,tet10-mean &&
     all_are outcome recovered && all_are inverted_end 0 && all_are tets 324 || return 1
@@ -28,7 +29,7 @@ bodies_of_ten_node_tets_recover() {
     cmp again/state.txt "$folder/out/state.txt"
 }
 
-# The profiles of Newton iterations at 1 and 2 times the least, computed anew from the table's rows.
+# profiles_from_rows ELEMENT: prints the profiles of Newton iterations at 1 and 2 times the least, from the table's rows.
 profiles_from_rows() {
   awk -F , -v element="$1" 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     $column["element"] == element {
@@ -47,8 +48,8 @@ compare_filters() {
     --cases stretch,twist,squash,noise "$@"
 }
 
-# Loads and motions are judged apart, by whether they were solved, and with techniques and without. Of the problems those are
-# run that SHA-256 chooses, by all solvers.
+# Loads and motions are judged separately, by whether they were solved, with techniques and without. SHA-256 chooses the
+# problems, which all solvers run.
 a_share_of_loads_and_motions() {
   compare_filters --cases sag,let_go --elements tet4 --solvers clamped,absolute,clamped-bare,absolute-bare \
     --seeds 20 --steps 1e-2,1 --energies S,E --share 0.2:0.45 || return 1
@@ -75,6 +76,7 @@ for case in "sag", "let_go":
     expect 2 "$flesh" hardcases --filters --quick --out out --share 0.5:0.5 && has stderr.txt "'0.5:0.5'; it must be LOW:HIGH"
 }
 
+# The filters' profiles are those of the table's rows, and the verdict counts the problems.
 filters_are_compared() {
   compare_filters || return 1
   [ "$(lines out/hardcases.csv)" -eq 129 ] && all_are mesh 4x2x2 && all_are unconverged 0 || return 1
@@ -89,7 +91,7 @@ filters_are_compared() {
     has out/verdict.txt "^$element: 8 of 8 problems run with all filters" &&
       has out/verdict.txt '^  solved of  *nu 0.49: 8$' || return 1
   done
-  # In statics auto is absolute.
+  # In statics the default filter is `absolute`.
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     { k = $column["case"] $column["seed"] $column["poisson"] $column["element"]; f = $column["solver"]
       if (f == "default") newton[k] = $column["linear"]
@@ -98,13 +100,13 @@ filters_are_compared() {
   [ "$(wc -c <out/profiles.png)" -gt 5000 ]
 }
 
-# forget CONDITION: as if these cases had not been run.
+# forget CONDITION: marks these cases as not run.
 forget() {
   python3 -c 'import sqlite3, sys; sqlite3.connect("out/hardcases.db", isolation_level=None).execute(
     "UPDATE cases SET status = ?, result = NULL WHERE " + sys.argv[1], ("planned",))' "$1"
 }
 
-# With --resume what was run stands and what was not is run; without it all is.
+# --resume runs only cases that were not run; without it all cases run again.
 a_comparison_goes_on_where_it_was() {
   compare_filters --solvers clamped,absolute || return 1
   cp out/hardcases.csv before.csv
@@ -116,10 +118,10 @@ a_comparison_goes_on_where_it_was() {
   expect 2 "$flesh" hardcases --filters --quick --out out --max-seconds 14 --resume &&
     has stderr.txt 'its runs had another' || return 1
   compare_filters --solvers clamped,absolute || return 1
-  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -gt 20 ] # all times anew
+  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -gt 20 ] # all times are new
 }
 
-# A file's mesh takes the place of the cases' own: its flat face is held, its length is the block's.
+# A file's mesh replaces that of the cases: its flat face is held, and it has the block's length.
 meshes_can_be_given() {
   expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4 --solvers default --cases squash \
     --meshes "2x2x2,$source_folder/../data/meshes/limb.msh" || return 1
@@ -128,7 +130,7 @@ meshes_can_be_given() {
       print $column["tets"] }' out/hardcases.csv | sort -u)" = 2968 ] && has out/verdict.txt 'No verdict: 2 problems'
 }
 
-# On irregular meshes.
+# shapes OPTION...: runs cases of bodies of any shape, on irregular meshes.
 shapes() {
   meshes=$source_folder/../data/meshes
   expect 0 "$flesh" hardcases --shapes --out out --max-seconds 300 --energies S --poisson 0.49 \
@@ -136,7 +138,7 @@ shapes() {
     --cases 'half_turn,inside_out,plane,scramble,feet_scramble,feet_twist2,throw1,poses' "$@"
 }
 
-# Bodies of any shape: back from poses, turns and scattered nodes; what was run is not run again.
+# Bodies of any shape come back from poses, turns and scattered nodes; --resume runs no case again.
 shapes_come_back() {
   shapes || return 1
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
@@ -147,7 +149,7 @@ shapes_come_back() {
     expect 0 "$flesh" hardcases --shapes --list && has stdout.txt '^free *half_turn '
 }
 
-# Every technique has a row, whose figures are those of its runs; watched on a case that does not come back without one.
+# Every technique has a row with the figures of its runs, here also of a case that does not come back without one of them.
 techniques_are_left_out() {
   set -- hardcases --ablation --quick --out out --elements tet4 --poisson 0.49 --cases scramble,static_shear --seeds 2
   expect 0 "$flesh" "$@" || return 1
@@ -155,7 +157,7 @@ techniques_are_left_out() {
   [ "$(sed 1d out/ablation.csv | cut -d , -f 1 | sort -u | grep -c .)" -eq "$count" ] &&
     [ "$(grep -c '^| [a-z_]* | ' out/verdict.txt)" -eq "$((count + 1))" ] &&
     has out/cases/static_shear_S_0.495_without-watchdog/scene.yaml 'techniques: \[-watchdog\]' || return 1
-  # The sums again, from the rows of the runs.
+  # The row's figures are the sums over the rows of the runs.
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     { s = $column["solver"]; newton[s, $column["case"]] += $column["newton"] }
     END { print newton["default", "static_shear"] "," newton["without-kept_matrices", "static_shear"] }' \
@@ -164,7 +166,7 @@ techniques_are_left_out() {
   cp out/ablation.csv before.csv
   expect 0 "$flesh" "$@" --resume && cmp before.csv out/ablation.csv && expect 2 "$flesh" hardcases --ablation --filters &&
     has stderr.txt '\-\-filters is a study of its own' || return 1
-  # Some techniques alone.
+  # The study may have only some techniques.
   expect 0 "$flesh" hardcases --ablation --quick --out few --elements tet4 --poisson 0.49 --cases static_shear \
     --solvers default,without-watchdog && [ "$(sed 1d few/ablation.csv | cut -d , -f 1 | sort -u)" = watchdog ] &&
     [ "$(grep -c '^| [a-z_]* | ' few/verdict.txt)" -eq 2 ] || return 1

@@ -1,12 +1,12 @@
 # TEST full memory program seconds=120 needs=flesh
-# test_hostile_names.sh: names, titles and values that mean commands to gnuplot, ffmpeg or a shell stay names: what is
-# asked for is drawn or refused in a sentence, and nothing else happens.
+# test_hostile_names.sh: names, titles and values that mean commands to gnuplot, ffmpeg or a shell are just names: a picture
+# is drawn or refused in a sentence, and nothing else happens.
 # shellcheck shell=sh disable=SC2154,SC2015,SC2016
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/sweep.sh"
 
-# A command that is run says so, and so does every program of this name, wherever it is run.
+# The program `proof` leaves a file when an injected command runs it, wherever that is.
 mkdir bin
 cat >bin/proof <<END
 #!/bin/sh
@@ -21,7 +21,7 @@ have_gnuplot() { command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 1;
 spec 'set: {time.end: 1/60}' 'axes: [{key: body.density, values: [500, 1000]}, {key: title, values: [a, b]}]'
 "$flesh" sweep spec.yaml --out small --quiet || exit 1
 
-# The words of gnuplot, shells, SQL and terminals, in every place of a database.
+# Puts words with a meaning to gnuplot, shells, SQL and terminals into titles and statuses of a database.
 poison() {
   python3 - <<'END'
 import sqlite3
@@ -61,7 +61,7 @@ a_foreign_database_is_drawn() {
   harmless database
 }
 
-# asked FILE: it is drawn under its name, or refused; an absent picture is never called a success.
+# asked FILE TITLE: the picture is drawn under its name or refused; a status of 0 without a picture is a failure.
 asked() {
   name=$1
   "$flesh" sweep plot kept.db --x density --y newton --by title --title "$2" --out "$name" >stdout.txt 2>stderr.txt
@@ -93,7 +93,7 @@ pipes_and_control_characters_are_refused() {
   done
 }
 
-# Random names and titles out of the signs that mean something somewhere.
+# Random names and titles of characters that mean something somewhere run no command.
 what_is_random_is_harmless() {
   have_gnuplot || return 0
   python3 - >fuzz.txt <<'END'
@@ -122,11 +122,11 @@ scenes_of_any_name_are_compared() {
   for script in drifts/*.gp; do
     (cd drifts && gnuplot "./${script#drifts/}") && harmless "$script" || return 1
   done
-  # A row has the fields of the head, whatever its scene is called.
+  # A row has as many fields as the header, whatever its scene is called.
   awk -F , 'NR == 1 { n = NF } NF != n { exit 1 }' drifts/drift.csv
 }
 
-# Columns, units, words in them, files and titles.
+# Curves are drawn whatever names columns, units, words in them, files and titles have.
 curves_of_any_name_are_drawn() {
   have_gnuplot || return 0
   mkdir curves
@@ -151,7 +151,7 @@ END
   [ "$(grep -c 'id="gnuplot_plot_' "'; proof #.svg")" -eq 10 ] && ! find . -name '.picture*' | grep .
 }
 
-# ffmpeg sees no name from outside: addresses, patterns and options are names.
+# ffmpeg is given no name of the user's, so that addresses, patterns and options are just names.
 films_of_any_name_are_made() {
   cat >bin/ffmpeg <<'END'
 #!/bin/sh

@@ -1,6 +1,6 @@
 # TEST full memory program seconds=60 needs=flesh
 # test_locking_warning.sh: what `flesh run` says of four-node tets near nu = 1/2, and where its figure comes from; how
-# far J of single points of ten-node tets strays.
+# far J at single points of ten-node tets departs from 1.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 meshes=$source_folder/../data/meshes
@@ -14,18 +14,19 @@ effects:
 time: {step: 1/60, end: 60}
 END
 
-# said SETTING...: what a run says before its first steps, after which it is stopped.
+# said SETTING...: stdout.txt gets what a run with these settings says before its first steps, after which it is stopped.
 said() {
   for setting; do set -- "$@" --set "$setting"; shift; done
   "$flesh" run bar.yaml "$@" --max-seconds 1e-3 --no-frames --out run >stdout.txt 2>stderr.txt
   [ $? -eq 6 ] || { cat stderr.txt; return 1; }
 }
 
-# In statics this bar sinks by 65.6 % less than with fine ten-node tets (test_command_accuracy_mesh has such figures).
+# The figure of a long run is from a linear solve. In statics this bar sinks by 65.6 % less than with fine ten-node tets
+# (test_command_accuracy_mesh has such figures).
 a_long_run_solves_for_the_figure() {
   said time.end=60 && has stdout.txt "^warning: .* at a Poisson's ratio of 0.49 (by a linear solve on this mesh, the body yields 6[4-6] % less to a small transverse load than with tet10-mean); set body.element: tet10-mean" || return 1
   said "body.mesh=$meshes/bar_8x2x2.mesh" && has stdout.txt 'yields \(79\|80\|81\|82\) % less' || return 1
-  # The same constants in other words, and of a form that is stressed at rest.
+  # The same constants given in another way, and those of a form with residual stress at rest.
   said 'body.material={energy: B, constants: raw, mu: 33557.05, lambda: 1644295.3}' && has stdout.txt 'yields 6[4-6] % less' &&
     said body.material.energy=D body.material.constants=as_e && has stdout.txt 'yields 7[2-6] % less'
 }
@@ -39,10 +40,11 @@ a_plate_and_a_cube_differ() {
   [ -n "$cube" ] && [ "$cube" -lt 50 ] && [ "$cube" -gt 5 ]
 }
 
+# The figure of a short run is from a table, as a linear solve would cost too much of the run.
 a_short_run_takes_the_table() {
   said time.end=1 && has stdout.txt 'at a Poisson.s ratio of 0.49 (from a table: at 0.49 a bar of 5 000 tets bends 51 % too little, one of 53 000 22 %; a linear solve on this mesh would cost more than a fifth of the run)' &&
     said time.end=1 body.material.poisson=0.4999 && has stdout.txt 'at 0.4999 a bar of 5 000 tets bends 91 % too little' || return 1
-  # Nothing holds it: there is no load that it would give way to.
+  # Nothing holds the body, so there is no load to which it would yield.
   said effects.pin=null && has stdout.txt 'a linear solve on this mesh gave no estimate'
 }
 
@@ -51,8 +53,8 @@ what_does_not_lock_is_not_warned_of() {
     said body.element=tet10-mean && ! grep warning stdout.txt
 }
 
-# Where a finger is pulled J at points stays about as near to 1 as that of tet10, 0.64 (0.37 where points keep twice the
-# shear modulus only).
+# In a pulled finger, the smallest J at points stays about as near to 1 as that of tet10, 0.64 (0.37 if points keep only twice
+# the shear modulus).
 points_of_the_mean_do_not_collapse() {
   "$flesh" run "$meshes/../scenes/finger_pull_coarse.yaml" --set body.element=tet10-mean --set body.material.poisson=0.49 \
     --set time.end=0.3 --no-frames --out finger >stdout.txt || return 1

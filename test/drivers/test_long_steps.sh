@@ -1,7 +1,7 @@
 # TEST quick program needs=flesh,slow_clock
-# test_long_steps.sh: a run that is silent for long says what goes on: first after ten seconds, then whenever it has
-# lasted twice as long, and every ten minutes at least; short steps and quiet runs say nothing. Each reading of the
-# clock is so many seconds after the last. FLESH names the program, SLOW_CLOCK what is preloaded.
+# test_long_steps.sh: a run says what it does in a long step: first after ten seconds, then whenever the time has doubled,
+# and at least every ten minutes; short steps and quiet runs say nothing. The clock advances by a given number of seconds
+# at each reading. FLESH names the program, SLOW_CLOCK the library to preload.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 shim=$(preloadable "${SLOW_CLOCK:?SLOW_CLOCK must name the library that slows the clock}") || exit 1
@@ -19,14 +19,14 @@ effects:
 time: {method: static, step: 1, end: 0}
 END
 
-# ticking SECONDS ARGUMENT...: a run whose clock goes on by so much at each reading; its words are in stderr.txt.
+# ticking SECONDS ARGUMENT...: a run whose clock advances by SECONDS at each reading; its words are in stderr.txt.
 ticking() {
   tick=$1
   shift
   expect 0 env LD_PRELOAD="$shim" FLESH_CLOCK_TICK="$tick" "$flesh" run bar.yaml --no-frames --out out "$@"
 }
 
-# The seconds that the words tell of, in a line.
+# Prints the seconds in these words, in a line.
 told() { sed -n 's/^step [0-9]* has taken \([0-9]*\) s: .*/\1/p' stderr.txt | tr '\n' ' '; }
 
 words_come_at_ten_seconds_and_at_each_doubling() {
@@ -40,7 +40,7 @@ words_come_at_ten_seconds_and_at_each_doubling() {
   told | awk '{ for (k = 2; k <= NF; k++) bad += $k != 2 * $(k - 1); exit bad > 0 || NF < 2 }'
 }
 
-# A reading is 100 s: 100, 200, 400, 800 s, and from then on every 600 s.
+# With readings 100 s apart, words come at 100, 200, 400 and 800 s, and from then on every 600 s.
 nothing_is_silent_for_longer_than_ten_minutes() {
   ticking 100 || return 1
   told
@@ -51,13 +51,13 @@ nothing_is_silent_for_longer_than_ten_minutes() {
   told | awk '{ for (k = 2; k <= NF; k++) bad += $k - $(k - 1) > 600; exit bad > 0 }'
 }
 
-# Before a solve's first linear solve no residual is known, and none is told.
+# Before the first linear solve of a solve no residual is known, and none is printed.
 unknown_residuals_are_not_told() {
   ticking 5 || return 1
   has stderr.txt 'Newton iteration 1, 0 linear ones$' && ! grep 'residual 0 N' stderr.txt
 }
 
-# Each step is short, however long the run.
+# A long run of short steps says nothing.
 short_steps_say_nothing() {
   ticking 0.5 --set time.method=backward-euler --set time.step=1/240 --set time.end=1/4 || return 1
   [ -z "$(told)" ] || { told; return 1; }
@@ -65,7 +65,7 @@ short_steps_say_nothing() {
     awk -F'[:,]' '/"wall_s"/ && $2 > 60 { long = 1 } END { exit !long }' out/result.json
 }
 
-# A step after those that were short is long by itself: the words name it, and count from its beginning.
+# In a long step after short ones, the words name this step and count from its beginning.
 words_count_from_the_last_step() {
   ticking 0.5 --set time.method=backward-euler --set time.step=1/240 --set time.end=1/60 || return 1
   [ -z "$(told)" ] || return 1

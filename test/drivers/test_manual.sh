@@ -1,15 +1,15 @@
 # TEST full program seconds=120 needs=flesh
-# test_manual.sh: manual pages and completion have every command, option and key, and are right for man, bash and zsh.
-# FLESH names the program, whose folder has what the build made of it.
+# test_manual.sh: manual pages and completion have every command, option and key, and man, bash and zsh accept them.
+# FLESH names the program, in whose folder the build has put them.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 made=$(dirname -- "$flesh")/manual
 
-# The commands of the help of `flesh WORD...`.
+# commands_of WORD...: prints the commands in the help of `flesh WORD...`.
 commands_of() { "$flesh" "$@" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p'; }
-# options_of WORD...: with their dashes.
+# options_of WORD...: prints its options, with their dashes.
 options_of() { "$flesh" "$@" --help | sed -n 's/^  \(--[a-z-]*\).*/\1/p'; }
-# below COMMAND: the commands of several words that begin with it.
+# below COMMAND: prints the commands of several words that begin with COMMAND.
 below() {
   case $1 in
   sweep) printf '%s\n' 'sweep export' 'sweep plot' 'sweep merge' ;;
@@ -25,7 +25,7 @@ every_command_has_a_page_that_man_likes() {
       LC_ALL=C.UTF-8 man --warnings -l page >/dev/null 2>warnings
       [ ! -s warnings ] || { echo "$name"; cat warnings; return 1; }
     fi
-    # Without a date pages are the same whenever they are built.
+    # Pages have no date, so that they are the same whenever they are built.
     if command -v mandoc >/dev/null; then
       ! mandoc -T lint page | grep -E 'WARNING|ERROR' | grep -v 'missing date' || return 1
     fi
@@ -67,7 +67,7 @@ every_key_stands_in_the_page_of_scenes() {
   for section in $("$flesh" schema | sed -n 's/^## //p'); do
     grep -qxF ".SH \"$section\"" page || { echo "no section $section"; return 1; }
   done
-  # Every path can be set: it is known, whatever is said of the value.
+  # Every path is known to --set, whatever is said of the value.
   "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out box.msh >/dev/null || return 1
   echo '{body: {mesh: box.msh, material: {energy: S, young: 1e5, poisson: 0.45}}}' >box.yaml
   "$flesh" check box.yaml --set body.nonsense=1 2>&1 | grep -q 'is unknown' || return 1
@@ -77,7 +77,7 @@ every_key_stands_in_the_page_of_scenes() {
   return 0
 }
 
-# completes EXPECTED WORD...: what bash makes of the last word is EXPECTED.
+# completes EXPECTED WORD...: bash's completions of the last word are EXPECTED.
 completes() {
   expected=$1
   shift

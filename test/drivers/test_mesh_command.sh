@@ -9,7 +9,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
 number=0
 
-# check NAME CODE TEXT ARGUMENT...: the exit code, and a fixed text in what was printed.
+# check NAME CODE TEXT ARGUMENT...: `flesh mesh ARGUMENT...` ends with CODE and prints TEXT.
 check() {
   name=$1 code=$2 text=$3
   shift 3
@@ -62,7 +62,7 @@ torn 1e-5
 check torn_mesh 0 'coincident     2 nodes where another is, as 0 and 4: the mesh is torn there' info torn.txt
 torn 2e-3
 check node_apart 0 'coincident     1 node where another is, as 0 and 4' info torn.txt
-# Nodes on two edges of a flat tet meet, which tears nothing.
+# Nodes on two edges of a flat tet coincide, which does not make a mesh torn.
 printf 'nodes 4\n0 0 0\n1 0 0\n1 1 1e-6\n0 1 0\ntets 1\n0 1 2 3\n' >flat.txt
 check flat_tet_of_ten 0 '10 nodes, 1 tet of ten nodes' convert --order 2 flat.txt flat.msh
 check flat_tet 0 '1 of ten nodes, 0 of them curved' info flat.msh
@@ -120,7 +120,7 @@ check third_order_box 2 '--order is 3; it must be 1 or 2' box --cells 1,1,1 --si
 echo nonsense > bad.msh
 check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.msh
 
-# Nothing is left behind by what failed.
+# Commands that failed have left no file behind.
 number=$((number + 1))
 if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh bar_parts box_parts c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh flat.msh flat.txt four.mesh out sets.mesh sets.msh ten.ele ten.msh ten.node torn.txt ' ]; then
   echo "ok $number - only_what_was_asked_for"

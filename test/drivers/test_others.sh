@@ -4,7 +4,7 @@
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# Cases are data that a program without flesh reads, and only those that it can: static, without effects.
+# Static cases without effects, and no others, are exported as data that a program without flesh can read.
 static_cases_are_data() {
   expect 0 "$flesh" hardcases --quick --export --out data --energies S,D --poisson 0.45 --elements tet4,tet10 \
     --cases 'squash10*' && has stdout.txt '^2 cases written to data/cases, 22 left out' || return 1
@@ -35,14 +35,14 @@ E
 
 others=$source_folder/../drivers/others
 
-# Cases that were frozen are those of today.
+# The cases of today have the frozen checksums.
 frozen_cases_are_unchanged() {
   sh "$others/export.sh" frozen "$flesh" >log.txt || { cat log.txt; return 1; }
   python3 "$others/battery.py" frozen --freeze >sums.txt
   grep -v '^#' "$source_folder/../data/hardcases/frozen.txt" | diff - sums.txt
 }
 
-# Forces are differences of the energy; small strains obey Lame's constants; rest has neither.
+# The judge's forces are differences of its energy, which is that of Lame's constants at small strains; both are 0 at rest.
 the_judge_knows_its_forms() {
   python3 - "$others" frozen/filters/cases/4x2x2_twist_seed1_S_0.49 <<'E'
 import sys
@@ -76,8 +76,8 @@ for form in judge.FORMS:
 E
 }
 
-# What an adapter hands back is judged: the right end counts; others do not, each for its reason. Runs are ended, kept and
-# not repeated. A case that is not as it was frozen is refused.
+# The final state of an adapter is judged: the right one is a solution, and each wrong one is refused for its reason. Runs are
+# killed if they take too long, recorded, and not repeated. A case that is not as it was frozen is refused.
 wrong_ends_are_judged_wrong() {
   cat >fake.py <<'E'
 import os, sys, time
@@ -124,14 +124,14 @@ E
   expect 2 python3 "$others/battery.py" changed --out judged && has stderr.txt 'must be flesh-case 1'
 }
 
-# flesh itself is given the same data as all.
+# flesh itself gets the same data as all other solvers.
 flesh_is_an_adapter() {
   FLESH=$flesh expect 0 python3 "$others/battery.py" frozen/filters/cases/4x2x2_noise_seed1_B_0.49 \
     frozen/filters/cases/4x2x2_stretch_seed1_S_0.49_tet10 --adapters flesh --out flesh &&
     has stdout.txt '4x2x2_noise_seed1_B_0.49 flesh: ' && has stdout.txt 'stretch_seed1_S_0.49_tet10 flesh: solved'
 }
 
-# The force that is compared is that of the tets on the probe's nodes, here by the judge's code. tet10 is the stiffer element.
+# The compared force is that of the tets on the probe's nodes, which is computed here by the judge's code. tet10 is stiffer.
 a_limb_is_indented() {
   command -v gmsh >/dev/null || { echo 'no gmsh'; return 0; }
   export FLESH="$flesh"

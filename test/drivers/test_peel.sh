@@ -1,11 +1,11 @@
 # TEST full program seconds=300 needs=flesh
-# test_peel.sh: a strip is peeled off by the force that the toughness of its weld asks for: breaks_at^2/(2 stiffness) times
-# the width at a right angle (Rivlin 1944). FLESH names the program.
+# test_peel.sh: the force that peels off a strip at a right angle is the toughness of its weld, breaks_at^2/(2 stiffness),
+# times the width (Rivlin 1944). FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scene=$source_folder/../data/scenes/peel.yaml
 
-# Once the free part stands upright the force after each increment is that, on average; it swings as rows of parts break.
+# Once the free part stands upright, this is the mean of the forces after increments, which swing as rows of parts break.
 the_force_is_the_toughness_times_the_width() {
   expect 0 "$flesh" run "$scene" --out peel --quiet --no-frames || return 1
   awk -F, 'NR > 1 && $1 > 0.65 { sum += $4; n++ } END {
@@ -14,8 +14,8 @@ the_force_is_the_toughness_times_the_width() {
     exit !(sum / n > 0.97 * ideal && sum / n < 1.07 * ideal) }' peel/probes.csv
 }
 
-# It opens from its end on. What is released is more than the toughness times the area, as parts break beyond their limit,
-# by what an increment is too long.
+# The weld opens from its end on. The released energy is more than the toughness times the area, as within an increment parts
+# are stretched beyond their limit before they break.
 it_opens_from_its_end() {
   awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     { broken = $column["weld_broken"]; fell = fell || broken < last; last = broken; released = $column["weld_released"] }

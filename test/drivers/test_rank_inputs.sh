@@ -1,6 +1,6 @@
 # TEST full program alone seconds=30 needs=flesh,mpirun
-# test_rank_inputs.sh: `mpirun flesh run` where ranks are given different scenes, files or options, or parts of a split mesh
-# that contradict each other: all end with one sentence. FLESH names the program, MPIRUN the launcher.
+# test_rank_inputs.sh: if the ranks of `mpirun flesh run` are given different scenes, files or options, or parts of a split
+# mesh that contradict each other, all end with one sentence. FLESH names the program, MPIRUN the launcher.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/ranks.sh"
@@ -16,8 +16,8 @@ effects:
 time: {step: 1/60, end: 0.05}
 END
 
-# each_by_itself COMMAND...: on three ranks, where ARGUMENT@K within the words stands for those of rank K alone; rank K works
-# in the folder rank_K.
+# each_by_itself COMMAND...: runs the command on three ranks; a word WORD@K is for rank K alone, which works in the folder
+# rank_K.
 each_by_itself() {
   cat >own.sh <<'END'
 rank=$OMPI_COMM_WORLD_RANK
@@ -40,7 +40,7 @@ fresh() {
   for rank in 0 1 2; do mkdir "rank_$rank" && cp bar.yaml bar.msh skin.obj "rank_$rank" || return 1; done
 }
 
-# refused CODE SENTENCE COMMAND...: in one sentence, before anything is written.
+# refused CODE SENTENCE COMMAND...: the ranks end with CODE and one sentence, before anything is written.
 refused() {
   code=$1 sentence=$2
   shift 2
@@ -71,7 +71,7 @@ options_must_be_the_same() {
   refused 2 'rank [12] has other options' run "$work/bar.yaml"@0 "$work/bar.yaml"@1 --resume@2 ../out@2
 }
 
-# contradict FOLDER KIND: changes part 1, with its check sum.
+# contradict FOLDER KIND: changes part 1 of the split mesh, and its checksum.
 contradict() {
   python3 - "$1" "$2" <<'END'
 import struct, sys

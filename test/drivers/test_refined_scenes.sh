@@ -1,5 +1,5 @@
 # TEST quick program seconds=60 needs=flesh
-# test_refined_scenes.sh: body.refine: the same body on a finer mesh, from the same start.
+# test_refined_scenes.sh: body.refine gives the same body on a finer mesh, from the same start.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 meshes=$source_folder/../data/meshes
@@ -15,7 +15,7 @@ solver: {newton_tolerance: 1e-12}
 END
 }
 
-# A pin in a box holds the nodes that come into it: the refined bar is the bar of twice the cells.
+# The refined bar is the bar of twice the cells: the box of its pin holds new nodes, too.
 a_refined_bar_is_the_finer_bar() {
   scene coarse.yaml "$meshes/bar_8x2x2.mesh" 1
   scene fine.yaml "$meshes/bar_16x4x4.mesh" 0
@@ -26,14 +26,14 @@ a_refined_bar_is_the_finer_bar() {
   cmp coarse.txt fine.txt && has coarse/scene.yaml 'refine: 1'
 }
 
-# What was written of a run starts it again; a state of the mesh as it was is interpolated.
+# A run starts again from the state that it has written; a state of the mesh before refinement is interpolated.
 a_start_state_is_interpolated() {
   cp "$scenes/swing_coarse.yaml" "$scenes/swing_coarse_start.txt" .
   for setting in body.refine=1 body.element=tet10 'body.refine=1 --set body.element=tet10-mean'; do
     expect 0 "$flesh" run swing_coarse.yaml --set "body.mesh=$meshes/bar_8x2x2.mesh" --set $setting --set time.end=1/60 \
       --out swing --no-frames --quiet || return 1
   done
-  # Where the start is a linear field, so is what is made of it, on every mesh.
+  # A linear field is interpolated exactly, on every mesh.
   grep -v '^#' "$meshes/bar_8x2x2.mesh" | awk '$1 == "Vertices" { getline n; n += 0; next } n-- > 0 {
     print $1 + 0.1 * $2, 1.02 * $2, $3 - 0.05 * $1, 0.3 * $1, 0, -$2 }' >linear.txt
   cat >linear.yaml <<END
@@ -44,7 +44,7 @@ time: {step: 1/60, end: 1/60}
 END
   for setting in body.refine=2 body.element=tet10 'body.refine=1 --set body.element=tet10'; do
     expect 0 "$flesh" run linear.yaml --set $setting --out linear --no-frames --quiet || return 1
-    # x + v/60 of the linear field: z is that of x before, to be found from z and x.
+    # After a step without forces, positions are x + v/60 of the linear field; X and Y at rest follow from the velocities.
     grep -v '^#' linear/state.txt | awk '{ y = $2 * 1; Y = -$6; X = $4 / 0.3
       if (sqrt((Y + 0)^2) > 1.1 || sqrt((y - 1.02 * Y)^2) > 1e-9 || sqrt(($1 - X - 0.1 * Y - $4 / 60)^2) > 1e-9) { print; exit 1 } n++ }
       END { exit n < 400 }' || { echo "$setting"; return 1; }
@@ -69,7 +69,7 @@ what_does_not_fit_is_refused() {
     has stderr.txt "short.txt.*one for each of the mesh's 425 nodes"
 }
 
-# A sphere that is not quite the ball's: some faces are left as they are.
+# A warning counts faces that stay as they are, here near a sphere that is not quite the ball's.
 faces_that_are_left_are_told() {
   cat >ball.yaml <<END
 body: {mesh: $meshes/limb.msh, element: tet10, curved: [{sphere: {centre: [0.272, 0, 0], radius: 0.028}}]}

@@ -1,7 +1,7 @@
 # TEST full program seconds=120 needs=flesh builds=plain
 # TEST full seconds=180 needs=flesh builds=threads args: races
-# test_same_bits.sh: runs end with the same bits whatever the number of threads: every scene there is, every method.
-# FLESH names the program. With `races` by two threads alone, for thread sanitizer to watch.
+# test_same_bits.sh: runs of every scene and every method end with the same bits whatever the number of threads.
+# FLESH names the program. `races` takes only two threads, for the thread sanitizer.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 scenes=$source_folder/../data/scenes
@@ -11,7 +11,7 @@ case ${1-} in
   *) numbers='2 1 3' first=1/20 ;;
 esac
 
-# same SCENE END OPTIONS...: its first steps by two threads, one and three. What is found, and how, is the same.
+# same SCENE END OPTIONS...: the first steps by two threads, one and three have the same results and numbers of iterations.
 same() {
   scene=$1
   end=$2
@@ -37,7 +37,7 @@ every_scene() {
   done
 }
 
-# On an irregular mesh; what is solved takes iterations.
+# Every method has the same bits on an irregular mesh, with solves that take iterations.
 every_method() {
   for method in static bdf2 midpoint newmark hht generalized-alpha runge-kutta; do
     same hand_pull 1/30 --method "$method" || { echo "by $method"; return 1; }

@@ -1,7 +1,7 @@
 # TEST full program alone seconds=60 needs=flesh,mpirun uses=stop_at
 # TEST name=test_split_ranks_quick memory program excerpt alone needs=flesh,mpirun uses=stop_at args: quick
 # test_split_ranks.sh: `mpirun -n N flesh run` of split meshes: the bits of the same run of the whole mesh, frames in parts,
-# states, what is refused, and how it ends. FLESH names the program, MPIRUN the launcher. `quick` takes few cases.
+# states, refusals and ends. FLESH names the program, MPIRUN the launcher. `quick` takes few cases.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/ranks.sh"
@@ -23,7 +23,7 @@ END
 
 split() { "$flesh" mesh split bar.msh --parts "$1" --out "parts_$1" >/dev/null; }
 
-# On as many ranks the parts are the same in either case, and so are all bits.
+# On as many ranks, a whole mesh has the same parts as a split one, and so all bits are the same.
 runs_are_those_of_the_whole() {
   numbers=${quick:+3}
   for ranks in ${numbers:-2 3 5}; do
@@ -46,7 +46,7 @@ END
   done
 }
 
-# A scrambled bar's equilibrium, too, in which tets are inverted between parts.
+# A scrambled bar, in which tets are inverted between parts, is untangled to the bits of the whole mesh.
 tangles_are_untangled() {
   "$flesh" mesh box --cells 9,3,3 --size 3,1,1 --out knot.mesh >/dev/null &&
     "$flesh" mesh split knot.mesh --parts 3 --out knot_parts >/dev/null || return 1
@@ -66,7 +66,7 @@ END
   done
 }
 
-# The frames' parts have each tet once and, put together, the places of the state.
+# The parts of a frame have each tet once, and together the positions and velocities of the state.
 frames_are_in_parts() {
   split 3 && expect 0 on_ranks 3 "$flesh" run bar.yaml --quiet --set body.mesh=parts_3/index.txt --out split_3 || return 1
   for step in 000000 000004 000008 000009; do [ -e "split_3/frames/frame_$step.pvtu" ] || return 1; done
@@ -105,7 +105,7 @@ END
     has stderr.txt 'frame_000009_00001.vtu: cannot be opened'
 }
 
-# A state is that of the whole, whoever wrote it.
+# A state is that of the whole body: a run goes on from it with a whole mesh or a split one.
 states_go_on_on_others() {
   split 3
   expect 0 on_ranks 3 "$flesh" run bar.yaml --quiet --no-frames --set body.mesh=parts_3/index.txt --set time.end=0.1 \
@@ -119,7 +119,7 @@ states_go_on_on_others() {
     has stderr.txt 'the file ends after 259 rows; a state has one for each of the mesh.s 260 nodes'
 }
 
-# One process reads all parts; statics and nearly incompressible ten-node tets go as well as others.
+# A single process reads all parts; statics and nearly incompressible ten-node tets have the bits of the whole mesh, too.
 others_read_an_index() {
   split 3
   "$flesh" run bar.yaml --quiet --no-frames --out alone && "$flesh" run bar.yaml --quiet --no-frames --out again \
@@ -145,7 +145,8 @@ same_bits() {
   done
 }
 
-# Sets of the mesh select what boxes do: on ranks that have the whole, on parts, and what is not there is refused on all.
+# Sets of the mesh select the same as boxes, on ranks that have the whole mesh and on those that have parts; unknown sets are
+# refused.
 sets_are_those_of_the_whole() {
   "$flesh" mesh convert bar.msh b.node >/dev/null && {
     echo '*NODE'
@@ -171,7 +172,7 @@ sets_are_those_of_the_whole() {
     has stderr.txt "effects\[3\].traction: set is 'top'; the mesh has the sets 'all', 'clamp' and 'tip'"
 }
 
-# as_alone LIMIT SCENE ARGUMENT...: on three ranks with parts as in a process by itself with all of the mesh.
+# as_alone LIMIT SCENE ARGUMENT...: three ranks with parts have the results of a single process, within LIMIT.
 as_alone() {
   limit=$1 scene=$2
   shift 2
@@ -180,7 +181,7 @@ as_alone() {
       --set solver.newton_tolerance=1e-9 && python3 "$source_folder/shared/compare_runs.py" alone parted "$limit"
 }
 
-# What a part of a split mesh knows all of, or learns from the other ranks.
+# Effects and outputs for which a rank needs only its part of a split mesh, or data from the other ranks.
 cat >loads.yaml <<'END'
 body: {mesh: bar.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
 effects:
@@ -214,7 +215,8 @@ effects_are_those_of_the_whole() {
   [ -n "$quick" ] || as_alone 1e-6 loads.yaml --set body.mass=consistent
 }
 
-# A closed surface has no rim on any rank, and an energy. Rows of fibres go by the whole's tets.
+# A closed surface has no rim on any rank, and its pressure has an energy. Rows of a file of fibres are by the whole mesh's
+# tets.
 closed_surfaces_and_files_are_those_of_the_whole() {
   python3 -c 'for k in range(12 * 4 * 3 * 6): print(1, k % 7 / 7, 0)' >fibres.txt
   set -- --set effects.buoyancy=null --set 'effects.pressure={box: [[-1, -1, -1], [4, 2, 2]], pressure: 2000}' \
@@ -222,7 +224,8 @@ closed_surfaces_and_files_are_those_of_the_whole() {
   same_bits closed 3 loads.yaml "$@" --no-frames && has split_closed/history.csv energy_pressure && as_alone 1e-6 loads.yaml "$@"
 }
 
-# A pressure on ten-node tets: on a closed surface, and on parts of faces whose rims run within faces and between ranks.
+# Pressures on ten-node tets have the bits of the whole mesh: on a closed surface, and on a part of it whose rim runs within
+# faces and between ranks.
 pressures_on_curved_faces_are_those_of_the_whole() {
   "$flesh" mesh box --cells 7,3,2 --size 3,1,1 --order 2 --out ten.msh >/dev/null &&
     "$flesh" mesh split ten.msh --parts 3 --out ten_3 >/dev/null || return 1
@@ -249,7 +252,7 @@ END
     has ten_split/history.csv 'energy_pressure' && python3 "$source_folder/shared/compare_runs.py" ten_alone ten_split 1e-6
 }
 
-# A bar falls onto a plane and slides, and a ball comes down on it: defaults are made of the whole's surface.
+# A bar falls onto a plane and slides, and a ball comes down on it: defaults of contact are those of the whole surface.
 cat >fall.yaml <<'END'
 body: {mesh: bar.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
 effects:
@@ -277,7 +280,7 @@ END
     cmp whole_fall/frames/obstacle_2_000006.obj split_fall/frames/obstacle_2_000006.obj && as_alone 1e-5 fall.yaml
 }
 
-# Fields of frames are those of the whole mesh's: of tets the same bits, at nodes within the rounding of sums over ranks.
+# Fields of frames are those of the whole mesh: of tets with the same bits, at nodes within the rounding of sums over ranks.
 fields_are_those_of_the_whole() {
   same_bits loads 3 loads.yaml && python3 - <<'END'
 import re, struct
@@ -308,7 +311,8 @@ assert {"stress", "J_mean", "von_mises", "reaction", "stress_at_points", "J_at_p
 END
 }
 
-# broken_off RANKS SCENE ARGUMENT...: a run that ends behind its start, and again behind each of its first four steps, in the folder begun.
+# broken_off RANKS SCENE ARGUMENT...: makes `begun`, the folder of a run that ends after its start, and again after each of its
+# first four steps.
 broken_off() {
   ranks=$1 scene=$2
   shift 2
@@ -319,7 +323,8 @@ broken_off() {
   done
 }
 
-# As many ranks go on with the same bits, a process by itself to the same place; others are told how many there must be.
+# A run resumes on as many ranks with the same bits, on a single process with the same results; other numbers of ranks are
+# refused with the right one.
 checkpoints_go_on() {
   split 3
   set -- --set body.mesh=parts_3/index.txt --set time.method=bdf2 --set solver.newton_tolerance=1e-9
@@ -333,14 +338,14 @@ checkpoints_go_on() {
   [ -z "$quick" ] || return 0
   expect 0 "$flesh" run --resume by_1 --max-seconds 100 && has by_1/result.json '"same_bits": false' &&
     python3 "$source_folder/shared/compare_runs.py" undisturbed by_1 1e-6 || return 1
-  # What a process by itself has begun serves ranks.
+  # Ranks resume from the checkpoint of a single process.
   rm -rf alone begun && expect 0 "$flesh" run loads.yaml --quiet "$@" --no-frames --out alone &&
     expect 6 "$flesh" run loads.yaml --quiet "$@" --no-frames --checkpoint 1steps --max-seconds 1e-9 --out begun &&
     expect 0 on_ranks 3 "$flesh" run --resume begun --max-seconds 100 && has stdout.txt 'another number of ranks has come there' &&
     python3 "$source_folder/shared/compare_runs.py" alone begun 1e-6
 }
 
-# A checkpoint that is cut, or whose frames are gone, is refused by one sentence.
+# A checkpoint that is cut, or whose frames are gone, is refused with one sentence.
 bad_checkpoints_are_refused() {
   split 3 && broken_off 3 fall.yaml --set body.mesh=parts_3/index.txt || return 1
   cp -r begun cut && head -c $(($(wc -c <begun/checkpoint.bin) - 8)) begun/checkpoint.bin >cut/checkpoint.bin
@@ -350,7 +355,7 @@ bad_checkpoints_are_refused() {
   expect 3 on_ranks 3 "$flesh" run --resume begun && [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ]
 }
 
-# Boxes that were made in parts, with regions' densities and materials by the tags of the whole.
+# A box that was made in parts has the results of a whole one, with regions by the tags of the whole mesh.
 boxes_are_made_in_parts() {
   "$flesh" mesh box --cells 12,4,3 --size 3,1,1 --parts 4 --out blocks >/dev/null &&
     expect 0 on_ranks 4 "$flesh" run bar.yaml --no-frames --out blocks_4 --set body.mesh=blocks/index.txt \
@@ -360,7 +365,7 @@ boxes_are_made_in_parts() {
       --set 'body.regions=[{tags: [0], density: 1100}]' && python3 "$source_folder/shared/compare_runs.py" alone blocks_4 1e-6
 }
 
-# refused CODE WORDS ARGUMENT...: by one sentence of one rank, before anything is written.
+# refused CODE WORDS ARGUMENT...: three ranks end with CODE and one sentence of one of them, before anything is written.
 refused() {
   code=$1 words=$2
   shift 2
@@ -394,7 +399,7 @@ what_needs_the_whole_is_refused() {
     refused 2 'it must be a region tag of the mesh: 0' --set 'body.regions=[{tags: [5], density: 3}]'
 }
 
-# Their pressures are in no state of a split mesh.
+# Incompressible tets are refused, because states of split meshes do not have their pressures.
 incompressible_tets_are_refused() {
   "$flesh" mesh box --cells 3,1,1 --size 3,1,1 --order 2 --out curved.msh >/dev/null &&
     "$flesh" mesh split curved.msh --parts 3 --out parts_of_ten >/dev/null || return 1
@@ -409,7 +414,7 @@ bad_parts_are_refused() {
     refused 3 'part_00001.bin: the part is damaged'
 }
 
-# A rank that is asked to stop stops all, in order, with the state and the frames so far.
+# A signal to one rank stops all ranks in an orderly way, with the state and the frames so far.
 a_signal_ends_all() {
   split 3
   begin_on 3 "$flesh" run bar.yaml --set body.mesh=parts_3/index.txt --out endless --set time.end=1e4 --quiet

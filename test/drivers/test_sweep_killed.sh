@@ -12,15 +12,15 @@ max_seconds: 1.5
 axes: [{key: body.material.poisson, values: [0.3, 0.4, 0.45]}]
 END
 
-# child PID: waits for a process of it.
+# child PID: waits until the process has a child, and prints the number of the first.
 child() {
   wait_until "$1" has_child "$1" >&2 && children "$1" | head -n 1
 }
 children() { grep -ls "^PPid:[[:space:]]*$1\$" /proc/[0-9]*/status | tr -dc '0-9\n'; }
 has_child() { [ -n "$(children "$1")" ]; }
 
-# Killed with all its children, twenty times at random: the rows finished before stay as they are. Pauses grow until
-# they reach beyond the start of a sweep on this machine.
+# A sweep is killed with all its children at twenty random times: rows that were complete stay as they are. Pauses grow until
+# they are longer than the start of a sweep on this machine.
 killed_twenty_times_nothing_is_lost_or_done_again() {
   undisturbed || return 1
   amidst=0
@@ -32,7 +32,7 @@ killed_twenty_times_nothing_is_lost_or_done_again() {
     kill -9 "-$sweep" 2>/dev/null
     wait "$sweep" 2>/dev/null
     if [ -s before ]; then
-      # Rows that were there are there still, with the same time of start and the same process.
+      # Complete rows are still there, with the same time of start and the same process.
       ask killed/sweep.db id,started,worker,seconds 'seconds IS NOT NULL' | sort >after
       [ -z "$(comm -23 before after)" ] || { echo 'finished cases have changed:'; diff before after; return 1; }
       mv after before
@@ -65,7 +65,7 @@ two_processes_share_the_work() {
     [ "$(ask shared/sweep.db 'count(DISTINCT worker)')" = 2 ]
 }
 
-# What one has begun no other begins while it lives.
+# A case that a living process has begun is begun by no other.
 a_living_process_keeps_its_claim() {
   "$flesh" sweep long.yaml --out living --jobs 1 --quiet &
   one=$!
@@ -81,7 +81,7 @@ hangs_and_crashes_are_rows() {
   "$flesh" sweep long.yaml --out hung --jobs 1 --quiet &
   sweep=$!
   kill -STOP "$(child "$sweep")" || return 1
-  # After the budget and what is given to stop the next case runs.
+  # The next case runs after the budget of the first and the time that it is given to stop.
   wait_until "$sweep" second_runs || return 1
   kill -SEGV "$(child "$sweep")" || return 1
   wait "$sweep" || return 1
@@ -114,7 +114,7 @@ a_signal_at_the_start_costs_no_column() {
   diff whole.columns early.columns && figures whole/sweep.db >expected && figures early/sweep.db >got && diff expected got
 }
 
-# Files that may not grow stand for a full disk.
+# A limit of the files' size stands for a full disk.
 a_full_disk_stops_it_and_resume_goes_on() {
   undisturbed || return 1
   (ulimit -f 150; "$flesh" sweep bar.yaml --out full --quiet) 2>stderr.txt
@@ -124,7 +124,7 @@ a_full_disk_stops_it_and_resume_goes_on() {
     figures whole/sweep.db >expected && figures full/sweep.db >got && diff expected got
 }
 
-# A disk that is full indeed, and has room again; where this user may not mount one there is nothing to show.
+# A sweep stops on a disk that is really full, and resumes when it has room; left out if this user may not mount a disk.
 a_small_disk_stops_it_and_resume_goes_on() {
   undisturbed || return 1
   can_mount || { echo 'no mount for this user'; return 0; }
@@ -141,8 +141,8 @@ END
   has stderr.txt 'full' && figures whole/sweep.db >expected && figures small.db >got && diff expected got
 }
 
-# What lies on the disk when the power goes: the database as it is at some moment, and of what was being written to its
-# journal the beginning, or rubbish. What was finished is there, and the rest is done.
+# When the power fails, the disk has the database of some moment, and a journal that ends in a part of a record, or rubbish.
+# From these, complete cases are still there, and the rest is run.
 without_power_nothing_is_lost() {
   undisturbed || return 1
   cuts=0
