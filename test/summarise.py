@@ -1,8 +1,8 @@
 """summarise.py RESULTS: what failed in a test run, with its output, and `N passed, N failed`.
 
-RESULTS is what run.sh noted, a line each: `ok NAME`, `not-ok NAME` or `suite STATUS DIRECTORY NAME`
-for a run of `meson test` in DIRECTORY, whose log is read here. TAP lines are counted one by one;
-a program that crashes, takes too long or breaks its plan is at least one failure.
+RESULTS is written by run.sh, one line each: `ok NAME`, `not-ok NAME` or `suite STATUS DIRECTORY NAME` for a run of
+`meson test` in DIRECTORY, whose log is read here. TAP lines are counted one by one; a program that crashes, takes too
+long or breaks its plan is at least one failure.
 """
 import json
 import math

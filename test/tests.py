@@ -37,7 +37,7 @@ BUILDS = ("plain", "memory", "threads")
 SUITES = ("quick", "full", "memory", "program", "source", "excerpt")
 FLAGS = ("alone", "each_set")
 KEYS = ("name", "seconds", "needs", "uses", "ranks", "builds", "by", "protocol", "part_of")
-# What meson.build knows by these names, each with environment and targets; a build may lack some.
+# Names known to meson.build, each with environment and targets; a build may lack some.
 NEEDS = ("arkode", "build", "cc", "cvode", "drivers", "fail_allocation", "far_bodies_cost", "flesh", "includes",
          "libraries", "library", "mpirun", "nvecparallel", "plain", "python", "ranks", "scaling", "slow_clock", "stop_at",
          "sundials", "sunlinsolspgmr")
@@ -48,7 +48,7 @@ OF_THREADS = "TEST_OF_THREADS("
 
 
 class Refused(Exception):
-    """A sentence on what is wrong with a line."""
+    """A message on what is wrong with a line."""
 
 
 def one_of(key, words, valid):
@@ -65,7 +65,7 @@ def number(key, text, least):
 
 
 def parse(words, source):
-    """The line's words as a dictionary of lists; what is not said has its default."""
+    """Returns the line's words as a dictionary of lists; missing ones have their defaults."""
     line = {key: [] for key in KEYS} | {"suites": [], "flags": [], "args": []}
     if "args:" in words:
         k = words.index("args:")
@@ -94,7 +94,7 @@ def parse(words, source):
 
 
 def files():
-    """Every file of the tests' rooms that has lines or ought to, by its name."""
+    """Returns every file of the tests' rooms that has lines or should have some, by its name."""
     found = []
     for ending in ("c", "sh", "py"):
         found += glob.glob(os.path.join(HERE, "*", "*." + ending))
@@ -103,7 +103,7 @@ def files():
 
 
 def lines_of(source):
-    """The lines of a file, parsed, and whether it tests threads."""
+    """Returns the lines of a file, parsed, and whether it tests threads."""
     with open(os.path.join(HERE, source), encoding="utf-8") as stream:
         text = stream.read()
     found = []
@@ -125,7 +125,7 @@ def lines_of(source):
 
 
 def variants(line, build, sets):
-    """A test for every count of ranks and every instruction set: (what its name ends with, suites, set, ranks)."""
+    """Yields a test for every count of ranks and every instruction set: (suffix of its name, suites, set, ranks)."""
     for name in sets if "each_set" in line["flags"] else [""]:
         # Three ranks are for every edit and for sanitizers, which other counts show nothing new; the first
         # instruction set is for every edit, the others for sanitizers.
@@ -137,7 +137,7 @@ def variants(line, build, sets):
 
 
 def tests_of(source, line, of_threads, build, sets):
-    """What a line makes in a build, as dictionaries of FIELDS."""
+    """Yields the tests that a line makes in a build, as dictionaries of FIELDS."""
     in_c = source.endswith(".c")
     if build not in (line["builds"] or ("plain", "memory") + (("threads",) if in_c and of_threads else ())):
         return

@@ -46,13 +46,13 @@ COMMANDS = {
     "fit": ["fit", "fit.yaml", "--out", "new/out", "--quiet"],
     "sweep": ["sweep", "spec.yaml", "--out", "new/out", "--jobs", "1", "--quiet"],
 }
-# What differs from run to run.
+# Content that differs from run to run.
 TIMEOUT = 20
 VARIES = re.compile(rb'.*"(wall_s|cpu_s|date|peak_memory_kB|memory_bytes)".*\n')
 
 
 def unpacked(data):
-    """A report with its payload as it was packed, without the date."""
+    """Returns a report with its payload unpacked, without the date."""
     found = re.search(rb'type="text/plain">([A-Za-z0-9+/=]+)<', data)
     if not found:
         return data
@@ -76,14 +76,14 @@ def attempt(folder, words, at, on, count=None):
     shutil.rmtree(new, ignore_errors=True)
     os.mkdir(new)
     env = {**os.environ, "LD_PRELOAD": SHIM, "FLESH_FAIL_AT": str(at), "FLESH_FAIL_ON": str(on),
-           "PATH": "/nowhere"}  # as gnuplot, which draws the fit, would lack memory, too
+           "PATH": "/nowhere"}  # because gnuplot, which draws the fit, would lack memory, too
     if count:
         env["FLESH_FAIL_COUNT"] = count
     process = subprocess.Popen([FLESH, *words], cwd=folder, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     try:
         said = process.communicate(timeout=TIMEOUT)[1]
     except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGABRT)  # tells where it is
+        process.send_signal(signal.SIGABRT)  # it reports where it is
         try:
             said = process.communicate(timeout=5)[1]
         except subprocess.TimeoutExpired:
@@ -94,7 +94,7 @@ def attempt(folder, words, at, on, count=None):
 
 
 def culprit(said):
-    """The library or program that a crash is in, that of the C library left out; and its function."""
+    """Returns the library or program that a crash is in, leaving out the C library, and its function."""
     for line in said.splitlines():
         found = re.match(r"frame: (.*)\((\w*)", line)
         if found and not re.match(r"(libc|ld-linux.*|libfail_allocation|libpthread)\.so", os.path.basename(found[1])):
@@ -103,7 +103,7 @@ def culprit(said):
 
 
 def fault_of(folder, kind, code, words, wanted, known):
-    """None where it is fine, "known" for a crash of a library, else what is wrong."""
+    """Returns None if the run is fine, "known" for a crash of a library, else what is wrong."""
     got = contents(os.path.join(folder, "new"))
     parts = [name for name in got if ".part-" in name or name.endswith(".flesh.lock")]
     if code < 0:

@@ -1,14 +1,14 @@
-"""curved_quadrature.py: what the four-point rule of straight ten-node tets costs on curved ones.
+"""curved_quadrature.py: the error of the four-point rule of straight ten-node tets on curved ones.
 
     curved_quadrature.py [--full]    needs NumPy, SciPy and build/drivers/flesh; prints a table
 
-Ciarlet & Raviart (1972; Ciarlet 1978, section 4.4) keep the order of isoparametric elements of degree k with any rule that
-is exact for degree 2k - 2 on the reference tet: 2 for ten nodes, which the four points are. Here is the size of the
-error: an octant of a thick sphere under the pressure within (Lame), of curved ten-node tets with nodes on edges at the
-exact places, by linear elasticity that is written anew, once with the four points and once with 64 (Gauss and
-Gauss-Jacobi, exact for degree 7), from the same meshes. With tet10-mean all but 2 mu of the volume's modulus is borne by
-the tet's mean of the divergence. Errors are relative to the exact field: of displacements in L2, of strains in L2, both
-by the 64 points, and of the hole's opening.
+Ciarlet & Raviart (1972; Ciarlet 1978, section 4.4) keep the order of isoparametric elements of degree k with any rule
+that is exact for degree 2k - 2 on the reference tet: 2 for ten nodes, which the four points are. This script measures
+the error for an octant of a thick sphere under internal pressure (Lame), of curved ten-node tets with mid-edge nodes at
+the exact positions, by an independent implementation of linear elasticity, once with the four points and once with 64
+(Gauss and Gauss-Jacobi, exact for degree 7), on the same meshes. With tet10-mean all but 2 mu of the volume's modulus
+is borne by the tet's mean of the divergence. Errors are relative to the exact field: of displacements in L2, of strains
+in L2, both by the 64 points, and of the hole's opening.
 """
 import itertools
 import pathlib
@@ -31,7 +31,7 @@ def four_points():
 
 
 def many_points(n=4):
-    """Stroud's conical product rule: barycentric coordinates and weights that sum up to 1/6."""
+    """Returns Stroud's conical product rule: barycentric coordinates and weights that sum to 1/6."""
     (a, wa), (b, wb), (c, wc) = (roots_jacobi(n, k, 0) for k in (2, 1, 0))
     points, weights = [], []
     for (x, u), (y, v), (z, w) in itertools.product(zip(a, wa), zip(b, wb), zip(c, wc)):
@@ -43,7 +43,7 @@ def many_points(n=4):
 
 
 def shapes(L):
-    """Values [points, 10] and derivatives by the coordinates 1 to 3 [points, 10, 3]."""
+    """Returns values [points, 10] and derivatives by the coordinates 1 to 3 [points, 10, 3]."""
     N = np.concatenate([L * (2 * L - 1)] + [4 * L[:, [i]] * L[:, [j]] for i, j in EDGES], axis=1)
     by_L = np.zeros((len(L), 10, 4))
     for i in range(4):
@@ -54,13 +54,13 @@ def shapes(L):
 
 
 def place(p):
-    """The octant of parameters (s, t, r), s + t <= 1: a direction in the first octant, and a radius."""
+    """Maps the parameters (s, t, r), s + t <= 1, to the octant: a direction in the first octant, and a radius."""
     direction = np.array([1 - p[0] - p[1], p[0], p[1]])
     return (INNER + p[2] * (OUTER - INNER)) * direction / np.linalg.norm(direction)
 
 
 def mesh(n):
-    """n^2 triangles by n layers of prisms, three tets each; nodes on edges in the middle in parameters."""
+    """Returns n^2 triangles by n layers of prisms, three tets each, with mid-edge nodes in the middle in parameters."""
     numbers, parameters = {}, []
 
     def number(p):
@@ -89,7 +89,7 @@ def mesh(n):
 
 
 def geometry(X, tets, rule):
-    """Gradients [tets, points, 10, 3], weights [tets, points], values [points, 10], places."""
+    """Returns gradients [tets, points, 10, 3], weights [tets, points], values [points, 10] and positions."""
     L, w = rule
     N, dN = shapes(L)
     D = np.einsum("qak,tai->tqik", dN, X[tets])
@@ -119,7 +119,7 @@ def solve(X, tets, P, poisson, mean, rule):
 
 
 def add_pressure(X, tets, P, f):
-    """On the hole's faces, by 25 points."""
+    """Integrates on the hole's faces, with 25 points."""
     x, w = np.polynomial.legendre.leggauss(5)
     for tet in tets:
         for face in itertools.combinations(range(4), 3):
@@ -139,7 +139,7 @@ def add_pressure(X, tets, P, f):
 
 
 def lame(x, poisson):
-    """Displacement and its gradient at x [..., 3]."""
+    """Returns the exact displacement and its gradient at x [..., 3]."""
     k = PRESSURE * INNER**3 / (YOUNG * (OUTER**3 - INNER**3))
     a, b = k * (1 - 2 * poisson), k * (1 + poisson) * OUTER**3 / 2
     r = np.linalg.norm(x, axis=-1)[..., None]
@@ -161,7 +161,7 @@ def errors(X, tets, u, poisson):
 
 
 def by_flesh(program, X, tets, poisson, mean):
-    """What `flesh run` has with the same mesh under a pressure of 1e-7 E, times 1e7."""
+    """Returns the displacements by `flesh run` on the same mesh under a pressure of 1e-7 E, times 1e7."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder)
         rows = ["nodes %d" % len(X)] + ["%.17g %.17g %.17g" % tuple(x) for x in X]
@@ -181,7 +181,7 @@ def by_flesh(program, X, tets, poisson, mean):
 
 
 def main(levels, program):
-    """Whether nothing was found: the four points cost no error and no order, and flesh has what they give."""
+    """Prints the table; returns whether the four points cost no error and no order, and flesh agrees with them."""
     assert abs(four_points()[1].sum() - 1 / 6) < 1e-14 and abs(many_points()[1].sum() - 1 / 6) < 1e-14
     fine = True
     for poisson, mean in ((0.3, False), (0.45, True), (0.4999, True)):

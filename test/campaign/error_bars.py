@@ -5,15 +5,15 @@
 
 Every case is a random bar, block or plate of flesh (Poisson's ratio .25 to .4999), clamped at one end, under its weight
 or with its other end moved; a twist or a taper warps most of them. Shapes are shells, brackets, tori, re-entrant
-corners, limbs, plates with holes and domes by gmsh (shapes.py), under their weight, a pressure or a pull; short ones move
-for ten steps, every other stepped one is by backward Euler. Thin bodies, brackets, clips, plates with holes, tubes and half rings one or two tets
-across, are for --to alone; no set of theirs chose a factor. Bars are compared with a finer answer: for the mesh
-tet10-mean on meshes refined twice more, extrapolated (of motions and of shapes of more than 110 tets once more); for
-`--to 1%` of a tip `--to 0.25%` from finer meshes; for the step Newmark's rule with steps of a sixteenth, of `adaptive`
-a hundredth of the tolerance. A bar covers where it is not less than the error at all times. Sharpness is the largest
-bar over the largest error. The factors were chosen on the set `chosen`, those of moving shapes also on `tried`; `fresh`
-and `later` have seeds that chose none. The exit status is 0 where the bars of every kind cover 95 % of the rows and
-their median sharpness is 6 at most.
+corners, limbs, plates with holes and domes by gmsh (shapes.py), under their weight, a pressure or a pull; short ones
+move for ten steps, every other stepped one is by backward Euler. Thin bodies, brackets, clips, plates with holes, tubes
+and half rings one or two tets across, are for --to alone; no set of theirs chose a factor. Bars are compared with a
+finer answer: for the mesh tet10-mean on meshes refined twice more, extrapolated (of motions and of shapes of more than
+110 tets once more); for `--to 1%` of a tip `--to 0.25%` from finer meshes; for the step Newmark's rule with steps of a
+sixteenth, of `adaptive` a hundredth of the tolerance. A bar covers the error if it is not less than the error at all
+times. Sharpness is the largest bar over the largest error. The factors were chosen on the set `chosen`, those of moving
+shapes also on `tried`; `fresh` and `later` have seeds that chose none. The exit status is 0 if the bars of every kind
+cover 95 % of the rows and their median sharpness is at most 6.
 """
 import argparse
 import csv
@@ -59,7 +59,7 @@ output:
 
 
 def warp(path, length, kind, amount):
-    """Twists or tapers the mesh along x, which leaves the plane x = 0."""
+    """Twists or tapers the mesh along x, keeping the plane x = 0."""
     with open(path, encoding="utf-8") as file:
         lines = file.read().split("\n")
     at = lines.index("Vertices") + 2
@@ -77,7 +77,7 @@ def warp(path, length, kind, amount):
 
 
 def make_case(flesh, folder, kind, rng):
-    """A scene; its keys of interest by name."""
+    """Returns a scene and its keys of interest by name."""
     shape = rng.choice(["bar", "block", "plate"])
     cells, size = {"bar": ((4, 1, 1), (rng.uniform(3, 5), 1, rng.uniform(.7, 1.3))),
                    "block": ((2, 2, 2), (rng.uniform(.8, 1.5), 1, rng.uniform(.8, 1.2))),
@@ -125,7 +125,7 @@ def make_case(flesh, folder, kind, rng):
 
 
 def make_shape(folder, kind, rng, k):
-    """A scene of a body by gmsh; its keys of interest by name."""
+    """Returns a scene of a body by gmsh and its keys of interest by name."""
     among = shapes.THIN if kind == "thin" else SHAPES
     shape = among[k % len(among)]
     tets, held, pushed, tip, middle, length, thick = shapes.mesh(shape, rng, os.path.join(folder, "body"))
@@ -133,7 +133,7 @@ def make_shape(folder, kind, rng, k):
     direction = [rng.gauss(0, 1) for _ in range(3)]
     norm = math.sqrt(sum(d * d for d in direction))
     unit = [d / norm for d in direction]
-    stress = strain * young * (thick / length) ** 2  # what bends a bar of this length by strain * length
+    stress = strain * young * (thick / length) ** 2  # load that bends a bar of this length by strain * length
     load = rng.choice(["weight", "pressure", "pull"])
     moving = kind in MOTIONS
     case = {"shape": shape, "poisson": rng.choice(RATIOS), "warp": "none", "load": load,
@@ -156,7 +156,7 @@ def make_shape(folder, kind, rng, k):
 
 
 def run(flesh, path, out, *words):
-    """The numbers of a run by column, with its seconds and result."""
+    """Returns the numbers of a run by column, with its seconds and result."""
     done = subprocess.run([flesh, "run", path, "--out", out, "--quiet", *words], capture_output=True, text=True)
     if done.returncode:
         return None
@@ -172,13 +172,14 @@ def run(flesh, path, out, *words):
 
 
 def extrapolate(a, b, c):
-    """The limit of a sequence, where it is one of a falling ratio; else the last."""
+    """Returns the limit of a sequence if its differences fall by a ratio below 1; else the last term."""
     d, e = b - a, c - b
     return c + e * e / (d - e) if d and 0 < e / d < .7 else c
 
 
 def reference(flesh, kind, path, folder, keys, level):
-    """The finer answer, with the rows of the run; None where there is none, or finer meshes end with inverted tets."""
+    """Computes the finer answer, with the rows of the run; None if there is none, or if finer meshes end with inverted
+    tets."""
     if keys["method"] == "adaptive":
         finer = run(flesh, path, os.path.join(folder, "fine"), "--set", "time.tolerance=1e-6")
         return finer and {name: values for name, values in finer.items() if name != "result"}
@@ -196,13 +197,13 @@ def reference(flesh, kind, path, folder, keys, level):
 
 
 def judge(case, kind, of, given, exact):
-    """A row per quantity: whether it has a bar, covers, and how wide it is."""
+    """Yields a row for each quantity: whether it has a bar, whether the bar covers, and how wide it is."""
     for name in exact:
         what = ("position" if ".position" in name else "reaction" if ".reaction_" in name and "moment" not in name else
                 "stress" if ".stress" in name else "energy" if name == "energy_elasticity" else None)
         if not what or "_error_" in name:
             continue
-        begin = what == "reaction"  # at the start these need not be in balance
+        begin = what == "reaction"  # at the start these need not balance
         errors = [abs(a - b) for a, b in zip(given[name], exact[name])][begin:]
         group = [other for other in exact if other.split("_")[0] == name.split("_")[0] and "_error_" not in other
                  and "moment" not in other and other.split("_")[0] != "energy"] or [name]
@@ -223,7 +224,7 @@ def judge(case, kind, of, given, exact):
 
 
 def adapt(flesh, path, out, name, tolerance, *words):
-    """The meshes of `flesh run --to`, or None."""
+    """Returns the meshes of `flesh run --to`, or None."""
     done = subprocess.run([flesh, "run", path, "--to", f"{tolerance}:{name}", "--out", out, "--quiet", "--max-seconds",
                            "300", *words], capture_output=True, text=True)
     if done.returncode:
@@ -234,13 +235,13 @@ def adapt(flesh, path, out, name, tolerance, *words):
 
 
 def read_end(folder):
-    """The last row of the probes by column."""
+    """Returns the last row of the probes by column."""
     with open(os.path.join(folder, "probes.csv"), encoding="utf-8") as file:
         return {name.split(" ")[0]: float(value) for name, value in list(csv.DictReader(file))[-1].items()}
 
 
 def find_widest(flesh, path, folder, keys):
-    """The column of the tip's direction in which it moves most, and how far that is."""
+    """Returns the column of the tip's direction in which it moves most, and by how much."""
     coarse = run(flesh, path, os.path.join(folder, "coarse"), "--set", "body.element=tet10-mean")
     moved = {c: abs(coarse[f"tip.position_{c}"][-1] - rest) if coarse else 0 for c, rest in zip("xyz", keys["tip"])}
     widest = max(moved, key=moved.get)
@@ -248,7 +249,8 @@ def find_widest(flesh, path, folder, keys):
 
 
 def try_adapted(flesh, folder, rng):
-    """A row: the tip to 1 % along the direction in which it moves most, against .25 % on meshes that begin finer."""
+    """Yields a row: the tip to 1 % along the direction in which it moves most, against .25 % on meshes that start
+    finer."""
     case, path, keys = make_case(flesh, folder, "statics", rng)
     name, moved = find_widest(flesh, path, folder, keys)
     folders = [os.path.join(folder, "given"), os.path.join(folder, "exact")]
@@ -263,14 +265,14 @@ def try_adapted(flesh, folder, rng):
 
 
 def tell_adapted(case, kind, error, unsure, bar, moved, dofs):
-    """The row of a mesh whose bar covers an error that is known to `unsure`."""
+    """Returns the row of a mesh whose bar covers an error that is known to `unsure`."""
     return dict(case, kind=kind, of="mesh", element="tet10-mean", quantity="position", factor=1, error=f"{error / moved:.3g}",
                 needs=f"{error / bar:.3g}", ratio=f"{bar / max(error, unsure):.3g}", covers=float(error <= bar + unsure),
                 cost=str(dofs))
 
 
 def follow(flesh, path, out, name):
-    """The meshes that --to tells up to THIN_DOFS: dofs, value and bar (0: none)."""
+    """Returns the meshes reported by --to up to THIN_DOFS: dofs, value and bar (0: none)."""
     meshes = []
     words = [flesh, "run", path, "--to", f"1e-9:{name}", "--out", out]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
@@ -286,8 +288,9 @@ def follow(flesh, path, out, name):
 
 
 def try_thin(flesh, folder, k, rng):
-    """Rows of the first bars within 3, 1, .5 and .3 % of how far the tip moves. The reference is the last mesh of at most
-    10 000 dofs refined once; it is taken to be .37 of the change off, and to know that to .15 of it."""
+    """Yields rows of the first bars within 3, 1, .5 and .3 % of the tip's displacement. The reference is the last mesh
+    of at most 10 000 dofs refined once; its error is assumed to be .37 of the change, with an uncertainty of .15 of
+    it."""
     case, path, keys = make_shape(folder, "thin", rng, k)
     name, moved = find_widest(flesh, path, folder, keys)
     out = os.path.join(folder, "to")
@@ -307,7 +310,7 @@ def try_thin(flesh, folder, k, rng):
 
 
 def try_case(flesh, folder, kind, k, rng):
-    """Rows of a case."""
+    """Yields the rows of a case."""
     if kind == "adapted":
         yield from try_adapted(flesh, folder, rng)
         return
@@ -330,7 +333,7 @@ def try_case(flesh, folder, kind, k, rng):
 
 
 def tell(rows):
-    """Prints a table by kind; whether all of it is as it should be."""
+    """Prints a table by kind; returns whether everything meets the limits."""
     good = True
     print("| bars | of | cases | with a bar | covered at all times | rows covered | median width |")
     print("|---|---|---|---|---|---|---|")

@@ -4,10 +4,10 @@
    /usr/bin/python3 test/campaign/filters.py OUT          a table in Markdown of the problems that are not held out
    /usr/bin/python3 test/campaign/filters.py OUT --held   the same of those that are
 
-A ratio is the median over the problems of one filter's iterations over the other's; what only one of them solves counts as
-an infinite ratio, what neither does not at all. Intervals hold the median of 99 of 100 resamples: meshes are drawn with
-replacement, then problems of each. A verdict (bold) takes that the interval leaves 1 out and that a sign test over the
-problems that differ by 5 % has p < 0.01; all else is a tie."""
+A ratio is the median over the problems of one filter's iterations over the other's; a problem that only one of them
+solves counts as an infinite ratio, one that neither solves does not count. Intervals hold the median of 99 of 100
+resamples: meshes are drawn with replacement, then problems of each. A verdict (bold) requires that the interval
+excludes 1 and that a sign test over the problems that differ by 5 % has p < 0.01; all else is a tie."""
 import csv
 import math
 import os
@@ -21,7 +21,7 @@ GROUPS = ("rest", "load", "motion")
 
 
 def read(out, held):
-    """Costs by [(element, group)][problem][solver]: (Newton, linear), None where unsolved."""
+    """Returns costs by [(element, group)][problem][solver]: (Newton, linear), None if unsolved."""
     sets = {}
     for folder in sorted(os.listdir(out)):
         path = os.path.join(out, folder, "hardcases.csv")
@@ -45,7 +45,7 @@ def log_ratio(a, b, measure):
 
 
 def ratios(problems, one, other, measure):
-    """Logarithms of the ratios as lists, one for each mesh."""
+    """Returns the logarithms of the ratios as lists, one for each mesh."""
     meshes = {}
     for problem, costs in problems.items():
         if one in costs and other in costs and not costs[one] is costs[other] is None:
@@ -70,13 +70,14 @@ def interval(meshes, rng):
 
 
 def chance(wins, losses):
-    """Of a fair coin's tails at least so uneven, both ways."""
+    """Returns the two-sided probability that tosses of a fair coin are at least this uneven."""
     n, most = wins + losses, max(wins, losses)
     return min(1, 2 * sum(math.comb(n, k) for k in range(most, n + 1)) / 2**n) if n else 1
 
 
 def judge(meshes, rng):
-    """(median, low, high, verdict) in logarithms; verdict -1: less, 1: more, 0: a tie. None: too few problems."""
+    """Returns (median, low, high, verdict) in logarithms; verdict -1: less, 1: more, 0: a tie. None: too few
+    problems."""
     values = [value for mesh in meshes for value in mesh]
     if len(values) < LEAST:
         return None

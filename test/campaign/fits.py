@@ -3,11 +3,12 @@
 
     python3 test/campaign/fits.py [--full | --seeds N] [--flesh PROGRAM] [--table FILE] [--case NAME]
 
-A case is a body, what is measured of it at known parameters, and the deviation of the noise, which the spec states wrong on
-purpose, three times too small: the residuals' scale is to make up for that. Every seed is a fit from another start. An
-interval holds where the true parameter lies in it. Cases of maps state the true deviation; the intervals of all tets count,
-and those of a load that is fitted beside the map; what holds there is told and not judged. The exit status is 0 where of 100 seeds or more the intervals of every
-parameter hold in 88 % or more (less is chance once in 250 times), of fewer in 80 %, and all fits end.
+A case is a body, measurements of it at known parameters, and the deviation of the noise. The spec states the deviation
+three times too small on purpose: the residuals' scale has to compensate for that. Every seed is a fit from another
+start. An interval holds if it contains the true parameter. Cases of maps state the true deviation; the intervals of all
+tets count, and those of a load that is fitted beside the map; what holds there is told and not judged. The exit status
+is 0 where of 100 seeds or more the intervals of every parameter hold in 88 % or more (less is chance once in 250
+times), of fewer in 80 %, and all fits end.
 """
 import argparse
 import csv
@@ -73,7 +74,7 @@ def run(flesh, words):
 
 
 def measure(flesh, scenes, truth):
-    """What each scene has at the truth: (names of columns, rows)."""
+    """Returns the exact measurements of each scene: (names of columns, rows)."""
     found = {}
     for name, text in scenes.items():
         with open(name + ".yaml", "w") as file:
@@ -94,7 +95,7 @@ def measure(flesh, scenes, truth):
 
 
 def fit(flesh, found, case, seed):
-    """One seed: {parameter: (true, low, high)}, and the result."""
+    """Runs one seed: returns {parameter: (true, low, high)}, and the result."""
     _, truth, deviation = CASES[case]
     random = numpy.random.default_rng((list(CASES).index(case), seed))
     lines = ["experiments:"]
@@ -118,7 +119,7 @@ def fit(flesh, found, case, seed):
 
 
 def map_rows(flesh, name, seeds):
-    """Rows of the table for a map: of its tets, and of the load beside it."""
+    """Returns rows of the table for a map: of its tets, and of the load fitted with it."""
     truth, penalty = MAPS[name]
     run(flesh, ["mesh", "box", "--cells", "3,3,4", "--size", "0.1,0.1,0.1", "--out", "block.mesh"])
     with open("block.mesh") as file:

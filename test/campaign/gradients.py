@@ -4,12 +4,12 @@
 
     python3 test/campaign/gradients.py [--cases N] [--first SEED] [--also SEED] [--only TEXT] [--full]
 
-A case is a body of four- or ten-node tets (straight or curved, tet10 or tet10-mean) with one to four effects of all kinds
-on it, by one of the methods or in statics, and what is asked is a quadratic function of all positions and velocities at
-the end. Its derivatives by numbers of the scene, by the rest position of a node and along a change of the first positions
-and velocities, by the adjoint, are compared with differences of the fourth order of six whole runs, and tangents with
-the adjoint. Differences with half the step say how exact these are: a row counts where they agree to a tenth of what is
-asked, 1e-6. A refusal counts as a fault. The exit status is 0 where nothing is off.
+A case is a body of four- or ten-node tets (straight or curved, tet10 or tet10-mean) with one to four effects of all
+kinds on it, by one of the methods or in statics; the quantity is a quadratic function of all positions and velocities
+at the end. Its derivatives by numbers of the scene, by the rest position of a node and along a change of the first
+positions and velocities, by the adjoint, are compared with differences of the fourth order of six whole runs, and
+tangents with the adjoint. Differences with half the step show how accurate they are: a row counts if both agree to a
+tenth of the required 1e-6. A refusal counts as a fault. The exit status is 0 if there is none.
 """
 import argparse
 import os
@@ -23,7 +23,7 @@ import numpy as np
 import flesh
 
 ASKED = 1e-6
-# Of the quantity over the key, as exact as solves are: what a stiff weld leaves of a change of itself, and others.
+# Relative accuracy of the quantity, limited by solves: for keys of a stiff weld, and for others.
 SMALL = {True: 1e-9, False: 1e-11}
 CELLS = (3, 1, 1)
 SIZE = np.array([0.2, 0.1, 0.1])
@@ -33,7 +33,7 @@ FAR = [[0.15, -1, -1], [1, 1, 1]]
 
 
 class Case:
-    """A scene that is drawn at random, and the keys by which it is differentiated: [(key, value, step)]."""
+    """A random scene, and the keys by which it is differentiated: [(key, value, step)]."""
 
     def __init__(self, seed, folder):
         self.draw, self.folder, self.seed = random.Random(seed), folder, seed
@@ -65,7 +65,7 @@ class Case:
         self.steps = 2 if self.static else 4
 
     def mesh(self, name, cells, origin, moved=None):
-        """Writes a box whose nodes off x = 0 are moved a little, on surfaces that touch others in their plane."""
+        """Writes a box whose nodes off x = 0 are moved slightly; on surfaces that touch others, within their plane."""
         made = flesh.Mesh.box(cells, SIZE * (1, 1, 0.5) if name == "upper" else SIZE, origin)
         if self.element != "tet4":
             made = made.raise_order()
@@ -75,7 +75,7 @@ class Case:
         shift[np.abs(x[:, 2] - 0.1) < 1e-9, 2] = 0
         shift[x[:, 2] < origin[2] + 1e-9, 2] = 0
         x += shift
-        if name == "upper" and origin[2] > 0.1: # not in line with what it meets
+        if name == "upper" and origin[2] > 0.1: # not in line with the edges it meets
             x[:, 2] += 0.01 * x[:, 0] + 0.02 * x[:, 1]
         if moved:
             x[moved[0], moved[1]] += moved[2]
@@ -87,7 +87,7 @@ class Case:
         self.keys += [(prefix + key, value, step * (abs(value) or 1)) for key, value in values.items()]
 
     def add(self, name, keys, of=(), step=1e-3):
-        """Adds an effect, by some keys of which is differentiated."""
+        """Adds an effect and the keys by which to differentiate."""
         count = sum(name in effect for effect in self.effects)
         self.effects.append({name: keys})
         for key in of:
@@ -214,7 +214,7 @@ MOVING = ("viscosity", "damping", "current_damping", "settling_damping")
 
 
 class Run:
-    """A run of a case with some keys set and its first state moved."""
+    """A run of a case with some keys set and its first state changed."""
 
     def __init__(self, case, overrides=None, start=(0, None), record=False):
         scene = flesh.Scene(case.scene, overrides)
@@ -248,7 +248,8 @@ class Run:
 
 
 def differences(run, step):
-    """Of the fourth order, with a step and half of it, and the parts of the runs. Wide steps cross kinks, as of water levels."""
+    """Returns a fourth-order difference with half of `step`, its error from that with all of it, and the runs' parts.
+    Wide steps cross kinks, such as water levels."""
     runs = {k: run(k * step) for k in (-2, -1, -0.5, 0.5, 1, 2)}
     q = {k: one.value() for k, one in runs.items()}
     whole = (q[-2] - 8 * q[-1] + 8 * q[1] - q[2]) / (12 * step)
@@ -257,18 +258,16 @@ def differences(run, step):
 
 
 def start_direction(case, run):
-    """A change of the first state that leaves constrained nodes alone."""
+    """Returns a change of the first state that leaves constrained nodes alone."""
     noise, X = np.random.default_rng(case.seed + 1), run.scene.mesh.positions
     free = (X[:, :1] > 0.01) & (X[:, 2:] < 0.14)
-    kinked = "current_damping" in case.kinds # whose matrix has no derivative at rest, where it begins
+    kinked = "current_damping" in case.kinds # whose matrix has no derivative at rest, where it starts
     return noise.uniform(-1, 1, (2, *run.state.x.shape)) * free * ([[[0.0 if kinked else 1e-3]], [[0.0 if case.static else 1]]])
 
 
 def tangents_off(case, run, rows, by, gradient):
-    """A fault where tangents, along a change to which each parameter has a share of the same size, differ from the adjoint.
-
-    Both are of the same steps, so that they agree whatever is the truth, and where differences say nothing.
-    """
+    """Returns a fault if tangents, along a change to which each parameter contributes equally, differ from the adjoint.
+    Both use the same steps, so they agree whatever the true value, and even if differences are unreliable."""
     shares = np.abs(gradient) + 1e-9 * np.array([abs(run.value() / row[2]) for row in rows])
     amounts = [case.draw.choice((-1, 1)) for _ in rows] / shares
     by_tangents = float(by.ravel() @ run.trajectory.operator([row[1] for row in rows]).matvec(amounts))
@@ -277,13 +276,13 @@ def tangents_off(case, run, rows, by, gradient):
 
 
 def try_case(case, say):
-    """Faults of a case, and how many of its rows count."""
+    """Returns the faults of a case, and how many of its rows count."""
     run = Run(case, record=True)
     at_end = [k for k in np.flatnonzero(run.scene.mesh.positions[:, 0] > 0.19) if k < run.lower]
     rest = case.draw.choice(at_end), case.draw.randrange(2)
 
     def parameter_of(key, value):
-        wider = 1e-7 if "motion[" in key else None # round-off of places is what a stiff weld makes of it
+        wider = 1e-7 if "motion[" in key else None # a stiff weld's amplification of the positions' round-off
         return flesh.Parameter(lambda p: flesh.Scene(case.scene, {key: p}).system, value, wider)
 
     def moved(p):
@@ -307,7 +306,7 @@ def try_case(case, say):
             slope += found.by_x[rest]
         try:
             expected, noise, parts = differences(one, step)
-        except (flesh.SolveError, flesh.IntegratorError): # one of a stiff contact may end elsewhere, or nowhere
+        except (flesh.SolveError, flesh.IntegratorError): # a run with stiff contact may end elsewhere, or fail
             continue
         off = abs(slope - expected)
         small = SMALL["weld" in key] * np.abs(by[0] * run.state.x).sum() / abs(step) * 1e-3

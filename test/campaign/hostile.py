@@ -260,7 +260,7 @@ class Campaign:
         os.chmod(self.path("unreadable"), 0)
 
     def listing(self):
-        """What is there, and what would tell that it was written to."""
+        """Returns the files that exist, and data that would show whether they were written to."""
         found = {}
         for top, folders, files in os.walk(os.fsencode(self.folder)):
             for name in folders + files:
@@ -276,7 +276,7 @@ class Campaign:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     def attempt(self, name, words, expected, place=None):
-        """`place`: where files may appear, when the command succeeds or ends half-way; None: nowhere."""
+        """`place`: where files may appear, if the command succeeds or ends half-way; None: nowhere."""
         self.number += 1
         chosen = self.only in name if self.only else self.everything or self.number % 7 == 1
         if not chosen:

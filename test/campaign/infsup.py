@@ -3,12 +3,12 @@
     infsup.py [--full]    needs NumPy, SciPy and the package flesh (PYTHONPATH=build/drivers/python); prints a table. The
                        irregular meshes need gmsh as well, and are left out where it is missing.
 
-The numerical inf-sup test of Chapelle & Bathe (1993): the least beta of sup_u (p, div u)/(|u|_1 |p|_0) over pressures p, by
-the generalised eigenvalues of B A^-1 B^T p = beta^2 M p. A is the H1 seminorm, B the divergence, M the mass of pressures.
-A pair of spaces is stable where beta stays above a bound as the mesh is refined. On a body that is held all over its
-surface a constant pressure does no work, so the least beta is left out there; every further 0 is a pressure that no
-displacement feels. Pressures: one for each tet, as tet10-mean has them; one for each patch of three tets or more that share
-faces; continuous and linear (Taylor & Hood), which are known to be stable.
+The numerical inf-sup test of Chapelle & Bathe (1993): the least beta of sup_u (p, div u)/(|u|_1 |p|_0) over pressures
+p, by the generalised eigenvalues of B A^-1 B^T p = beta^2 M p. A is the H1 seminorm, B the divergence, M the mass of
+pressures. A pair of spaces is stable if beta stays above a bound as the mesh is refined. On a body with a fixed surface
+a constant pressure does no work, so the least beta is left out there; every further 0 is a spurious pressure mode.
+Pressures: one for each tet, as tet10-mean has them; one for each patch of three tets or more that share faces;
+continuous and linear (Taylor & Hood), which are known to be stable.
 """
 import itertools
 import pathlib
@@ -40,27 +40,28 @@ class Elements:
         self.edges = [PAIRS[np.linalg.norm(halves - m, axis=1).argmin()] for m in middles]
 
     def gradients(self, L):
-        """[tets, 10, 3] at barycentric coordinates L [4]."""
+        """Returns [tets, 10, 3] at barycentric coordinates L [4]."""
         g = self.of_corners
         return np.concatenate([(4 * L[:, None] - 1) * g] +
                               [4 * (L[i] * g[:, [j]] + L[j] * g[:, [i]]) for i, j in self.edges], axis=1)
 
     def seminorm(self):
-        """A [3 nodes, 3 nodes]: the integral of grad u : grad v."""
+        """Returns A [3 nodes, 3 nodes]: the integral of grad u : grad v."""
         blocks = sum(np.einsum("tia,tja,t->tij", G, G, self.volumes / 4) for G in map(self.gradients, FOUR))
         rows, columns = np.repeat(self.nodes, 10, axis=1), np.tile(self.nodes, (1, 10))
         A = sparse.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), (self.node_count,) * 2)
         return sparse.kron(A, sparse.eye(3), format="csc")
 
     def divergence(self):
-        """B [tets, 3 nodes]: the integral of div u over each tet; its rows are volume * d(mean of J)/dx at rest."""
-        values = self.gradients(np.full(4, 0.25)) * self.volumes[:, None, None]  # linear: the middle is the mean
+        """Returns B [tets, 3 nodes]: the integral of div u over each tet; its rows are volume * d(mean of J)/dx at
+        rest."""
+        values = self.gradients(np.full(4, 0.25)) * self.volumes[:, None, None]  # linear, so its value at the middle is the mean
         columns = 3 * self.nodes[:, :, None] + np.arange(3)
         rows = np.repeat(np.arange(len(self.nodes)), 30)
         return sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), (len(self.nodes), 3 * self.node_count))
 
     def continuous(self):
-        """B and M of continuous, linear pressures with a value at each corner."""
+        """Returns B and M of continuous, linear pressures with a value at each corner."""
         corners, numbers = np.unique(self.nodes[:, :4], return_inverse=True)
         numbers = numbers.reshape(-1, 4)
         B = M = 0
@@ -77,7 +78,7 @@ class Elements:
 
 
 def faces(tets):
-    """The tets of each face, by its corners."""
+    """Returns the tets of each face, by its corners."""
     found = {}
     for k, tet in enumerate(tets[:, :4]):
         for face in itertools.combinations(np.sort(tet), 3):
@@ -86,7 +87,7 @@ def faces(tets):
 
 
 def patches(tets):
-    """[patches, tets] of ones: patches of three tets that share faces; what is left over joins a neighbour's."""
+    """Returns [patches, tets] of ones: patches of three tets that share faces; remaining tets join a neighbour's."""
     neighbours = [[] for _ in tets]
     for pair in faces(tets).values():
         if len(pair) == 2:
@@ -109,7 +110,7 @@ def patches(tets):
 
 
 def held(mesh, elements, where):
-    """Dofs of the nodes at the least x ("side"), or on the whole surface ("all")."""
+    """Returns the dofs of the nodes at the least x ("side"), or on the whole surface ("all")."""
     if where == "side":
         x = mesh.positions[:, 0]
         nodes = np.flatnonzero(x < x.min() + 1e-9)
@@ -123,7 +124,7 @@ def held(mesh, elements, where):
 
 
 def constants(A, B, M, fixed):
-    """All beta, the least first."""
+    """Returns all beta, the least first."""
     free = np.setdiff1d(np.arange(A.shape[0]), fixed)
     B = B[:, free]
     solve = splu(A[free][:, free].tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0)
@@ -132,7 +133,8 @@ def constants(A, B, M, fixed):
 
 
 def measure(mesh, where):
-    """By kind of pressure: how many beta are 0 (but for the constant pressure), and the least of the others."""
+    """Returns, by kind of pressure, how many beta are 0 (besides the constant pressure), and the least of the
+    others."""
     elements = Elements(mesh)
     A, B, M = elements.seminorm(), elements.divergence(), sparse.diags(elements.volumes).tocsr()
     P, fixed = patches(mesh.tet_nodes), held(mesh, elements, where)
@@ -144,7 +146,7 @@ def measure(mesh, where):
 
 
 def irregular(shape, size):
-    """gmsh's mesh of a cube or a ball with edges of `size`, of ten-node tets."""
+    """Returns gmsh's mesh of a cube or a ball with edges of `size`, of ten-node tets."""
     with tempfile.TemporaryDirectory() as folder:
         geometry, path = pathlib.Path(folder, "body.geo"), pathlib.Path(folder, "body.msh")
         what = {"cube": "Box(1) = {0, 0, 0, 1, 1, 1};", "ball": "Sphere(1) = {0, 0, 0, 0.6};"}[shape]

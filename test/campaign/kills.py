@@ -57,7 +57,7 @@ def flesh(folder, *words):
 
 
 def leftovers(folder):
-    """Files of processes that have ended: parts of files, locks, what a sweep's workers held."""
+    """Lists files of processes that have ended: parts of files, locks, and cases claimed by a sweep's workers."""
     found = []
     for top, _, files in os.walk(folder):
         found += [os.path.join(top, f) for f in files if ".part-" in f or f.endswith(".lock") or f.startswith(".sweep")]
@@ -65,7 +65,8 @@ def leftovers(folder):
 
 
 def killed(folder, words, longest, chance):
-    """Starts the command and kills it with all its children; whether it was still running, and after how long."""
+    """Starts the command and kills it with all its children; returns whether it was still running, and after how
+    long."""
     process = subprocess.Popen([FLESH, *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                start_new_session=True)
     pause = chance.uniform(0, longest)
@@ -112,7 +113,7 @@ class Run:
         if wanted is None:
             return fault(f"{name} is of no undisturbed run")
         if name.endswith((".pvd", "history.csv")):
-            # Written as the run goes on: what is there stands in the undisturbed one, row by row.
+            # Written as the run goes on: existing rows equal those of the undisturbed run.
             expect(data.endswith(b"\n") or not data, f"{name} ends in the middle of a row")
             if name.endswith(".pvd"):
                 expect(data.rstrip().endswith(b"</VTKFile>"), f"{name} is cut")
@@ -158,7 +159,7 @@ class Run:
 
 
 class Sweep:
-    """Kills of a sweep, which the next one resumes until all is done."""
+    """Kills of a sweep: each start resumes what the killed one has left, until all is done."""
 
     words = ("sweep", "spec.yaml", "--out", "swept", "--jobs", "2", "--resume", "--quiet")
     columns = "id, nu, step, status, exit_code, newton, t_end"
@@ -175,7 +176,7 @@ class Sweep:
         shutil.rmtree(os.path.dirname(self.base))
 
     def rows(self, columns, table="results"):
-        """A database that is killed amidst a transaction is rolled back by who opens it next."""
+        """Reads the rows of a table. A database killed during a transaction is rolled back when it is opened next."""
         base = sqlite3.connect(self.base, timeout=30)
         try:
             return base.execute(f"SELECT {columns} FROM {table} ORDER BY id").fetchall()

@@ -37,7 +37,8 @@ def rules(path):
 
 
 def find(tree, name, text):
-    """The file of that name under lib/, drivers/ or data/studies/ that holds the text once; a word when there is none."""
+    """Returns the file of that name under lib/, drivers/ or data/studies/ that contains the text once; a word if there
+    is none."""
     found = []
     for folder in "lib", "drivers", "data/studies":
         for top, _, files in os.walk(os.path.join(tree, folder)):
@@ -58,7 +59,7 @@ def copy_tree(tree, copy):
             continue
         data = open(source, "rb").read()
         if os.path.isfile(target) and open(target, "rb").read() == data:
-            continue  # its time stays, and so does what was built of it
+            continue  # keeps its time, so that what was built of it stays valid
         os.makedirs(os.path.dirname(target), exist_ok=True)
         shutil.copy(source, target)
 
@@ -78,7 +79,7 @@ def known_tests(build):
 
 
 def needed(build, tests):
-    """The files of the build that these tests run."""
+    """Lists the files of the build that these tests run."""
     known, targets = (json.load(open(os.path.join(build, "meson-info", f"intro-{what}.json"), encoding="utf-8"))
                       for what in ("tests", "targets"))
     ids = {depends for test in known if test["name"] in tests for depends in test["depends"]}
@@ -108,7 +109,7 @@ def main():
     if missing or options.check:
         return 2 if missing else 0
     tree = os.path.join(options.work, "tree")
-    build = os.path.join(tree, "build")  # where a compiler cache finds what was compiled in the other tree
+    build = os.path.join(tree, "build")  # so that a compiler cache finds objects compiled in the other tree
     copy_tree(options.tree, tree)
     if not os.path.exists(os.path.join(build, "build.ninja")):
         subprocess.run(["meson", "setup", build, tree], check=True, stdout=subprocess.DEVNULL)
@@ -117,7 +118,7 @@ def main():
     known = known_tests(build)
 
     def ninja(tests):
-        """Builds what these run, or all that --suite runs."""
+        """Builds the files that these tests run, or all that --suite runs."""
         return run(["ninja", *([] if options.suite else needed(build, tests))], build, 7200)
 
     code, text = ninja({t for e in chosen for t in e[2]})

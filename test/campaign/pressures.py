@@ -1,4 +1,4 @@
-"""pressures.py: what other pressures than one for each tet would give tets of ten nodes, by a prototype in small strain.
+"""pressures.py: the effect of pressures other than one for each ten-node tet, by a prototype in small strain.
 
     pressures.py       needs NumPy, SciPy and the package flesh (PYTHONPATH=build/drivers/python); prints a table. The
                        irregular meshes need gmsh as well, and are left out where it is missing.
@@ -26,7 +26,7 @@ KINDS = ("tets", "patches", "corners", "lumped")
 
 
 def rule():
-    """14 points of a tet, of degree 5 (Walkington 2000): barycentric coordinates, weights."""
+    """Returns 14 points of a tet, exact for degree 5 (Walkington 2000): barycentric coordinates, weights."""
     points = [np.where(np.arange(4) == k, 1 - 3 * a, a) for a in (0.31088591926330061, 0.092735250310891226) for k in range(4)]
     points += [np.where(np.isin(np.arange(4), pair), 0.454496295874350, 0.045503704125650) for pair in infsup.PAIRS]
     return list(zip(points, [0.112687925718016] * 4 + [0.073493043116362] * 4 + [0.042546020777081] * 6))
@@ -56,7 +56,7 @@ class Body(infsup.Elements):
         return np.concatenate([face, [self.middles[tuple(sorted((face[i], face[j])))] for i, j in ((0, 1), (1, 2), (0, 2))]])
 
     def stiffness(self):
-        """With 2 mu of the volume term."""
+        """Returns K with 2 mu of the volume term."""
         K, rows = 0, (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.nodes), 30)
         for G in map(self.gradients, infsup.FOUR):
             block = np.einsum("tak,tbk,ij->taibj", G, G, np.eye(3)) + np.einsum("taj,tbi->taibj", G, G)
@@ -65,7 +65,7 @@ class Body(infsup.Elements):
         return sparse.csc_matrix((K.ravel(), places), (3 * self.node_count,) * 2)
 
     def pressures(self, kind):
-        """B, the diagonal or matrix M, and E [4 tets, pressures], which takes a pressure to corners of tets."""
+        """Returns B, the diagonal or matrix M, and E [4 tets, pressures], which maps pressures to corners of tets."""
         count = 4 * len(self.nodes)
         if kind in ("corners", "lumped"):
             corners, numbers = np.unique(self.nodes[:, :4], return_inverse=True)
@@ -91,7 +91,7 @@ class Body(infsup.Elements):
         return load
 
     def solve(self, kind, load, fixed, u):
-        """u [nodes, 3] in equilibrium, mean pressures of tets, non-zeros of K and of its factor, seconds."""
+        """Returns u [nodes, 3] in equilibrium, mean pressures of tets, non-zeros of K and of its factor, seconds."""
         K, (B, M, E), u, start = self.stiffness(), self.pressures(kind), u.ravel().copy(), time.process_time()
         free, d = np.setdiff1d(np.arange(u.size), fixed), LAMBDA - 2 * MU
         if kind == "corners":
@@ -101,7 +101,7 @@ class Body(infsup.Elements):
         pivots = 1e-3 if kind == "corners" else 0
         factor = splu(A, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=pivots)
         p = np.zeros(B.shape[0])
-        for _ in range(4):  # refinement: A is ill-conditioned
+        for _ in range(4):  # iterative refinement: A is ill-conditioned
             if kind == "corners":
                 z = factor.solve(np.concatenate([(load - K @ u - B.T @ p)[free], M @ p / d - B @ u]))
                 u[free], p = u[free] + z[:len(free)], p + z[len(free):]
@@ -114,7 +114,7 @@ class Body(infsup.Elements):
         return u, (E @ p).reshape(-1, 4).mean(1) + at_points, A.nnz, factor.nnz, time.process_time() - start
 
     def even(self, p):
-        """The means over tets of the continuous, linear field that fits p, as lib/output/even_pressure.c finds it."""
+        """Returns the means over tets of the continuous, linear field fitted to p, as in lib/output/even_pressure.c."""
         corners, q = self.nodes[:, :4], 0
         volume = np.bincount(corners.ravel(), np.repeat(self.volumes, 4), self.node_count)
         for step in range(9):
@@ -123,14 +123,14 @@ class Body(infsup.Elements):
         return q[corners].mean(1)
 
     def readings(self, p, exact, weights):
-        """Root mean square errors of p as it is, of means over patches, and even."""
+        """Returns root mean square errors of p itself, of means over patches, and of even pressures."""
         P = infsup.patches(self.nodes)
         return [np.sqrt(weights @ (q - exact)**2 / weights.sum())
                 for q in (p, P.T @ ((P @ (self.volumes * p)) / (P @ self.volumes)), self.even(p))]
 
 
 def motion(x):
-    """u, its gradient [.., i, j], and the body force of the smooth motion; its pressure is lambda div u."""
+    """Returns u, its gradient [.., i, j], and the body force of the smooth motion; its pressure is lambda div u."""
     X, Y, Z = np.moveaxis(x, -1, 0)
     s, c, k = np.sin, np.cos, 1 / LAMBDA
     P, Q, zero = -c(3 * X) * c(2 * Y) / 3 + X * Z**2 * c(3 * Z), s(3 * X) * c(2 * Y) + Z**2 * c(3 * Z), 0 * X
@@ -180,7 +180,7 @@ def cook(n):
 
 
 def loaded(name, make, coarse, fine):
-    """Errors of the work of the loads, and of pressures over their root mean square."""
+    """Returns errors of the work of the loads, and of pressures over their root mean square."""
     def solve(body, kind):
         X, held = body.X, np.zeros((body.node_count, 3), bool)
         if name == "Cook":

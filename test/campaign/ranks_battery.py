@@ -23,7 +23,7 @@ TOLERANCE = 1e-3
 
 
 def read_mesh(path):
-    """Vertices of a Medit file."""
+    """Returns the vertices of a Medit file."""
     words = iter(open(path).read().split())
     for word in words:
         if word == "Vertices":
@@ -38,8 +38,8 @@ def read_state(path):
 
 
 def rotation(a, b):
-    """That takes the points a, about their middle, nearest to b: of the quaternion that belongs to the largest eigenvalue
-    of Horn's matrix."""
+    """Returns the rotation about their middle that takes the points a nearest to b: from the quaternion that belongs to
+    the largest eigenvalue of Horn's matrix."""
     s = [[sum(p[i] * q[j] for p, q in zip(a, b)) for j in range(3)] for i in range(3)]
     n = [[s[0][0] + s[1][1] + s[2][2], s[1][2] - s[2][1], s[2][0] - s[0][2], s[0][1] - s[1][0]],
          [0, s[0][0] - s[1][1] - s[2][2], s[0][1] + s[1][0], s[2][0] + s[0][2]],
@@ -61,7 +61,7 @@ def rotation(a, b):
 
 
 def distance(rest, points):
-    """Of the node that is farthest from the rest shape, over its length."""
+    """Returns the distance of the node farthest from the rest shape, over the body's length."""
     def middle(p):
         return [sum(q[c] for q in p) / len(p) for c in range(3)]
     m, k = middle(rest), middle(points)
@@ -74,7 +74,7 @@ def distance(rest, points):
 
 
 def run(launch, scene, out, start, seconds):
-    """Runs a phase; its result, and the sentence where there is none."""
+    """Runs a phase; returns its result, and the message if there is none."""
     command = launch + ["run", scene, "--quiet", "--no-frames", "--max-seconds", seconds, "--out", out]
     command += ["--start-state", start] if start else []
     done = subprocess.run(command, capture_output=True, text=True)
@@ -87,7 +87,7 @@ def run(launch, scene, out, start, seconds):
 
 
 def repeat(launch, folder, name, seconds):
-    """What comes of the case on ranks: a word, and why."""
+    """Returns the outcome of the case on ranks: a word, and the reason."""
     out = start = None
     for phase in "scene", "release":
         if not os.path.exists(f"{folder}/{phase}.yaml"):

@@ -5,9 +5,9 @@
   FLESH=build/drivers/flesh python3 test/campaign/resume.py --full     200 kills
   ... --kills N --seed S --only WORD
 
-Every run ends with the bits of one that nothing has disturbed and that writes no checkpoints: all files but result.json,
-and the figures and counts in that. Checkpoints are written every few steps or every few hundredths of a second, by
-chance. Where IDA steps, whose history it does not take back, the last positions agree within time.tolerance instead.
+Every run ends with the bits of one that nothing has disturbed and that writes no checkpoints: all files but
+result.json, and the figures and counts in that. Checkpoints are written every few steps or every few hundredths of a
+second, by chance. With IDA, whose history is not restored, the last positions agree within time.tolerance instead.
 """
 import argparse
 import json
@@ -28,7 +28,7 @@ THROWN = ("start.velocity=[0.4, 0, -2]", "time.end=0.4")
 OUTPUT = ("output.frame_interval=3", "output.fields=[stress, reaction]", "output.probes=[{name: all, box: [[-9, -9, -9], [9, 9, 9]], "
           "quantities: [position, reaction, stress, energy]}]")
 
-# Name, scene, values; what of the figures must be above 0, so that a case is what its name says.
+# Name, scene, values; the figures that must be above 0, so that a case is what its name says.
 CASES = [
     ("euler", SWING, ("time.end=2",), None),
     ("euler, kept matrices", SWING, ("time.end=1", "time.step=1/480"), None),
@@ -56,7 +56,7 @@ CASES = [
     ("ida", SWING, ("time.end=2", "time.method=ida", "time.tolerance=1e-3"), None),
     ("runge-kutta", TWIST, ("time.end=1", "time.method=runge-kutta", "time.tolerance=1e-3"), None),
 ]
-# A clamped bar whose nodes begin anywhere in it; long steps damp its motion.
+# A clamped bar whose nodes start anywhere in it; long steps damp its motion.
 KNOT = """body: {mesh: knot.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.49}}
 effects: [inertia: {}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
 start: {state: knot.txt}
@@ -80,13 +80,13 @@ def flesh(folder, *words):
 
 
 def files(folder):
-    """But for the lock of a run that was killed when all was done."""
+    """Lists the files except the lock of a run that was killed when all was done."""
     return sorted(os.path.relpath(os.path.join(top, name), folder) for top, _, names in os.walk(folder) for name in names
                   if name != ".flesh.lock")
 
 
 def counts(folder):
-    """What of result.json does not depend on the machine's speed."""
+    """Returns the part of result.json that does not depend on the machine's speed."""
     result = json.loads(read(os.path.join(folder, "result.json")))
     figures = {key: value for key, value in result["figures"].items() if key not in ("wall_s", "cpu_s", "peak_memory_kB")}
     return result["status"], figures, result["effects"], result["warning"]
@@ -130,7 +130,7 @@ class Case:
             fault(f"{self.name}: the figures are others")
 
     def killed(self, words, chance):
-        """Whether the command was killed before its end."""
+        """Runs the command and kills it; returns whether it was killed before its end."""
         process = subprocess.Popen([FLESH, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         time.sleep(chance.uniform(0, 1.1 * self.seconds))
         alive = process.poll() is None
@@ -142,7 +142,7 @@ class Case:
         return alive and process.returncode < 0
 
     def run(self, chance):
-        """One run with its kills; how many there were."""
+        """Performs one run with its kills; returns their number."""
         every = chance.choice(("1steps", "2steps", "5steps", "13steps", "0.01s", "0.05s"))
         kills = 0
         shutil.rmtree(self.out, ignore_errors=True)
@@ -158,7 +158,7 @@ class Case:
             if done.returncode:
                 fault(f"{self.name}: gone on with it ends with {done.returncode}: {done.stderr.decode()}")
         elif not os.path.exists(os.path.join(self.out, "state.txt")):
-            return kills  # killed before there was any checkpoint
+            return kills  # killed before any checkpoint existed
         if len(faults) < 20:
             self.check()
         return kills

@@ -21,10 +21,10 @@ NS, MS = 1e-9, 1e-3
 # ---- measured: seconds a tet by `flesh bench --cases kernels --poisson 0.45`, AMD EPYC Zen 5, one thread, with `--cells
 # 48x13x13`, which fits into a cache of 16 MB, and `--cells 110x39x39`, which does not (14 GB/s from memory)
 FORCE, ENERGY, HESSIAN = (10.2 * NS, 19.7 * NS), (5.7 * NS, 13.2 * NS), (33 * NS, 51.7 * NS)
-FACTOR, SOLVE = (170 * NS, 200 * NS), (3.1 * NS, 5.7 * NS)  # incomplete Cholesky: without the coarse level
+FACTOR, SOLVE = (170 * NS, 200 * NS), (3.1 * NS, 5.7 * NS)  # incomplete Cholesky without the coarse level
 PRODUCT, VECTORS = (2.15 * NS, 11.2 * NS), (0.7 * NS, 2.8 * NS)
 ASSEMBLY = (42 * NS, 42 * NS)  # of the coarse level's matrix
-RESIDENT, CACHE = 250, 16e6  # bytes a tet in an iteration; of a cache
+RESIDENT, CACHE = 250, 16e6  # bytes per tet in an iteration; of a cache
 # The coarse level's factor by `build/test/coarse_work_avx512 3 4 6 8 10 12`: vertices, blocks, seconds of factor and solve
 COARSE = [(108, 188, 0.156 * MS, 0.00489 * MS), (256, 836, 0.954 * MS, 0.0172 * MS), (864, 6041, 15.2 * MS, 0.119 * MS), (2048, 24417, 170 * MS, 0.592 * MS), (4000, 73648, 1130 * MS, 4.6 * MS),
           (6912, 173788, 4110 * MS, 12.2 * MS)]
@@ -35,13 +35,13 @@ PER_ROOT, CUT = 3.4, 61 / 54
 OWN_PER_ROOT = 10  # with own levels, times the root: 8.9 to 11.1 on 8 ranks with edges of 5 to 25
 
 # ---- the program: what an iteration of conjugate gradients exchanges
-SUMS = 16    # numbers of its one reduction (linear/pcg_team.c), before those of the coarse level
-ROOM = 1024  # numbers of a message of a reduction, at most
+SUMS = 16    # numbers in its only reduction (linear/pcg_team.c), before those of the coarse level
+ROOM = 1024  # largest number of values in a message of a reduction
 MOST = 16384 # vertices of the coarse level
 VERTEX_NODES, MANY, SAME, TENFOLD, POWER, FEW = 50, 36000, 42, 95, 0.36, 1600 # linear/preconditioner_kinds.c
 
 # ---- geometry of parts by planes (mpirun -n 2 to 64 build/test/scaling): against cubes; and for many ranks
-ROUGH, REACH, GIVEN = 1.1, 3.2, 5  # a rank's ghosts; what it reaches beyond its own, and what it gives, in ghosts
+ROUGH, REACH, GIVEN = 1.1, 3.2, 5  # over a rank's ghosts: factor for its own, its overlap, and its nodes in others' overlaps
 NEIGHBOURS = 26  # of 64 ranks 15 on average, 26 at most
 
 # ---- a network: 40 Gb/s Ethernet by Cisco VIC 1285 with usNIC, Open MPI 1.8.1: 1.93 us, 37.23 Gb/s (J. Squyres 2014)
@@ -49,7 +49,7 @@ ALPHA, BETA = 1.93e-6, 8 / 37.23e9
 
 
 def hops(ranks, rank=0):
-    """Messages that a rank sends in a sum over all, by recursive doubling."""
+    """Returns the messages that a rank sends in a sum over all ranks, by recursive doubling."""
     most = 1 << (ranks.bit_length() - 1)
     if rank >= most:
         return 1
@@ -61,14 +61,14 @@ def chunks(numbers):
 
 
 def vertices(nodes):
-    """Of the coarse level that one rank takes."""
+    """Returns the vertices of the coarse level that one rank uses."""
     few = math.sqrt(MANY / nodes) if nodes > MANY else 1
     return few * nodes / VERTEX_NODES
 
 
 def levels(nodes, ranks):
-    """Vertices of the level that all ranks share, and nodes to a vertex of each rank's own, 0: it has none
-    (linear/preconditioner_kinds.c)."""
+    """Returns the vertices of the level that all ranks share, and the nodes per vertex of each rank's own level; 0: it
+    has none (linear/preconditioner_kinds.c)."""
     each = nodes / ranks
     most = max(SAME * each ** POWER, min(FEW, TENFOLD * each ** POWER))
     if ranks == 1 or vertices(nodes) <= most:
@@ -77,7 +77,7 @@ def levels(nodes, ranks):
 
 
 def coarse(v):
-    """Seconds of a factorisation and of a solve: between what was measured, powers of v."""
+    """Returns the seconds of a factorisation and of a solve: interpolated between measurements by powers of v."""
     at = next((k for k in range(1, len(COARSE)) if v <= COARSE[k][0]), len(COARSE) - 1)
     low, high = COARSE[at - 1], COARSE[at]
     share = math.log(v / low[0]) / math.log(high[0] / low[0])
@@ -85,38 +85,40 @@ def coarse(v):
 
 
 def ghosts(cells, ranks):
-    """Nodes of other ranks that a rank's tets have, on average."""
+    """Returns the nodes of other ranks that a rank's tets have, on average."""
     return ROUGH * 3 * (ranks ** (1 / 3) - 1) * (cells + 1) ** 2 / ranks
 
 
 def iteration_bytes(given, taken, numbers, turns):
-    """Of a rank: u of what it reaches goes to those who have it, A u to those who reach it; `numbers`: of the reduction."""
+    """Returns the bytes that a rank sends in an iteration: u at its overlap goes to the ranks that have these nodes, A
+    u goes to the ranks whose overlaps have its nodes. `numbers`: those of the reduction."""
     return 24 * (given + taken) + 8 * turns * numbers
 
 
 def work(rates, tets):
-    """Seconds of so many tets, from the cache or from memory."""
+    """Returns the seconds for these tets, from the cache or from memory."""
     return tets * sum(rate[RESIDENT * tets > CACHE] for rate in rates)
 
 
 def couplings(v):
-    """Blocks of the coarse matrix of a cube: groups of four vertices, with themselves and with 26 neighbours."""
+    """Returns the blocks of the coarse matrix of a cube: groups of four vertices, with themselves and with 26
+    neighbours."""
     edge = (v / 4) ** (1 / 3)
     return ((3 * edge - 2) ** 3 + edge ** 3) / 2
 
 
 def iterations_of(nodes, v, own, ranks):
-    edge = (nodes / v) ** (1 / 3)  # of a cell of the shared level, in cells of the mesh
+    edge = (nodes / v) ** (1 / 3)  # edge of a cell of the shared level, in cells of the mesh
     alone = PER_ROOT * edge * (CUT if ranks > 1 else 1)
     return min(alone, OWN_PER_ROOT * math.sqrt(edge)) if own else alone
 
 
 def times(cells, ranks, args, shared=None, iterations=None):
-    """Seconds of a Newton iteration by its parts; `shared` vertices, and no levels of the ranks' own: else the program's.
-    `iterations`: in place of the model's."""
+    """Returns the seconds of a Newton iteration by its parts; `shared` vertices without levels of the ranks' own, else
+    the program's choice. `iterations` replaces the model's."""
     tets, nodes = 6 * cells ** 3, (cells + 1) ** 3
     mine, halo = tets / ranks, ghosts(cells, ranks)
-    wide = 1 + REACH * halo / (nodes / ranks)  # of a factor with what a rank reaches
+    wide = 1 + REACH * halo / (nodes / ranks)  # of a factor including a rank's overlap
     v, own = (shared, 0) if shared else levels(nodes, ranks)
     factor, solve = coarse(v)
     own_factor, own_solve = coarse(wide * nodes / ranks / own) if own else (0, 0)
@@ -126,7 +128,7 @@ def times(cells, ranks, args, shared=None, iterations=None):
     exchanged = min(ranks - 1, NEIGHBOURS)
     messages = 2 * exchanged + turns * chunks(SUMS + numbers)
     size = 24 * 2 * GIVEN * halo + 8 * turns * (SUMS + numbers)
-    matrix = 144 * couplings(v)  # numbers that are added up over the ranks
+    matrix = 144 * couplings(v)  # numbers that are summed over the ranks
     parts = {"tets": work((FORCE, ENERGY, HESSIAN), mine) + wide * work((FACTOR,), mine) +
                      iterations * (work((PRODUCT, VECTORS), mine) + wide * work((SOLVE,), mine)),
              "own": own_factor + iterations * own_solve + (wide * work((ASSEMBLY,), mine) if own else 0),
@@ -150,7 +152,7 @@ def row(cells, ranks, first, args):
 
 
 def tables(args):
-    """Lines: strong scaling of two cubes, then weak scaling with 236 000 tets a rank."""
+    """Prints lines: strong scaling of two cubes, then weak scaling with 236 000 tets per rank."""
     head = ["| " + " | ".join(HEAD) + " |", "|" + "---|" * len(HEAD)]
     lines = list(head)
     for cells in (119, 550):
@@ -165,7 +167,7 @@ NUMBER = r"([0-9.e+-]+)"
 
 
 def check(lines):
-    """Of what ranks printed: the count of what is wrong."""
+    """Compares with the ranks' output; returns the number of discrepancies."""
     wrong, found, coarse_numbers = 0, [], None
     for line in lines:
         at = re.match(r"# rank (\d+) of (\d+), cells (\d+):((?: " + NUMBER + ")+)", line)

@@ -7,10 +7,10 @@
 
 Methods are those of the schema with steps as the scene has them, and again, marked `*`, those that take `time.adaptive`
 with the tolerance; scenes without inertia are static. Long scenes end sooner (ENDS) without --full, with --steps all
-after N of their steps. A run is fine where it comes to its end, or where it is
-refused before its first step; a gain of energy above 5 % must be warned of; and at the end no surface goes through
-another or through an obstacle that rests. Rows are kept in FOLDER/rows.jsonl, and those that are there are not run again.
-The table has a line for each run that is not fine, and sums. The exit status is 0 where all are fine.
+after N of their steps. A run is fine if it completes, or if it is refused before its first step; a gain of energy above
+5 % requires a warning; and at the end no surface intersects another or an obstacle at rest. Rows are kept in
+FOLDER/rows.jsonl, and existing ones are not run again. The table has a line for each run that is not fine, and sums.
+The exit status is 0 where all are fine.
 """
 import argparse
 import json
@@ -26,13 +26,13 @@ SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "
 ENDS = {"finger_pull_coarse": 1, "finger_pull_fine": 0.9, "fist": 0.6, "floating": 3, "fold": 1, "funnel": 0.2,
         "hand_ball": 0.6, "hand_pull": 0.9, "inflated_sphere": 1.2, "jelly_drop": 0.6, "limb": 0.5,
         "limb_antagonists": 0.8, "muscle_spindle": 1, "soft_and_stiff": 0.3, "stack": 0.4, "tentacle": 0.5, "tube": 0.5}
-# What a check of the last state would not find as it was at the run's end.
+# Scenes in which a check of the last state would not find what the run ended with.
 MOVES = ("funnel", "hand_ball", "tube")
 GAIN = 0.05
 
 
 def methods(flesh):
-    """Names of the schema's methods: of fixed steps (and IDA's), and those that take `time.adaptive`."""
+    """Returns the names of the schema's methods: of fixed steps (and IDA's), and those that take `time.adaptive`."""
     text = subprocess.run([flesh, "schema", "time"], capture_output=True, text=True, check=True).stdout
     names = next(line for line in text.splitlines() if line.startswith("| `method`")).split("|")[2]
     names = [name for name in names.replace("one of", "").replace(",", " ").split() if name != "adaptive"]
@@ -94,7 +94,7 @@ def run(scene, method, arguments):
 
 
 def fault(row):
-    """What is wrong with a row, if anything."""
+    """Returns what is wrong with a row, if anything."""
     if row["exit"] == 6:
         return "out of time"
     if row["exit"] == 2 and not row.get("steps"):

@@ -7,18 +7,18 @@ THIN = ["angle", "clip", "strip", "tube", "arch"]
 
 
 def less(last, solids):
-    """The first solid without those up to `last`, as volume 8."""
+    """Returns the first solid minus those up to `last`, as volume 8."""
     return f"{solids}\nBooleanDifference(8) = {{ Volume{{1}}; Delete; }}{{ Volume{{2:{last}}}; Delete; }};\n"
 
 
 def half(y, z, high):
-    """What volume 8 has at x > 0 below `high`, above y and z."""
+    """Returns the part of volume 8 with 0 < x < `high`, above y and z."""
     return (f"Box(9) = {{0, {y}, {z}, {high}, 18, 18}};\n"
             "BooleanIntersection(10) = { Volume{8}; Delete; }{ Volume{9}; Delete; };\n")
 
 
 def angle(length, thick, fillet):
-    """A leg along z and an arm along x; the corner between them is round if `fillet` > 0."""
+    """Returns a leg along z and an arm along x; the corner between them is round if `fillet` > 0."""
     inner = thick + fillet
     points = [(0, 0), (length, 0), (length, thick), (inner, thick), (thick, inner), (thick, 1.2), (0, 1.2)]
     if not fillet:
@@ -34,7 +34,7 @@ def angle(length, thick, fillet):
 
 
 def draw_thin(kind, rng):
-    """What `draw` gives, of a body one or two tets across."""
+    """Returns the same as `draw`, for a body one or two tets across."""
     thick, wide = rng.uniform(.06, .1), rng.uniform(.2, .35)
     root, end = [[NEAR, -9, -9], [FAR, 9, 9]], lambda x: [[x + NEAR, -9, -9], [9, 9, 9]]
     if kind == "angle":
@@ -72,7 +72,7 @@ def draw_thin(kind, rng):
 
 
 def draw(kind, rng):
-    """The geometry, clamped box, loaded box, tip, a point within, length, thickness and gmsh's length of edges."""
+    """Returns the geometry, clamped box, loaded box, tip, a point inside, length, thickness and gmsh's edge length."""
     thick = rng.uniform(.2, .35)
     root, end = [[NEAR, -9, -9], [FAR, 9, 9]], lambda x: [[x + NEAR, -9, -9], [9, 9, 9]]
     if kind in ("bracket", "corner"):
@@ -104,7 +104,7 @@ def draw(kind, rng):
 
 
 def mesh(kind, rng, stem):
-    """Writes stem.geo and stem.msh; how many tets it has, and what `draw` gives beside the geometry."""
+    """Writes stem.geo and stem.msh; returns the number of tets, and all that `draw` returns besides the geometry."""
     text, *rest, edge = (draw_thin if kind in THIN else draw)(kind, rng)
     with open(stem + ".geo", "w", encoding="utf-8") as file:
         file.write(f"{KERNEL}{text}Mesh.MeshSizeMax = {edge};\nMesh.MeshSizeMin = {edge};\nMesh.Optimize = 1;\n")

@@ -4,10 +4,10 @@
     python3 test/campaign/time_to_one_percent.py [--full] [--flesh PROGRAM] [--out FOLDER]
 
 A bar of 4 x 1 x 1 m, held at one end, bends under 200 N/m^3 (form S, E = 1e5 Pa) on finer and finer grids, in
-equilibrium to 1e-6, on one thread. A run's cost is the CPU time that it tells, the least of three. Where the finest grid
-is not fine enough, what it would take at least is given, marked `>`: the error falls with the square of the size of the
-tets (locking lets it fall more slowly), the cost grows with their number. With --full tet4 goes on to 192 000 tets, else
-to 24 000. The exit status is 0 where tet10-mean gets there and is cheaper each time.
+equilibrium to 1e-6, on one thread. A run's cost is the CPU time that it reports, the least of three. If the finest grid
+is not fine enough, a lower bound is given, marked `>`: the error falls with the square of the size of the tets (locking
+lets it fall more slowly), the cost grows with their number. With --full tet4 goes on to 192 000 tets, else to 24 000.
+The exit status is 0 if tet10-mean reaches it and is cheaper each time.
 """
 import argparse
 import json
@@ -32,7 +32,7 @@ LIMITS = {0.3: -0.7813, 0.45: -0.7649, 0.49: -0.7583}
 
 
 def positions(state):
-    """Rows x y z vx vy vz of a saved state."""
+    """Returns the rows x y z vx vy vz of a saved state."""
     with open(state, encoding="utf-8") as file:
         return [[float(word) for word in line.split()] for line in file if not line.startswith("#")]
 
@@ -60,7 +60,7 @@ def run(arguments, folder, cells, poisson, element):
 
 
 def reach(arguments, folder, poisson, element, grids):
-    """(tets, CPU s, error, bound) of the first grid within 1 %, or what it takes at least."""
+    """Returns (tets, CPU s, error, bound) of the first grid within 1 %, or a lower bound of its cost."""
     rows = []
     for cells in grids:
         z, cost = run(arguments, folder, cells, poisson, element)

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""tolerances.py: what `method: adaptive` costs beside the best fixed step, and whether its error follows the tolerance.
+"""tolerances.py: the cost of `method: adaptive` compared with the best fixed step, and whether its error follows the
+tolerance.
 
     python3 test/campaign/tolerances.py [--quick] [--scenes LIST] [--max-seconds S] [--flesh PROGRAM] [--out FOLDER]
 
-Twenty scenes: seven of data/scenes, most of them shortened, and thirteen of this file.
-`flesh accuracy` measures each with all fixed methods at steps from twice the scene's to its 64th, and adaptive steps at
-tolerances from 1e-1 to 1e-5. For errors of 1, 0.1 and 0.01 % of the motion the table has CPU time and Newton iterations
-of adaptive steps over those of the fixed steps that need the least, both interpolated in logarithms between settings. A
-setting counts where all finer ones of its method reach the error, too. Then, over the four decades, the least and the
-largest error over the tolerance: of tolerances below the motion, and of errors that the reference is known to a third of.
-With --quick steps go to the 8th and tolerances to 1e-4. What FOLDER has is not measured again. The exit status is 0 where
-every CPU time is at most twice that of fixed steps.
+Twenty scenes: seven of data/scenes, most of them shortened, and thirteen of this file. `flesh accuracy` measures each
+with all fixed methods at steps from twice the scene's to its 64th, and adaptive steps at tolerances from 1e-1 to 1e-5.
+For errors of 1, 0.1 and 0.01 % of the motion the table has CPU time and Newton iterations of adaptive steps over those
+of the fixed steps that need the least, both interpolated in logarithms between settings. A setting counts if all finer
+ones of its method reach the error, too. Then, over the four decades, the least and the largest error over the
+tolerance: for tolerances below the motion, and errors at least three times that of the reference. With --quick steps go
+to the 8th and tolerances to 1e-4. Results in FOLDER are not measured again. The exit status is 0 if every CPU time is
+at most twice that of fixed steps.
 """
 import argparse
 import csv
@@ -171,7 +172,7 @@ time: {{step: 1/60, end: 0.3}}
 
 
 def make_scene(name, arguments):
-    """The path of a scene, and the settings that go with it."""
+    """Returns the path of a scene, and the settings that go with it."""
     if name in OURS:
         return os.path.join(SCENES, name + ".yaml"), [f"time.end={OURS[name]}"] if OURS[name] else []
     for mesh, cells, size in MESHES:
@@ -186,7 +187,7 @@ def make_scene(name, arguments):
 
 
 def measure(name, arguments):
-    """Rows of accuracy.csv; an end without one, why."""
+    """Returns the rows of accuracy.csv; without one, exits with the reason."""
     path, values = make_scene(name, arguments)
     out = os.path.join(arguments.out, name)
     finest = [] if arguments.quick else ["--tolerances", "1e-1,1e-2,1e-3,1e-4,1e-5"]
@@ -205,13 +206,13 @@ def measure(name, arguments):
     unknown, motion = reference["uncertainty_position_rms"], reference["motion"]
     for row in rows:
         row["counts"] = float(row["error_position_rms"] or 0) > 3 * unknown and float(row["value"]) * reference["length"] < motion
-        # An error below that of the reference is known to be no larger.
+        # An error below that of the reference is only known to be no larger.
         row["share"] = float(row["error_over_motion"] or (unknown / motion if row["status"] == "below reference" else math.inf))
     return rows, ""
 
 
 def cost(rows, method, share, column):
-    """What the method needs for an error of that share of the motion, interpolated; None: not reached."""
+    """Returns the method's cost for an error of that fraction of the motion, interpolated; None: not reached."""
     settings = [row for row in rows if row["method"] == method]
     reached = None
     for finer in reversed(settings):
@@ -227,7 +228,7 @@ def cost(rows, method, share, column):
 
 
 def line(name, rows):
-    """A line of the table, and the largest ratio of CPU times."""
+    """Returns a line of the table, and the largest ratio of CPU times."""
     cells, most = [], 0
     for share in SHARES:
         ratios = []

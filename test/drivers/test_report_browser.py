@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # TEST full program seconds=600 needs=flesh
-"""test_report_browser.py: a report as it is read: in Chromium, by pointer and by keys, on a desk and on a phone, light
-and dark; its colours are those of `flesh snap`. FLESH names the program. Speaks TAP; skipped without Chromium."""
+"""test_report_browser.py: a report in Chromium, used by pointer and by keyboard, on a desktop and on a phone, light and
+dark; its colours are those of `flesh snap`. FLESH names the program. Speaks TAP; skipped without Chromium."""
 import os
 import subprocess
 import sys
@@ -70,7 +70,7 @@ def load(page, name):
 
 
 def drawn(page):
-    """The step that is drawn, once the picture is there."""
+    """Returns the step that is drawn, once the picture is there."""
     page.run("return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     return int(page.run("return document.documentElement.dataset.drawn"))
 
@@ -109,7 +109,7 @@ def comparisons_open_without_a_word(page):
 
 
 def lines_of_many_series_are_told_apart(page):
-    """The ninth line, in the colour of the first, is dashed; cases at one place have no line through them."""
+    """The ninth line, in the colour of the first, is dashed; cases at one position have no line through them."""
     load(page, "many.html")
     lines = """return [...document.querySelectorAll('svg.plot path[stroke-dasharray]')].map((path) =>
       path.getAttribute('stroke-dasharray'))"""
@@ -160,7 +160,7 @@ def keys_do_everything(page):
     stopped = drawn(page)
     assert page.run("return document.querySelector('.controls button').textContent").endswith("play")
     assert stopped < 20 and drawn(page) == stopped
-    # Tab goes through everything that can be worked, in order, and each has a name.
+    # Tab visits every control, in order, and each has a name.
     nameless = page.run("""return [...document.querySelectorAll('button, input, select, svg[tabindex], canvas')].filter((one) =>
       one.tabIndex >= 0 && !one.hidden && !(one.textContent.trim() || one.getAttribute('aria-label') ||
       (one.labels && [...one.labels].some((label) => label.textContent.trim())))).map((one) => one.outerHTML)""")
@@ -178,7 +178,7 @@ def inside(mask, x, y, reach):
 
 
 def snap(view, frame, width, height, *options):
-    """The panel that `flesh snap` draws with the camera of the report's view, in the shape of its canvas."""
+    """Returns the panel that `flesh snap` draws with the camera of the report's view, in the shape of its canvas."""
     camera = view["camera"]
     seen = camera["height"] * max(1, camera["aspect"] / (width / height))
     flesh("snap", "soft", "--frame", str(frame), "--bare", "--flat", "--no-skin", "--width", str(width),
@@ -269,7 +269,7 @@ def tables_sort_and_plots_read_out(page):
     page.hover("svg.plot", 40, -20)
     page.hover("svg.plot", 41, -20)
     words = page.run(read)
-    if not words:  # nothing may be so near: look along the height
+    if not words:  # no other control may be this near: look along the height
         for y in range(-120, 120, 15):
             page.hover("svg.plot", 0, y)
             words = words or page.run(read)

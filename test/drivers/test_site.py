@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # TEST full seconds=300 needs=plain,build,python,flesh
-"""test_site.py: the site is made of all pages without a warning, shows the interfaces of C and Python, needs nothing from
-elsewhere, and opens in Chromium without a complaint. BUILD is the build. Speaks TAP; skipped without Sphinx."""
+"""test_site.py: the site is built from all pages without a warning, shows the interfaces of C and Python, loads nothing
+from elsewhere, and opens in Chromium without errors. BUILD is the build. Speaks TAP; skipped without Sphinx."""
 import importlib.util
 import os
 import re

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # TEST quick program needs=flesh
-"""test_schema.py: the JSON Schema takes every scene of data/scenes and refuses what the program refuses. FLESH names the
-program. Speaks TAP; skipped without Debian's python3-jsonschema and python3-yaml."""
+"""test_schema.py: the JSON Schema accepts every scene of data/scenes and refuses what the program refuses. FLESH names
+the program. Speaks TAP; skipped without Debian's python3-jsonschema and python3-yaml."""
 import copy
 import glob
 import json
@@ -26,7 +26,7 @@ SCENES = sorted(glob.glob(os.path.join(TOP, "data", "scenes", "*.yaml")))
 EDITORS_LINE = "# yaml-language-server: $schema="
 RIGHT = {"body": {"mesh": "box.msh", "material": {"energy": "S", "young": 1e5, "poisson": 0.45}},
          "effects": [{"inertia": {}}, {"gravity": {}}], "time": {"step": "1/60", "end": 0.1}, "solver": {}}
-WRONG = {  # what is changed of a scene that is right
+WRONG = {  # changes to a valid scene
     "an unknown key": {"tme": {"step": 0.1}},
     "a key of another section": {"solver": {"step": 0.1}},
     "a choice that there is not": {"time": {"method": "euler"}},

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """browser.py: Chromium without a window, driven by chromedriver over the WebDriver protocol (W3C), and its pictures.
 
-MISSING is what of Debian's chromium and chromium-driver is not there."""
+MISSING names those of Debian's chromium and chromium-driver that are not installed."""
 import base64
 import json
 import re
@@ -16,7 +16,7 @@ import zlib
 CHROMIUM = shutil.which("chromium")
 MISSING = [package for package, tool in (("chromium", "chromium"), ("chromium-driver", "chromedriver"))
            if not shutil.which(tool)]
-DIRECT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # no proxy stands before this machine
+DIRECT = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # bypass proxies for this machine
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 KEYS = {"Space": "\ue00d", "End": "\ue010", "Home": "\ue011", "Left": "\ue012", "Up": "\ue013", "Right": "\ue014",
         "Down": "\ue015", "Tab": "\ue004", "Enter": "\ue007"}
@@ -69,7 +69,7 @@ class Browser:
         self.ask("POST", f"/element/{self.find(selector)}/click", {})
 
     def keys(self, selector, *names):
-        """Keys into an element, which takes the focus."""
+        """Sends keys to an element, which takes the focus."""
         self.run("document.querySelector(arguments[0]).focus()", selector)
         for name in names:
             key = KEYS.get(name, name)
@@ -77,19 +77,19 @@ class Browser:
                 {"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]}]})
 
     def hover(self, selector, x, y):
-        """The pointer to a place from an element's middle, pixels."""
+        """Moves the pointer to a position relative to an element's middle, in pixels."""
         self.ask("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [
             {"type": "pointerMove", "duration": 0, "origin": {ELEMENT: self.find(selector)}, "x": x, "y": y}]}]})
 
     def drag(self, selector, x, y):
-        """From an element's middle by x, y pixels."""
+        """Drags from an element's middle by x, y pixels."""
         origin = {ELEMENT: self.find(selector)}
         self.ask("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [
             {"type": "pointerMove", "duration": 0, "origin": origin, "x": 0, "y": 0}, {"type": "pointerDown", "button": 0},
             {"type": "pointerMove", "duration": 50, "origin": origin, "x": x, "y": y}, {"type": "pointerUp", "button": 0}]}]})
 
     def tools(self, command, **parameters):
-        """A command of the DevTools."""
+        """Sends a command of the DevTools."""
         return self.ask("POST", "/goog/cdp/execute", {"cmd": command, "params": parameters})
 
     def log(self):
@@ -99,7 +99,7 @@ class Browser:
         return read_png(base64.b64decode(self.ask("GET", f"/element/{self.find(selector)}/screenshot")))
 
     def wait(self, script, *arguments, seconds=60):
-        """Until the script returns something that is true; returns it."""
+        """Waits until the script returns something true; returns it."""
         end = time.monotonic() + seconds
         while True:
             value = self.run(script, *arguments)
@@ -111,7 +111,7 @@ class Browser:
 
 
 def read_png(data):
-    """Width, height and rows of (r, g, b) of a PNG of eight bits."""
+    """Returns width, height and rows of (r, g, b) of an eight-bit PNG."""
     at, packed, head = 8, b"", None
     while at < len(data):
         length, kind = struct.unpack_from(">I4s", data, at)

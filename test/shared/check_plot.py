@@ -15,7 +15,7 @@ import zlib
 
 
 def fit(pixels, values):
-    """The largest distance of pixels from the best straight line over values."""
+    """Returns the largest distance of pixels from the best straight line over values."""
     n = len(values)
     mean_v, mean_p = sum(values) / n, sum(pixels) / n
     square = sum((v - mean_v)**2 for v in values)

@@ -10,7 +10,7 @@ import os
 import struct
 import sys
 
-sys.dont_write_bytecode = True  # nothing beside the sources
+sys.dont_write_bytecode = True  # write nothing beside the sources
 from vtk_tap import check, collection, finish, read, rows_of
 
 from vtkmodules.vtkIOGeometry import vtkOBJReader

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-sys.dont_write_bytecode = True  # nothing beside the sources
+sys.dont_write_bytecode = True  # write nothing beside the sources
 from vtk_tap import check, collection, finish, read, rows_of
 from vtkmodules.vtkCommonCore import reference, vtkDataArray
 
@@ -20,7 +20,7 @@ UNITS = vtkDataArray.UNITS_LABEL()
 
 
 def values(array):
-    """Rows of a VTK array; plain values where it has one component."""
+    """Returns the rows of a VTK array; plain values if it has one component."""
     rows = rows_of(array)
     return [row[0] for row in rows] if array.GetNumberOfComponents() == 1 else rows
 
@@ -58,7 +58,7 @@ def check_grid(path):
 
 
 def check_for_meshio(path, points):
-    """meshio finds arrays by offsets that it is changing: right where they descend. Read by itself where it is there."""
+    """Reads by meshio, if it is installed; meshio finds arrays by offsets, which is only right if they descend."""
     with open(path, "rb") as file:
         offsets = [int(offset) for offset in re.findall(rb' offset="(\d+)"', file.read().split(b"<AppendedData")[0])]
     check(f"{path}: offsets descend to 0", offsets == sorted(set(offsets), reverse=True) and offsets[-1] == 0)

@@ -1,5 +1,6 @@
-"""Compares what a command has made of its cases twice: compare_cases.py FOLDER FOLDER. The same files, with the same
-contents in the same order, but for times, what follows from times, and the folders' own names."""
+"""Compares the results of two executions of a command on its cases: compare_cases.py FOLDER FOLDER. They must have the
+same files, with the same contents in the same order, except for times, values derived from times, and the folders' own
+names."""
 
 import csv
 import json
@@ -7,11 +8,11 @@ import os
 import re
 import sys
 
-# Of tables: times, and which run was fastest.
+# Ignored columns of tables: times, and which run was fastest.
 TIMED = re.compile(r"wall|cpu_s|seconds|time_worst|longest_step|front_time|started|finished|worker|machine|peak_memory")
-# Of result.json and its kind: the same, when it was and where.
+# Ignored in result.json and its kind: the same results have different dates and folders.
 PRIVATE = re.compile(r"wall|cpu_s|seconds|longest|peak_memory|date|path|command|effects|started|program|wall_s")
-# Pictures of times and words about them; the database is compared by what is exported of it.
+# Pictures of times and words about them; the database is compared by its exports.
 LEFT_OUT = re.compile(r"(\.png|\.gp|\.dat|verdict\.txt|[a-z]+\.db.*|log\.txt)$")
 
 

@@ -1,11 +1,11 @@
-"""Compares the results of two runs of a scene: compare_runs.py FOLDER FOLDER LIMIT. States, histories and probes have the
-same rows, and their numbers differ by no more than LIMIT of the largest of their kind."""
+"""Compares the results of two runs of a scene: compare_runs.py FOLDER FOLDER LIMIT. States, histories and probes must
+have the same rows, and their numbers may differ by LIMIT times the largest of their kind."""
 
 import csv
 import os
 import sys
 
-# How the solver got there, and of several tets with the same J any.
+# How the solver got there; and which of several tets with the same J is named.
 ITS_OWN = {"internal_steps", "newton", "linear", "assemblies", "projections", "backtracks", "residual", "residual_target",
            "J_min_tet"}
 
@@ -21,7 +21,7 @@ def read_table(path):
         rows = list(csv.DictReader(file))
     names = [name for name in rows[0] if name not in ITS_OWN]
     columns = {name: [float(row[name]) for row in rows] for name in names}
-    # What is exchanged between energies, and between axes, has one size.
+    # Energies that are exchanged with each other, and axes, share one scale.
     for group in ("energy_", "probe"):
         sizes = [abs(n) for name in names if name.startswith(group) for n in columns[name]]
         for name in names:

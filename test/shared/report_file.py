@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""report_file.py: reads what `flesh report` has written, by drivers/report/report.h alone: its payload, and the positions,
-values and flags of the frames in it."""
+"""report_file.py: reads the output of `flesh report` as specified in drivers/report/report.h: its payload, and the
+positions, values and flags of the frames in it."""
 import base64
 import json
 import re
@@ -40,7 +40,7 @@ class Report:
         return values
 
     def frames(self, run):
-        """Of a run: for each frame positions [nodes][3], fields [3][nodes] and the inverted tets."""
+        """Yields for each frame of a run: positions [nodes][3], fields [3][nodes] and the inverted tets."""
         nodes, tets = run["mesh"]["nodes"], run["mesh"]["tet_count"]
         moving = 3 * sum(obstacle["vertices"] for obstacle in run["obstacles"])
         total = (3 + FIELDS) * nodes + moving
@@ -64,7 +64,7 @@ class Report:
 
 
 def vtu_array(path, name):
-    """An array of doubles of a frame, as a flat list."""
+    """Returns an array of doubles of a frame, as a flat list."""
     with open(path, "rb") as file:
         data = file.read()
     head = data[:data.index(b"<AppendedData")].decode()

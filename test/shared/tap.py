@@ -1,4 +1,4 @@
-"""tap.py: runs tests that are functions and speaks TAP of them."""
+"""tap.py: runs tests that are functions and reports them as TAP."""
 
 
 def run(tests, *arguments):
@@ -9,7 +9,7 @@ def run(tests, *arguments):
         try:
             test(*arguments)
             print(f"ok {number} - {test.__name__}", flush=True)
-        except Exception as error:  # a test's failure, whatever it is
+        except Exception as error:  # a test's failure, of any kind
             failed = 1
             for line in f"{type(error).__name__}: {error}".splitlines():
                 print("#", line[:1000])

@@ -1,4 +1,5 @@
-"""vtk_tap.py: what the checks of files by VTK share: TAP, and reading by VTK; importing it ends with 77 without VTK."""
+"""vtk_tap.py: shared by the checks of files with VTK: TAP, and reading with VTK; importing it exits with 77 without
+VTK."""
 import os
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -26,7 +27,7 @@ def finish():
 
 
 def read(path):
-    """The grid of a .vtu, and whether VTK had nothing to say against it."""
+    """Returns the grid of a .vtu, and whether VTK had no complaints."""
     errors = []
     reader = vtkXMLUnstructuredGridReader()
     reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))
@@ -40,6 +41,6 @@ def rows_of(array):
 
 
 def collection(path):
-    """The (time, file) pairs of a .pvd."""
+    """Returns the (time, file) pairs of a .pvd."""
     rows = ElementTree.parse(path).getroot().iter("DataSet")
     return [(float(r.get("timestep")), os.path.join(os.path.dirname(path), r.get("file"))) for r in rows]

@@ -1,5 +1,5 @@
 # TEST part_of=test_python
-"""test_cover.py: nothing of the public headers is forgotten: functions, members of structs, statuses, documentation."""
+"""test_cover.py: the package covers the public headers: functions, members of structs, statuses, documentation."""
 import glob
 import inspect
 import os
@@ -29,7 +29,7 @@ LEFT_OUT = {
        for name in ("remember", "forget", "coupled", "follow")},
     "flesh_effect_figures.memory": "an effect does not know the memory of Python's objects",
 }
-# Objects that only SUNDIALS in C takes: SciPy takes the same as csc_matrix and by preconditioner_solve.
+# Objects that only SUNDIALS in C uses: SciPy uses csc_matrix and preconditioner_solve instead.
 for _kind in ("", "ida_", "ode_"):
     for _thing in ("sunmatrix", "sunlinsol"):
         LEFT_OUT[f"flesh_{_kind}{_thing}_create"] = "an object for SUNDIALS in C"
@@ -55,7 +55,7 @@ def exported():
 
 
 def wrapped(text):
-    """Names of functions that the sources call, those that are put together included."""
+    """Returns the names of functions that the sources call, including composed names."""
     names = set(re.findall(r"\blib\.(flesh_\w+)", text))
     for kind in re.findall(r'_kind = "(flesh_\w+)"', text) + re.findall(r'_kind, _short = "(flesh_\w+)"', text):
         names |= {f"{kind}_create", f"{kind}_destroy"}
@@ -108,7 +108,8 @@ def test_every_status_has_its_class():
 
 
 def declarations():
-    """Every struct with its members, and every enumerator, as C expressions with the values that Python uses."""
+    """Returns every struct with its members, and every enumerator, as C expressions with the values that Python
+    uses."""
     rows = []
     typedefs, structs_, unions = ffi.list_types()
     functions = {"flesh_task"}  # a type of functions has neither size nor members
@@ -142,7 +143,7 @@ def test_layouts_are_those_of_the_compiled_library(tmp_path):
 
 
 def public():
-    """Every public class, function, method and property."""
+    """Yields every public class, function, method and property."""
     for name in flesh.__all__:
         thing = getattr(flesh, name)
         if inspect.isclass(thing):

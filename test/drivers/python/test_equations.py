@@ -1,5 +1,5 @@
 # TEST part_of=test_python_runs
-"""test_equations.py: the equations as solvers of one's own take them: KINSOL's, IDA's, SciPy's."""
+"""test_equations.py: the equations for user-owned solvers: KINSOL's, IDA's, SciPy's."""
 import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, cg, spsolve
@@ -13,7 +13,7 @@ def difference(function, at, along, h=1e-6):
 
 @pytest.fixture
 def mild(mesh, body, held):
-    """Gravity so small that plain Newton steps do."""
+    """Returns a body with gravity so small that plain Newton steps converge."""
     return flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Damping(body, 0.1, 0.01),
                                flesh.Gravity(body, (0, 0, -1))]).pin(held)
 
@@ -65,7 +65,7 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
     weights = np.zeros_like(state.x)
     weights[-1, 2] = 1
     young, gravity = sensitivity.gradient(iter(parameters), by_x=weights)
-    assert young * 1e5 == pytest.approx(-gravity * -1.0, rel=1e-9)  # the shape depends on their ratio alone
+    assert young * 1e5 == pytest.approx(-gravity * -1.0, rel=1e-9)  # the shape depends only on their ratio
     ends = [flesh.equilibrium(system(young=1e5 + k), options=exact).x[-1, 2] for k in (-20, 20)]
     assert young == pytest.approx((ends[1] - ends[0]) / 40, rel=1e-6)
     operator = sensitivity.operator(parameters)
@@ -210,7 +210,7 @@ def test_an_undefined_energy_is_recoverable(mesh, body):
     problem = flesh.OdeProblem(flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body)]))
     y = problem.start(flesh.State.at_rest(mesh))
     y[:135] *= -1
-    with pytest.raises(flesh.ArgumentError):  # whose sentence is not that of the next failure
+    with pytest.raises(flesh.ArgumentError):  # whose message is not that of the next failure
         flesh.Material("Neo", young=-1, poisson=0.3)
     with pytest.raises(flesh.RecoverableError) as error:
         problem.rhs(0, y)

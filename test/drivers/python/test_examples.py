@@ -1,5 +1,5 @@
 # TEST part_of=test_python_examples
-"""test_examples.py: the examples and the notebook do what they say; the program's comparisons as tables."""
+"""test_examples.py: the examples and the notebook work as described; the program's comparisons as tables."""
 import importlib.util
 import json
 import os
@@ -32,7 +32,7 @@ def load(name):
 
 @pytest.fixture
 def bar(tmp_path, monkeypatch):
-    """The path of a scene, in a working directory of its own."""
+    """Returns the path of a scene, in a separate working directory."""
     monkeypatch.chdir(tmp_path)
     flesh.Scene(SCENE, {"time.end": 0.1}).write("bar.yaml")
     return "bar.yaml"
@@ -84,7 +84,7 @@ def test_the_fit_finds_the_constants():
 def test_a_sweep_becomes_a_figure(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     drift = load("sweep_figure").main()
-    assert load("sweep_figure").main().equals(drift)  # again: what is complete is not run again
+    assert load("sweep_figure").main().equals(drift)  # again: completed cases are not run again
     assert list(drift.columns) == ["B", "E", "S"] and len(drift) == 5 and (drift["S"] < drift["E"]).all()
     with open("out/python_sweep/drift.png", "rb") as file:
         assert file.read(8) == b"\x89PNG\r\n\x1a\n"

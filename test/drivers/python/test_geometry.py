@@ -109,7 +109,7 @@ def test_a_view_cannot_be_written_to_and_outlives_its_mesh():
         return mesh.positions, mesh.positions.copy(), mesh.info.high
     view, copy, high = positions()
     gc.collect()
-    for _ in range(20):  # memory that was freed would be used again
+    for _ in range(20):  # freed memory would be reused
         flesh.Mesh.box((8, 8, 8), (5, 5, 5))
     assert np.array_equal(view, copy) and high.tolist() == [1, 1, 1]
     with pytest.raises(ValueError):

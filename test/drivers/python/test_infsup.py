@@ -1,5 +1,5 @@
 # TEST part_of=test_python_runs
-"""test_infsup.py: what data/results/elements.md says of the inf-sup constants of tet10-mean, by small meshes."""
+"""test_infsup.py: checks what data/results/elements.md says of the inf-sup constants of tet10-mean on small meshes."""
 import pathlib
 import sys
 

@@ -1,5 +1,6 @@
 # TEST part_of=test_python_examples
-"""test_install.py: the installed copy runs with the library beside it; building the package takes none of Python's."""
+"""test_install.py: the installed copy runs with the library beside it; building the package needs no Python
+packages."""
 import glob
 import os
 import shutil
@@ -34,7 +35,7 @@ def test_the_installed_copy_runs(tmp_path):
                    env={**os.environ, "DESTDIR": str(tmp_path / "copy")})
     (module,) = glob.glob(str(tmp_path / "copy" / "**" / "_declarations.py"), recursive=True)
     folder = os.path.dirname(os.path.dirname(module))
-    moved = tmp_path / "elsewhere"  # the copy finds its library wherever it is
+    moved = tmp_path / "elsewhere"  # the copy finds its library anywhere
     shutil.move(tmp_path / "copy", moved)
     folder = folder.replace(str(tmp_path / "copy"), str(moved))
     package, library, versions, program = python("-c", ASK, PYTHONPATH=folder).splitlines()

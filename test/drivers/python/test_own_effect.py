@@ -11,7 +11,7 @@ from conftest import GRAVITY
 
 
 class OwnGravity(flesh.OwnEffect):
-    """What flesh.Gravity is with the lumped mass."""
+    """Equals flesh.Gravity with the lumped mass."""
     name, role, depends_on_position_only = "gravity", "load", True
 
     def __init__(self, body):
@@ -29,7 +29,8 @@ class OwnGravity(flesh.OwnEffect):
 
 
 class Strings(flesh.OwnEffect):
-    """Springs along pairs of nodes, of stiffness k N/m and length 0: V = k/2 |x_a - x_b|^2, with a friction of speed."""
+    """Springs along pairs of nodes, of stiffness k N/m and length 0: V = k/2 |x_a - x_b|^2, with friction proportional
+    to speed."""
     name, role, passive = "strings", "other", True
 
     def __init__(self, mesh, pairs, k, c=0.0):
@@ -60,14 +61,14 @@ class Strings(flesh.OwnEffect):
 
 
 class Wrong(Strings):
-    """A Jacobian of half the size."""
+    """An effect with a Jacobian of half the size."""
 
     def jacobian(self, point, shift):
         return super().jacobian(point, shift) / 2
 
 
 class Nail(flesh.OwnEffect):
-    """Pulls every node to its place at rest, diagonally; until t = 1."""
+    """Pulls every node diagonally to its rest position, until t = 1."""
     name, report_names = "nail", ("longest", "pull")
 
     def residual(self, point):
@@ -87,7 +88,7 @@ class Nail(flesh.OwnEffect):
 
 
 class Linear(flesh.OwnEffect):
-    """r = A x of every cell, with a symmetric A [count, 3k, 3k] of its own."""
+    """r = A x of every cell, with a given symmetric A [count, 3k, 3k]."""
     name = "linear"
 
     def __init__(self, mesh, cells, matrices):
@@ -105,7 +106,7 @@ class Linear(flesh.OwnEffect):
         return shift.x * self.matrices
 
 
-# Some pairs name the higher node first, as cells may.
+# Some pairs name the higher node first, as cells may do.
 PAIRS = [(0, 44), (44, 3), (7, 3), (12, 30)]
 
 
@@ -137,7 +138,7 @@ def test_its_jacobian_is_in_the_systems(mesh, bent):
             expected[[a, b], d, [a, b], d] += 300
             expected[[a, b], d, [b, a], d] -= 300
     assert np.array_equal(K, expected.reshape(135, 135))
-    # Cells whose nodes come in any order, with matrices that no exchange of nodes leaves as they are.
+    # Cells with nodes in any order, and matrices that change under any exchange of nodes.
     some = np.random.default_rng(3).normal(size=(3, 12, 12))
     linear = Linear(mesh, [(5, 1, 9, 3), (1, 2, 3, 4), (44, 9, 0, 5)], some + some.transpose(0, 2, 1))
     assert linear.check_derivatives(mesh, bent).jacobian.max() < 1e-6
@@ -157,7 +158,7 @@ def test_its_figures_stand_in_the_history(mesh, body, tmp_path):
 
 
 class Swelling(Nail):
-    """Says that the tets bear a pressure that rises with t and their number, and tension along the image of x."""
+    """Claims that the tets have a pressure that rises with t and their number, and a tension along the image of x."""
 
     def stress(self, t, tet, F):
         return -(t + tet) * np.linalg.det(F) * np.eye(3) + 5 * np.outer(F[:, 0], F[:, 0])
@@ -205,12 +206,12 @@ def test_what_it_raises_comes_out_of_the_step(mesh, body):
     effect.error = KeyboardInterrupt()
     with pytest.raises(KeyboardInterrupt):
         integrator.step(state, 0.1)
-    effect.error = flesh.UndefinedError()  # recoverable: shorter steps are tried until there are none
+    effect.error = flesh.UndefinedError()  # recoverable: shorter steps are tried down to the shortest
     with pytest.raises(flesh.SolveError):
         integrator.step(state, 0.1)
     assert integrator.failure.halvings == 8
     effect.calls = -1000
-    integrator.step(state, 0.1)  # it goes on as if nothing had been
+    integrator.step(state, 0.1)  # it continues as if nothing had happened
 
 
 def test_wrong_shapes_are_told(mesh, bent):
@@ -230,7 +231,7 @@ def test_wrong_shapes_are_told(mesh, bent):
 
 
 class Floor(flesh.OwnEffect):
-    """A barrier at z = height that rises: no node gets below."""
+    """A rising barrier at z = height, below which no node gets."""
     name, role = "floor", "contact"
 
     def residual(self, point):
@@ -272,7 +273,7 @@ def test_its_barrier_is_asked(mesh, body):
         for _ in range(20):
             integrator.step(state, 1 / 60)
     except flesh.SolveError:
-        pass  # nothing pushes back: the barrier alone bars the way
+        pass  # no force acts: only the barrier's feasible step limits
     assert -0.2 < state.x[:, 2].min() < 0
 
 
@@ -294,7 +295,7 @@ def test_cells_of_tets_are_ascending(mesh):
 
 
 class Tearing(flesh.OwnEffect):
-    """Springs of 9 N/m that hold nodes at their rest places, until one is longer than half a metre."""
+    """Springs of 9 N/m that hold nodes at their rest positions, until one is longer than half a metre."""
     name, role, passive, report_names = "tearing", "other", True, ("torn",)
 
     def __init__(self, mesh):
@@ -335,7 +336,7 @@ def test_internal_variables_change_after_accepted_steps(mesh, body, tmp_path):
     assert np.abs(system.residual(far)).max() > 5 and not system.residual(far, internal=torn).any()
     with pytest.raises(flesh.ArgumentError, match="internal has 3 values"):
         system.residual(far, internal=np.zeros(3))
-    # The quicker half of the nodes tears, and flies on.
+    # The faster half of the springs breaks, and their nodes move on freely.
     fast = mesh.positions[:, 0] > mesh.positions[:, 0].mean()
     speed = np.where(fast, 60, 1)[:, None] * np.array([0, 0, 1.0])
     state = flesh.State(mesh.positions, speed, internal=np.zeros(system.internal_count))

@@ -1,5 +1,6 @@
 # TEST part_of=test_python
-"""test_ownership.py: nothing is freed twice, and no array of another length, of another mesh or of the past is read."""
+"""test_ownership.py: nothing is freed twice, and no array of another length, of another mesh or from an earlier state
+is read."""
 import copy
 import gc
 import inspect
@@ -126,7 +127,7 @@ def test_what_owns_something_of_the_library_is_never_copied(mesh, body, system, 
     mesh.write(tmp_path / "m.mesh")
     owners = handles(mesh, body, system, tmp_path)
     kinds = {type(one) for one in owners}
-    for kind in vars(flesh).values():  # no class is forgotten
+    for kind in vars(flesh).values():  # no class is missing
         if inspect.isclass(kind) and issubclass(kind, _callbacks.Handle):
             assert kind in kinds or kind in (flesh.Effect, flesh.OwnEffect), kind
     for one in owners:
@@ -230,7 +231,7 @@ for order in (1, -1):
 def test_cycles_are_freed_in_the_order_of_the_library(mesh, tmp_path):
     mesh.write(tmp_path / "bar.mesh")
     path = os.path.dirname(os.path.dirname(flesh.__file__))
-    # What is freed has other bytes then, so that a read of it ends the program.
+    # Freed memory is overwritten then, so that reading it ends the program.
     subprocess.run([sys.executable, "-c", CYCLES], cwd=tmp_path, check=True,
                    env=interpreter_environment(MALLOC_PERTURB_="85", PYTHONPATH=path))
 
@@ -273,7 +274,7 @@ WRONG = [2**32 + 3, -2**31 - 1, np.uint64(2**63), 2**31]
 
 @pytest.mark.parametrize("number", WRONG)
 def test_integers_do_not_wrap(mesh, body, system, number, tmp_path):
-    """Of every function that takes whole numbers, in an array or alone."""
+    """Calls every function that takes integers, in an array or alone."""
     corner = [[0, 1, number]]
     for use in (lambda: flesh.Force(body, [number], (0, 0, 1)), lambda: flesh.Traction(body, corner, (0, 0, 1)),
                 lambda: flesh.Pressure(body, corner, 1), lambda: flesh.Drag(body, corner, 1, (1, 0, 0)),
@@ -302,7 +303,7 @@ def test_integers_do_not_wrap(mesh, body, system, number, tmp_path):
 
 
 def test_damaged_frames_are_file_errors(mesh, body, tmp_path):
-    """Every attribute of every header left out or replaced, lengths changed, and bytes at random."""
+    """Leaves out or replaces every attribute of every header, changes lengths, and inserts random bytes."""
     system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body)])
     with flesh.Frames(tmp_path / "f", mesh) as frames:
         frames.set_fields(body, system, "bdf2", ["stress"], ["nodes", "points"])
@@ -319,7 +320,7 @@ def test_damaged_frames_are_file_errors(mesh, body, tmp_path):
         except flesh.FileError as error:
             assert "damaged.vtu: not a whole frame" in str(error)
             refused += 1
-        else:  # what is left is whole
+        else:  # the remaining data are complete
             assert frame.positions.shape[1:] == (3,) and frame.tets.shape[1] in (4, 10)
             assert all(len(one) == len(frame.positions) for one in frame.nodes.values())
             assert all(len(one) == len(frame.tets) for one in frame.cells.values())

@@ -1,5 +1,5 @@
 # TEST part_of=test_python
-"""test_physics.py: materials, effects, systems and integrators give what closed forms and the library itself say."""
+"""test_physics.py: materials, effects, systems and integrators agree with closed forms and with the library itself."""
 import ctypes
 import math
 
@@ -76,7 +76,7 @@ def test_a_psi_in_python_is_the_built_in_form(mesh, bent):
     assert np.allclose(residual(own), r, rtol=1e-12, atol=1e-9 * np.abs(r).max())
     system = flesh.System(mesh, [flesh.Elasticity(flesh.Body(mesh, own))])
     assert np.array_equal(system.residual(bent, threads=threads), system.residual(bent))
-    # A compiled function costs no Python.
+    # A compiled function causes no Python calls.
     kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_void_p,
                             ctypes.POINTER(ctypes.c_double))
 
@@ -120,7 +120,7 @@ def test_what_a_psi_raises_comes_out(mesh, bent):
     def wrong(I_C, J):
         return I_C, J
     with pytest.raises(flesh.ArgumentError, match=r"it must be \(value, I, J, II, IJ, JJ\)"):
-        flesh.Elasticity(flesh.Body(mesh, flesh.Material.from_psi(wrong)))  # which looks at rest for the moduli
+        flesh.Elasticity(flesh.Body(mesh, flesh.Material.from_psi(wrong)))  # which is evaluated at rest for the moduli
 
     def broken(I_C, J):
         return 1 / 0 if J != 1 else (0, 1, -1, 0, 0, 1)
@@ -129,7 +129,7 @@ def test_what_a_psi_raises_comes_out(mesh, bent):
         with pytest.raises(ZeroDivisionError):
             system.residual(bent, threads=threads)
     system = flesh.System(mesh, [flesh.Elasticity(flesh.Body(mesh, log))])
-    system.residual(bent)  # nothing of it is left
+    system.residual(bent)  # nothing of it remains
 
 
 def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
@@ -147,7 +147,7 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
 
 
 def test_what_goes_through_each_other_is_let_apart(mesh):
-    """Two bars in one mesh, put together without parts, the upper one a fifth of its height in the lower one."""
+    """Joins two bars in one mesh, without parts, the upper one sunk by a fifth of its height into the lower one."""
     x, count = mesh.positions, mesh.node_count
     both = flesh.Mesh(np.concatenate([x, x + (0.13, 0.07, 0.8)]), np.concatenate([mesh.tets, mesh.tets + count]))
     body = flesh.Body(both, flesh.Material("S", young=1e5, poisson=0.45), 1000)
@@ -209,7 +209,7 @@ def test_a_systems_parts_belong_together(mesh, body, bent, rng):
 
 
 def _spring_pull(system, point):
-    """Sum of the spring's residual, from a system of it alone."""
+    """Returns the sum of the spring's residual, from a system of it alone."""
     body = flesh.Body(system.mesh, None)
     return flesh.System(system.mesh, [flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1))]).residual(point).sum()
 
@@ -369,7 +369,7 @@ def test_states_come_back_bit_for_bit(mesh, rng, tmp_path):
 
 def test_a_saved_integrator_goes_on_with_the_same_bits(system, mesh):
     def parts(ends):
-        """A run in parts, each with an integrator of its own that loads what the last one saved."""
+        """A run in parts, each with a new integrator that loads what the last one saved."""
         state, taken, saved, told = flesh.State.at_rest(mesh), 0, None, []
         for end in ends:
             integrator = flesh.Integrator(system, "bdf2")

@@ -185,7 +185,7 @@ def test_leaving_the_loop_ends_the_run(folder):
             break
     gc.collect()
     assert state.t == pytest.approx(2 / 60) and not [one for one in threading.enumerate() if "flesh" in one.name]
-    integrator.step(state, 1 / 60)  # it is whole, and its own again
+    integrator.step(state, 1 / 60)  # it is complete, and independent again
     with pytest.raises(RuntimeError, match="mine"):
         for record in flesh.steps(integrator, state, 1 / 60, 1):
             raise RuntimeError("mine")
@@ -206,7 +206,7 @@ def test_leaving_the_loop_ends_the_run(folder):
 
 def test_parts_of_a_scene_keep_it_alive(folder):
     expected = flesh.Mesh.read(folder / "bar_8x2x2.mesh").positions.copy()
-    # Of scenes of their own, as each part alone must keep its scene.
+    # With separate scenes, because each part alone must keep its scene alive.
     positions = flesh.Scene(BAR, folder=folder).mesh.positions
     mesh = flesh.Scene(BAR, folder=folder).mesh
     system = flesh.Scene(BAR, folder=folder).system

@@ -12,7 +12,7 @@ import pytest
 import flesh
 from conftest import interpreter_environment
 
-# A body whose steps take long enough to be interrupted; a Python of its own runs {loop}.
+# A body whose steps take long enough to be interrupted; a separate Python runs {loop}.
 CODE = """
 import sys
 import numpy as np
@@ -40,7 +40,7 @@ except KeyboardInterrupt:
 
 
 def interrupt(loop):
-    """Sends SIGINT to a Python in that loop; what it says goes into the assertion where it is not as it should be."""
+    """Sends SIGINT to a Python in that loop; its output becomes part of the assertion if it is not as expected."""
     child = subprocess.Popen([sys.executable, "-c", CODE.format(loop=loop)], stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, universal_newlines=True, env=interpreter_environment())
     first = child.stdout.readline()
@@ -82,7 +82,7 @@ def test_another_thread_runs_while_a_call_does():
     while time.monotonic() - began < 0.3:
         system.potential(x)
     apart, elapsed = count - before, time.monotonic() - began
-    # One call that takes as long as all of these, in which Python runs nothing of this thread.
+    # One call that takes as long as all of these, during which Python runs nothing in this thread.
     problem = flesh.KinsolProblem(system, flesh.SolverOptions(linear_solver="klu"))
     u, before, began = problem.start(), count, time.monotonic()
     problem.preconditioner_setup(u)

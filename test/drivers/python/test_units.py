@@ -42,7 +42,7 @@ def factor_of(unit, system):
 
 
 def in_units(node, schema, system):
-    """The part `node` of a scene, and what it leaves to defaults, in other units."""
+    """Returns the part `node` of a scene, and its omitted defaults, in other units."""
     choices = [choice for choice in schema.get("anyOf", []) if "properties" in choice]
     if choices and isinstance(node, (dict, str)):
         return in_units({node: {}} if isinstance(node, str) else node, choices[0], system)

@@ -1,5 +1,6 @@
 # TEST part_of=test_python_wheel
-"""test_wheel.py: pip makes a wheel of the package with meson-python, and what it installs in an environment runs."""
+"""test_wheel.py: pip builds a wheel of the package with meson-python, and the installed package runs in an
+environment."""
 import importlib.util
 import os
 import re
@@ -17,7 +18,7 @@ if importlib.util.find_spec("mesonpy") is None or importlib.util.find_spec("pip"
 
 
 def run(*words, **options):
-    """What a command prints, without this package in its way."""
+    """Returns what a command prints, without this package in its path."""
     kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "LD_LIBRARY_PATH")}
     done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True, check=False,
                           env={**kept, "PIP_NO_INDEX": "1", "PYTHONDONTWRITEBYTECODE": "1"}, **options)
@@ -33,7 +34,7 @@ def test_a_wheel_in_an_environment(tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         words = archive.read(f"flesh-{flesh.__version__}.dist-info/METADATA").decode()
-    # The modules as they are in the build folder, the library beside them, and nothing else: no archive, no header.
+    # The modules as in the build folder, with the library beside them, and nothing else: no archive, no header.
     modules = {name for name in os.listdir(os.path.dirname(flesh.__file__)) if re.search(r"\.py$|^py\.typed$", name)}
     library = f"libflesh.so.{flesh.__version__}"
     told = {f"flesh-{flesh.__version__}.dist-info/{name}" for name in ("METADATA", "WHEEL", "RECORD")}
@@ -44,7 +45,7 @@ def test_a_wheel_in_an_environment(tmp_path):
     environment = tmp_path / "environment"
     run(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", str(environment))
     python = str(environment / "bin" / "python")
-    # A copy that the user has installed elsewhere would do for pip.
+    # A copy installed elsewhere by the user would satisfy pip.
     run(sys.executable, "-m", "pip", "--python", python, "install", "--no-deps", "--ignore-installed", str(wheel))
     place = run(python, "-c", "import flesh; print(flesh._library.LIBRARY_PATH)", cwd=tmp_path).strip()
     assert place.startswith(str(environment)) and place.endswith(f"/flesh/{library}")
