@@ -1,10 +1,10 @@
-/* touching.c: runs a scene in which bodies touch and looks after every step for surfaces that go through each other, by
- * exact predicates over all edges and faces, and for energy that nothing put in.
+/* touching.c: runs a scene of touching bodies and checks after every step for intersecting surfaces, by exact
+ * predicates over all edges and faces, and for spurious energy.
  *   touching SCENE SEED STEPS [KEY=VALUE ...]
- * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. One line: scene, steps done, pairs that
- * touch (of all steps in all, and the most of one step), crossings, steps in which the energy rose higher above what
- * was put in than before, worst gain, Newton iterations, how it ended. Exit code 1 where anything crossed or failed,
- * rose under backward Euler, or gained more than 1.1 % under another method. */
+ * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. Prints one line: scene, steps done,
+ * touching pairs (total over all steps, and the most in one step), crossings, steps in which the energy rose above the
+ * work put in by more than ever before, largest gain, Newton iterations, outcome. Exit code 1 if anything crossed or
+ * failed, if the energy rose under backward Euler, or if it gained more than 1.1 % under another method. */
 #include "touching.h"
 
 #include "effect/surface_contact.h"

@@ -1,10 +1,10 @@
-/* fail_allocation.c: preloaded into a program, lets one allocation fail, or all from one on: the one that
- * FLESH_FAIL_AT counts, from 1; FLESH_FAIL_ON=1: and all after it. FLESH_FAIL_SIZE: all of so many bytes.
- * FLESH_FAIL_OWN=1: only those that the program itself asks for count and fail, none of a shared library's.
- * FLESH_FAIL_COUNT names a file that gets the number of allocations of the process at its end. A crash prints the frames
- * that led to it as `frame: LIBRARY(SYMBOL+OFFSET)`, the innermost first, and ends the process as the signal would.
- * FLESH_FAIL_EACH=1: of each line "AT ON" from descriptor 3 a process of its own runs the program, with stdout.txt and
- * stderr.txt, and its exit code, or 128 and its signal, goes to descriptor 4: the libraries are loaded once for all. */
+/* fail_allocation.c: when preloaded into a program, lets the FLESH_FAIL_AT-th allocation fail, counted from 1, and with
+ * FLESH_FAIL_ON=1 all later ones. FLESH_FAIL_SIZE: lets all allocations of this many bytes fail. FLESH_FAIL_OWN=1: only
+ * allocations by the program itself count and fail, none by shared libraries. FLESH_FAIL_COUNT names a file that gets
+ * the number of allocations of the process at its end. A crash prints the frames that led to it as `frame:
+ * LIBRARY(SYMBOL+OFFSET)`, the innermost first, and ends the process by its signal. FLESH_FAIL_EACH=1: for each line
+ * "AT ON" from descriptor 3 a separate process runs the program, with stdout.txt and stderr.txt; its exit code, or 128
+ * plus its signal, is written to descriptor 4. The libraries are loaded only once. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <execinfo.h>

@@ -1,22 +1,23 @@
 // TEST full seconds=300
 /* test_capstan.c: a band around half of a drum, held at one end and loaded at the other. The drum turns against the
  * load, and friction raises the tension along the band by the exponential of the angle (Euler 1769). Both are bodies;
- * nothing leaves its plane. The band is so light that it rests at the end of every step.
+ * nodes stay in their planes. The band is so light that it rests at the end of every step.
  *
  * The band's tension T acts at its middle, half of its thickness t beyond the drum's friction f per angle: T' r = f R
- * at the radius r = R + t/2, by the moments about the axis. What friction lacks along the band is a shear
- * Q = f t/(2r), which takes part in the normal force N = T - Q'. So T grows by exp(k theta),
- * k (1 + mu k t/(2r)) = mu (1 - t/(2r)).
+ * at the radius r = R + t/2, by the moments about the axis. The missing part of the friction is a shear Q = f t/(2r) of
+ * the band, which contributes to the normal force N = T - Q'. So T grows by exp(k theta), k (1 + mu k t/(2r)) = mu (1 -
+ * t/(2r)).
  *
  * The ends' torques about the axis are compared, not their forces: as the band stretches, straight parts of it come
- * onto the drum and bent ones off it, whose moments move the lines of the forces. Drum and band are polygons, so that
- * normals lean by up to half an angle between two facets: the torques are those of a mean over a turn by one facet. */
+ * onto the drum and bent ones leave it, and their bending moments shift the lines of the forces. Drum and band are
+ * polygons, so normals are tilted by up to half an angle between two facets: the torques are means over a turn by one
+ * facet. */
 #include "grids.h"
 
 static const double RADIUS = 1, BORE = 0.7, THICK = 0.05, TAIL = 0.3, WIDTH = 0.1, APART = 2e-3, GAP = 1e-3;
 static const double YOUNG = 1e5, STRAIN = 2e-3, POISSON = 0.3, PI = 3.14159265358979;
 
-/* An arc with straight ends: across it, along it, along the axis. */
+/* Makes an arc with straight ends: cells across it, along it, along the axis. */
 typedef struct arc {
   double inner, outer, from, to, tail, low, high;
 } arc;
@@ -114,7 +115,7 @@ static void make(int facets, int layers, int cells, double friction, band *self)
   CHECK_OK(flesh_system_check(b->system, 0, b->state.x));
 }
 
-/* The torque about the axis at the held end over that of the load. */
+/* Returns the torque about the axis at the held end over that of the load. */
 static double ratio(band *self)
 {
   const flesh_state *s = &self->b.state;
@@ -135,7 +136,8 @@ static double exponent(double friction)
   return (sqrt(1 + 4 * shear * friction * (1 - share)) - 1) / (2 * shear);
 }
 
-/* The measured exponent over the expected one; the drum turns until the band slips everywhere, and by a facet. */
+/* Returns the measured exponent over the expected one; the drum turns until the band slips everywhere, and then by a
+ * facet. */
 static double draw(int facets, int layers, int cells, double friction)
 {
   enum { BEFORE = 10, STEPS = 16 };
@@ -168,7 +170,7 @@ static double draw(int facets, int layers, int cells, double friction)
   return log(mean) / expected;
 }
 
-/* With one cell along the axis no node of the drum is beneath the band: edges that cross bear it. With three, nodes
+/* With one cell along the axis no node of the drum is beneath the band: crossing edges bear it. With three, nodes
  * do. */
 static void tension_grows_by_the_exponential_of_the_angle(void)
 {

@@ -1,21 +1,21 @@
 // TEST full seconds=30
-/* test_impact_errors.c: errors of steps that errors choose follow the tolerance where motions of many frequencies count,
- * against the midpoint rule with steps that resolve them.
+/* test_impact_errors.c: errors of adaptive steps follow the tolerance in motions with many frequencies, compared with
+ * the midpoint rule with steps that resolve them.
  *
- * A cube meets a plane askew, and another cube. A node bounces in the barrier within some 1e-4 s, and what its momentum is off
- * by stays in the body: the control must see momenta. A cube that grazes a sphere flies on for five of its lengths: what its
- * vibrations are off by in the collision is momentum after it, which leads 15 to 240 tolerances astray where errors of free
- * bodies count but once, and 12 to 59 where residuals add up like errors; beside a cube that is held 8 to 74, and half a cube,
- * held along one axis, 51 to 199 where these count as held. Two cubes that fly at 300 m/s and meet at 1 m/s err by up to 5.1
- * where their speeds count as they are. A held bar whose muscle curls it onto a sphere errs by 2.9 at 1e-5 where contact's
- * impulses may be off by as much as errors of the third order, else by .1. Waves of all lengths go through a bar that is
- * stopped at its end. The shorter steps are, the faster are those that they resolve, and the more periods those go through:
- * errors must count as they add up, else they grow from 1.0 to 6.3 tolerances down to 1e-5. An incompressible body begins by a
- * short stage, whose error does not fall with the tolerance unless its length does.
+ * A cube meets a plane obliquely, and another cube. A node bounces in the barrier within some 1e-4 s, and its momentum
+ * error stays in the body: the error control must see momenta. A cube that grazes a sphere moves on for five of its
+ * lengths: errors of its vibrations in the collision become momentum, which causes errors of 15 to 240 tolerances if
+ * errors of free bodies count only once, and 12 to 59 if residuals add up like errors; beside a held cube 8 to 74, and
+ * for half a cube, held along one axis, 51 to 199 if these count as held. Two cubes that move at 300 m/s and meet at 1
+ * m/s err by up to 5.1 if errors are relative to their full speeds. A held bar whose muscle curls it onto a sphere errs
+ * by 2.9 at 1e-5 if contact's impulses may err as much as third-order errors, else by .1. Waves of all lengths pass
+ * through a bar that is stopped at its end. The shorter steps are, the faster are the waves that they resolve, and the
+ * more periods these last: errors must count as they accumulate, else they grow from 1.0 to 6.3 tolerances down to
+ * 1e-5. An incompressible body starts with a short stage, whose error only falls with the tolerance if its length does.
  *
- * A stiff residual that moves nothing is not solved for: a soft block rubs on another in two thirds of the iterations. And
- * a bar whose end is turned about its centre begins every solve as it goes on: with the free nodes left where they were, the
- * end would go through its neighbours, and the step fail. */
+ * A stiff residual that moves nothing is not solved for: a soft block rubs on another in two thirds of the iterations.
+ * And a bar whose end is turned about its centre starts every solve from its continued motion: with the free nodes left
+ * at their positions, the end would pass through its neighbours, and the step fail. */
 #include <math.h>
 
 #include "touching.h"
