@@ -22,6 +22,7 @@ static const struct {
     {"\1\0\0\0", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
     {"\0\0\0\1", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
     {"$NOD", 4, "Gmsh's format 1; save it as 2.2 or 4.1"},
+    {"# vtk", 5, "VTK's legacy one; save the grid as .vtu"},
     {"<?xml", 5, "XML; VTK's unstructured grids are read from files named .vtu"},
     {"<VTKFile", 8, "VTK's; its unstructured grids are read from files named .vtu"},
     {"solid", 5, "STL, a surface without tets" FILL},
@@ -31,10 +32,11 @@ static const struct {
 
 static int refuse(const flesh_scanner *s)
 {
-  for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
-    if (s->end - s->at >= foreign[i].bytes &&
-        !memcmp(s->at, foreign[i].begin, (size_t)foreign[i].bytes))
+  for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++) {
+    const char *from = *foreign[i].begin == '#' ? s->begin : s->at; /* the scanner skips comments */
+    if (s->end - from >= foreign[i].bytes && !memcmp(from, foreign[i].begin, (size_t)foreign[i].bytes))
       return flesh_fail(FLESH_ERR_FILE, "%s: the format is %s", s->path, foreign[i].advice);
+  }
   const size_t length = strlen(s->path);
   if (length > 4 && (!strcasecmp(s->path + length - 4, ".stl") || !strcasecmp(s->path + length - 4, ".obj")))
     return flesh_fail(FLESH_ERR_FILE, "%s: this is a surface without tets" FILL, s->path);

@@ -205,7 +205,8 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   c.source = (flesh_source){flesh_arena_print(arena, "--set %.*s%s", SHOWN, text, more), number};
   if (!c.source.name) return flesh_no_memory();
   const char *equals = strchr(text, '=');
-  if (!equals) return bad_path(&c);
+  if (!equals)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: no = follows the key; it must be KEY=VALUE, as time.step=1/120", c.source.name);
   c.path = flesh_arena_text(arena, text, (size_t)(equals - text));
   if (!c.path) return flesh_no_memory();
   int status = split_path(&c);

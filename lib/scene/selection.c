@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/rising.h"
+#include "base/text.h"
 #include "mesh/pieces.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
@@ -44,8 +45,11 @@ int flesh_selection_body(const char *name, const flesh_body *body, const flesh_b
   for (int k = 0; name && k < body->part_count; k++)
     if (!strcmp(body->parts[k].name, name)) *part = &body->parts[k];
   if (!name || *part) return FLESH_OK;
+  char names[480] = "";
+  for (int k = 0; k < body->part_count; k++)
+    flesh_text_add(names, sizeof names, "%s%.40s", k ? ", " : "", body->parts[k].name);
   return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name, but %s", name,
-                    body->part_count ? body->parts[0].name : "one without a name");
+                    *names ? names : "one without a name");
 }
 
 /* The body and the set that a selection names, or NULL. */
@@ -116,15 +120,21 @@ static int is_named(const flesh_selection *selection, const flesh_mesh_set *set,
 }
 
 /* Fails as nothing was found, and frees the empty list. */
-static int nothing_found(const flesh_selection *selection, const char *what, int **list)
+static int nothing_found(const flesh_selection *selection, const flesh_mesh *mesh, const char *what, int **list)
 {
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   free(*list);
   *list = NULL;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "no %s of the mesh lies in the given %s", what,
-                    has_box(selection) && has_sphere(selection) ? "box or sphere"
-                    : has_box(selection)                        ? "box"
-                    : has_sphere(selection)                     ? "sphere"
-                                                                : "nodes, regions, set or body");
+  if (!has_box(selection) && !has_sphere(selection))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "no %s of the mesh lies in the given nodes, regions, set or body", what);
+  for (size_t i = 0; i < 3 * (size_t)mesh->nodes; i++) {
+    low[i % 3] = fmin(low[i % 3], mesh->positions[i]);
+    high[i % 3] = fmax(high[i % 3], mesh->positions[i]);
+  }
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "no %s of the mesh lies in the given %s; the mesh reaches from [%g, %g, %g] to [%g, %g, %g]", what,
+                    !has_sphere(selection) ? "box" : has_box(selection) ? "box or sphere" : "sphere", low[0], low[1],
+                    low[2], high[0], high[1], high[2]);
 }
 
 /* Returns whether the number found suffices; in a part of a split mesh it may be 0 (share.c asks all ranks). */
@@ -165,7 +175,7 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
     if (chosen[i]) (*nodes)[(*count)++] = i;
   free(chosen);
   if (!*nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
-  return is_enough(mesh, found) ? FLESH_OK : nothing_found(selection, "node", nodes);
+  return is_enough(mesh, found) ? FLESH_OK : nothing_found(selection, mesh, "node", nodes);
 }
 
 int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
@@ -197,5 +207,5 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_body
   }
   free(chosen);
   *count = found;
-  return is_enough(mesh, of_whole) ? FLESH_OK : nothing_found(selection, "surface triangle", triangles);
+  return is_enough(mesh, of_whole) ? FLESH_OK : nothing_found(selection, mesh, "surface triangle", triangles);
 }

@@ -144,7 +144,7 @@ static void bad_bodies_are_refused(void)
   refused("body: {" BAR "}\nbodies: [{name: body, " BLOCK "}]\neffects: [inertia]\n",
           "bad.yaml:2:17: bodies[0].name is 'body'; another body has that name already");
   refused("body: {" BAR "}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia, pin: {body: b}]\n",
-          "body is 'b'; the scene has no body of that name, but body");
+          "body is 'b'; the scene has no body of that name, but body, a");
   refused("body: {" BAR "}\neffects: [inertia, pin: {body: left}]\n",
           "body is 'left'; the scene has no body of that name, but body");
   refused("body: {mesh: bar.node}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n", "have no material");

@@ -498,7 +498,8 @@ static void triangles_are_chosen_by_region(void)
   selection = nothing;
   memcpy(selection.box, (double[]){0.4, 0.4, 0.4, 0.6, 0.6, 0.6}, sizeof selection.box);
   CHECK(flesh_selection_triangles(&selection, &(flesh_body){.mesh = mesh}, &count, &triangles) == FLESH_ERR_ARGUMENT);
-  CHECK(!strcmp(flesh_error_text(), "no surface triangle of the mesh lies in the given box"));
+  CHECK(!strcmp(flesh_error_text(), "no surface triangle of the mesh lies in the given box; "
+                                    "the mesh reaches from [0, 0, 0] to [2, 1, 1]"));
   free(regions);
   flesh_mesh_destroy(&mesh);
   flesh_mesh_destroy(&box);

@@ -23,6 +23,7 @@ static const bad_file any_format[] = {
     {"a.txt", "", NULL, {"a.txt: the file is empty"}},
     {"a.txt", " \n\n# nothing\n", NULL, {"the file is empty"}},
     {"a.stl", "solid a\n", NULL, {"a.stl: the format is STL", "without tets"}},
+    {"a.vtk", "# vtk DataFile Version 2.0\nbar\n", NULL, {"a.vtk: the format is VTK's legacy one; save the grid as .vtu"}},
     {"a.mesh", "v 0 0 0\n", NULL, {"a.mesh:1: 'v' begins no known mesh format", "$MeshFormat"}},
     {"a.obj", "v 0 0 0\n", NULL, {"a.obj: this is a surface without tets; Gmsh"}},
     {"a.STL", "binary", NULL, {"a.STL: this is a surface without tets; Gmsh, TetGen and fTetWild fill it"}},

@@ -253,7 +253,8 @@ static void refused(const char *value, const char *words)
 static void what_cannot_be_is_refused(void)
 {
   refused("effects.contact.between=none", "between is none; it must be all, self, or a list of pairs of bodies");
-  refused("effects.contact.between=[[left, nobody]]", "between has 'nobody'; it must be the name of a body");
+  refused("effects.contact.between=[[left, nobody]]",
+          "between: body is 'nobody'; the scene has no body of that name, but left, right");
   refused("effects.contact.between=[left, right]", "it must be a list of pairs of bodies, [[a, b], [a, a]]");
   refused("effects.contact.between=[[left, right, left]]", "it must be a list of pairs of bodies, [[a, b], [a, a]]");
   refused("effects.contact.between=[]", "it must be all, self, or a list of pairs of bodies");

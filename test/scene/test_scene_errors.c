@@ -272,7 +272,7 @@ static void bad_overrides_are_refused_by_name(void)
   static const struct {
     const char *overrides[3], *parts[3];
   } bad[] = {
-      {{"body.density"}, {"--set body.density: the path is not of the form"}},
+      {{"body.density"}, {"--set body.density: no = follows the key; it must be KEY=VALUE"}},
       {{"=3"}, {"--set =3: the path is not of the form"}},
       {{"body..density=3"}, {"--set body..density=3: the path is not"}},
       {{"body.regions[x]=3"}, {"--set body.regions[x]=3: the path is not"}},

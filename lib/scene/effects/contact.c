@@ -127,15 +127,6 @@ static int make_mesh(const char *path, flesh_obstacle **obstacle)
   return status;
 }
 
-/* Returns the number of the body that the node names; -1: none. The only body of a scene may have no name. */
-static int body_named(const flesh_body *body, const flesh_node *name)
-{
-  if (name->kind != FLESH_NODE_SCALAR) return -1;
-  for (int k = 0; k < body->part_count; k++)
-    if (body->parts[k].name && !strcmp(body->parts[k].name, name->text)) return k;
-  return -1;
-}
-
 /* Reads a pair of the list. FLESH_ERR_ARGUMENT with what is wrong with it. */
 static int read_pair(const flesh_body *body, const flesh_node *node, int pair[2])
 {
@@ -145,9 +136,11 @@ static int read_pair(const flesh_body *body, const flesh_node *node, int pair[2]
                            flesh_node_show(node, shown));
   for (int end = 0; end < 2; end++) {
     const flesh_node *name = flesh_node_item(node, end);
-    pair[end] = body_named(body, name);
-    if (pair[end] < 0)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "between has '%s'; it must be the name of a body", flesh_node_show(name, shown));
+    const flesh_body_part *part;
+    if (name->kind != FLESH_NODE_SCALAR)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "between has %s; it must be the name of a body", flesh_node_show(name, shown));
+    if (flesh_selection_body(name->text, body, &part)) return flesh_fail_within(FLESH_ERR_ARGUMENT, "between: ");
+    pair[end] = (int)(part - body->parts);
   }
   return FLESH_OK;
 }
