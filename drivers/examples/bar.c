@@ -1,5 +1,4 @@
-/* bar.c: a bar that is made in code sags for half a second, by flesh's own integrator.
- *
+/* bar.c: makes a bar in code and lets it sag for half a second, by flesh's own integrator.
  * Sample output:
  *   at 0.50 s the tip is at z = -0.2854 m
  */
@@ -28,7 +27,7 @@ int main(void)
   TRY(flesh_effect_inertia(&body, &inertia))
   TRY(flesh_effect_elasticity(&body, &elasticity))
   TRY(flesh_effect_gravity(&body, (double[]){0, 0, -9.81}, &gravity))
-  flesh_system *system; /* the effects, which it owns, and the constraints */
+  flesh_system *system; /* owns the effects and has the constraints */
   TRY(flesh_system_create(mesh, &system))
   TRY(flesh_system_add_effect(system, &inertia))
   TRY(flesh_system_add_effect(system, &elasticity))

@@ -1,4 +1,4 @@
-/* bar.h: the body of the examples: a soft bar of 2 m x 0.5 m x 0.5 m along x, and what it takes to make it. */
+/* bar.h: the body of the examples: a soft bar of 2 m x 0.5 m x 0.5 m along x, and the functions that make it. */
 #ifndef FLESH_EXAMPLES_BAR_H
 #define FLESH_EXAMPLES_BAR_H
 
@@ -9,7 +9,8 @@
 #include <string.h>
 #include <sundials/sundials_context.h>
 
-/* Ends the program with the library's words (and the call, for functions of SUNDIALS) where a call fails. */
+/* Ends the program if a call fails; prints the call (for functions of SUNDIALS, which set no message) and flesh's
+ * message. */
 #define TRY(call)                                                                              \
   do {                                                                                         \
     if (call) {                                                                                \
@@ -28,7 +29,7 @@ typedef struct bar {
   flesh_state state; /* at rest */
 } bar;
 
-/* A new state at rest. */
+/* Returns a new state at rest. */
 static inline flesh_state bar_rest(const flesh_mesh *mesh)
 {
   const size_t n = 3 * (size_t)flesh_mesh_node_count(mesh);
@@ -37,7 +38,7 @@ static inline flesh_state bar_rest(const flesh_mesh *mesh)
   return state;
 }
 
-/* A body of the mesh, which it owns, with elasticity, and inertia where it `moves`. */
+/* Makes the body and the system of b->mesh, which *b owns: elasticity, and inertia if `moves`. */
 static inline void bar_make(bar *b, flesh_element element, const flesh_material *material, int moves)
 {
   const int tets = flesh_mesh_tet_count(b->mesh);
@@ -58,8 +59,8 @@ static inline void bar_make(bar *b, flesh_element element, const flesh_material 
   b->state = bar_rest(b->mesh);
 }
 
-/* The program may add effects before bar_finish. For elements of ten nodes a tet the mesh gets nodes on its edges, behind
- * those that it has. */
+/* Makes the bar up to bar_finish, before which the program may add effects. For elements with ten nodes per tet, nodes
+ * on the mesh's edges are numbered after those at its vertices. */
 static inline void bar_begin(bar *b, flesh_element element, const flesh_material *material, int moves)
 {
   TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
@@ -79,7 +80,7 @@ static inline void bar_gravity(bar *b, double z)
   TRY(flesh_system_add_effect(b->system, &effect));
 }
 
-/* A spring of 2000 N/m from the free end to a point above it, from t = 0.2 s to 0.4 s. */
+/* Adds a spring of 2000 N/m from the free end to a point above it, which acts from t = 0.2 s to 0.4 s. */
 static inline void bar_pull(bar *b)
 {
   const flesh_keyframe above = {.translation = {2, 0.25, 2}};
@@ -89,7 +90,7 @@ static inline void bar_pull(bar *b)
   TRY(flesh_system_add_effect(b->system, &spring));
 }
 
-/* Holds the end at x = 0 and finishes the system. */
+/* Pins the end at x = 0 and finalizes the system. */
 static inline void bar_finish(bar *b)
 {
   int *nodes = malloc((size_t)b->nodes * sizeof(int)), count = 0;
@@ -109,7 +110,7 @@ static inline void bar_destroy(bar *b)
   free(b->state.v);
 }
 
-/* Young's modulus 5e4 Pa, Poisson's ratio 0.45, Psi_S. */
+/* Returns a material with the energy Psi_S, Young's modulus 5e4 Pa and Poisson's ratio 0.45. */
 static inline flesh_material bar_soft(void)
 {
   flesh_material material;

@@ -1,9 +1,9 @@
-/* bar_cvode_arkode.c: one motion by CVODE (BDF), ARKODE (implicit and explicit Runge-Kutta) and IDA.
+/* bar_cvode_arkode.c: computes one motion by CVODE (BDF), ARKODE (implicit and explicit Runge-Kutta) and IDA.
  *
- * A bar of ten-node tets, held at one end, falls under gravity: y' = f(t, y), y = (x, v), f = (v, -M^-1 r(t, x, v, 0)). The
- * callbacks are those of four-node tets. CVODE and ARKODE's implicit methods solve with flesh's df/dy and flesh's linear
- * solver, which eliminates one half of y; CVODE then again with GMRES and flesh's preconditioner. The reference is IDA's, of
- * the integrator layer.
+ * A bar of ten-node tets, held at one end, falls under gravity: y' = f(t, y), y = (x, v), f = (v, -M^-1 r(t, x, v, 0)).
+ * The callbacks are the same as for four-node tets. CVODE and ARKODE's implicit method solve with flesh's df/dy and
+ * flesh's linear solver, which eliminates one half of y; CVODE solves a second time with GMRES and flesh's
+ * preconditioner. The reference is computed by IDA through the integrator layer.
  *
  * Sample output:
  *   IDA, reference            tip at z = 0.0538 m
@@ -21,7 +21,7 @@
 
 #include "bar.h"
 
-/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+/* Before SUNDIALS 7.1, the names of ARKODE's functions begin with that of the stepper. */
 #if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
 #define ARK(stepper, function) stepper##function
 #else
@@ -37,7 +37,7 @@ static void report(const char *name, const bar *b, const double *x, double exact
          off < 1e-5 ? "1e-5 m" : off < 1e-4 ? "1e-4 m" : off < 1e-3 ? "1e-3 m" : "more than 1e-3 m");
 }
 
-/* 1. The reference: the integrator layer's IDA. */
+/* 1. The reference, by IDA through the integrator layer. */
 static double reference(const bar *b)
 {
   flesh_solver_options options;
@@ -78,7 +78,7 @@ int main(void)
   N_Vector y = N_VNew_Serial(6 * (sunindextype)b.nodes, context), atol = N_VClone(y);
   double t;
 
-  /* 3. CVODE. Above order 2, BDF is not A-stable. */
+  /* 3. CVODE, limited to order 2: above it, BDF is not A-stable. */
   TRY(flesh_ode_start(problem, &b.state, y));
   TRY(flesh_ode_tolerances(problem, tolerance, atol));
   void *cvode = CVodeCreate(CV_BDF, context);
@@ -93,7 +93,7 @@ int main(void)
   TRY(CVodeSetMaxNumSteps(cvode, 100000));
   TRY(CVodeSetLinearSolver(cvode, solver, J));
   TRY(CVodeSetJacFn(cvode, flesh_ode_jacobian));
-  TRY(CVodeSetStopTime(cvode, end)); /* a step onto the end instead of an interpolation */
+  TRY(CVodeSetStopTime(cvode, end)); /* steps exactly to the end instead of interpolating there */
   TRY(CVode(cvode, end, y, &t, CV_NORMAL) < 0);
   report("CVODE, BDF", &b, N_VGetArrayPointer(y), exact);
 
@@ -110,7 +110,7 @@ int main(void)
   CVodeFree(&cvode);
   SUNLinSolFree(gmres);
 
-  /* 4. ARKODE, diagonally implicit of order 4. */
+  /* 4. ARKODE, a diagonally implicit method of order 4. */
   TRY(flesh_ode_start(problem, &b.state, y));
   void *ark = ARKStepCreate(NULL, flesh_ode_rhs, 0, y, context);
   TRY(ARK(ARKStep, SetUserData)(ark, problem));
@@ -126,7 +126,7 @@ int main(void)
   SUNLinSolFree(solver);
   SUNMatDestroy(J);
 
-  /* 5. ARKODE, explicit of order 4: no solver at all, but steps that resolve sound. */
+  /* 5. ARKODE, an explicit method of order 4: it needs no solver, but steps so small that they resolve sound waves. */
   TRY(flesh_ode_start(problem, &b.state, y));
   ark = ERKStepCreate(flesh_ode_rhs, 0, y, context);
   TRY(ARK(ERKStep, SetUserData)(ark, problem));

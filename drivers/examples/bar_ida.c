@@ -1,8 +1,8 @@
-/* bar_ida.c: motion by an IDA that the program owns, with flesh's callbacks, through an event.
+/* bar_ida.c: computes a motion by an IDA that the program owns, with flesh's callbacks, through an event.
  *
  * A bar, held at one end, falls and swings under gravity: x' = v, r(t, x, v, v') = 0. A spring pulls its free end from
- * t = 0.2 s to 0.4 s; there the right-hand side jumps, and IDA is started anew. y = (x, v), tolerances are absolute and
- * in shares of the body's length and typical velocity. The program's user_data is a struct of its own.
+ * t = 0.2 s to 0.4 s; at both times the residual jumps and IDA is restarted. y = (x, v); its tolerances are absolute,
+ * fractions of the body's length and of its typical velocity. The program passes IDA a user_data struct of its own.
  *
  * Sample output:
  *       t     tip x     tip z
@@ -32,7 +32,7 @@ static int counted_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, 
 
 int main(void)
 {
-  /* 1. The body, and a spring of 2000 N/m from its end to a point above. */
+  /* 1. The body, and a spring of 2000 N/m from its end to a point above it. */
   bar b;
   const flesh_material soft = bar_soft();
   bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
@@ -57,7 +57,7 @@ int main(void)
   TRY(flesh_ida_sunmatrix_create(mine.problem, context, &A));
   TRY(flesh_ida_sunlinsol_create(mine.problem, context, &solver));
 
-  /* 4. IDA, started consistently. */
+  /* 4. IDA, with consistent initial values. */
   void *ida = IDACreate(context);
   TRY(flesh_ida_start(mine.problem, &b.state, y, yp));
   TRY(flesh_ida_tolerances(mine.problem, 1e-6, atol));
@@ -69,7 +69,7 @@ int main(void)
   TRY(IDASetLinearSolver(ida, solver, A));
   TRY(IDASetJacFn(ida, flesh_ida_jacobian));
 
-  /* 5. To each output; where an event is on the way, up to it and on from a new start. */
+  /* 5. Integrates to each output; stops at an event before it and restarts there. */
   printf("    t     tip x     tip z\n");
   for (int k = 1; k <= 6; k++) {
     const double out = 0.1 * k;

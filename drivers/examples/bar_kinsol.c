@@ -1,9 +1,9 @@
-/* bar_kinsol.c: equilibrium by a KINSOL that the program owns, with flesh's callbacks.
+/* bar_kinsol.c: finds an equilibrium by a KINSOL that the program owns, with flesh's callbacks.
  *
- * A bar, held at one end, sags under its weight: r(x) = dV/dx = 0 with V the elastic energy less the work of gravity,
- * x = X + u the positions, u KINSOL's unknown. Solved twice from u = 0:
+ * A bar, held at one end, sags under its weight: r(x) = dV/dx = 0, where V is the elastic energy less the work of
+ * gravity, x = X + u are the positions and u is KINSOL's unknown. The program solves twice from u = 0:
  *   - with flesh's block matrix and linear solver (preconditioned conjugate gradients, steps guarded by V),
- *   - with SUNDIALS' sparse matrix and KLU and KINSOL's own line search.
+ *   - with SUNDIALS' sparse matrix, KLU and KINSOL's own line search.
  * `bar_kinsol FILE` writes the equilibrium as a state file, from which a scene may start.
  *
  * Sample output:
@@ -20,7 +20,7 @@
 
 static void solve(bar *b, SUNContext context, int by_klu)
 {
-  /* 1. Flesh's side of the problem: options, and from where (x0) and how (shift) the unknown moves the point. */
+  /* 1. Flesh's side of the problem: options, and a stage, in which the positions are x0 + shift.x u. */
   const int n = flesh_system_unknowns(b->system);
   flesh_solver_options options;
   flesh_solver_options_default(&options);
@@ -31,12 +31,12 @@ static void solve(bar *b, SUNContext context, int by_klu)
       .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = flesh_mesh_positions(b->mesh)};
   TRY(flesh_problem_set_stage(problem, &stage));
 
-  /* 2. Vectors: the unknown, 0 but for constrained components, and no scaling. */
+  /* 2. Vectors: the unknown, which starts at 0 except in constrained components, and scales of 1. */
   N_Vector u = N_VNew_Serial(n, context), ones = N_VClone(u);
   N_VConst(1, ones);
   flesh_problem_start(problem, N_VGetArrayPointer(u));
 
-  /* 3. Matrix and linear solver: flesh's or SUNDIALS'. */
+  /* 3. Matrix and linear solver, by flesh or by SUNDIALS. */
   SUNMatrix A;
   SUNLinearSolver solver;
   if (by_klu) {
@@ -54,7 +54,7 @@ static void solve(bar *b, SUNContext context, int by_klu)
   TRY(KINSetLinearSolver(kinsol, solver, A));
   TRY(KINSetJacFn(kinsol, flesh_kinsol_jacobian));
   TRY(KINSetMaxSetupCalls(kinsol, 1));      /* a fresh Jacobian in every iteration */
-  TRY(KINSetMaxNewtonStep(kinsol, 1e300));  /* KINSOL would limit steps by |u|, which starts at 0 */
+  TRY(KINSetMaxNewtonStep(kinsol, 1e300));  /* KINSOL would limit steps to a multiple of |u|, which starts at 0 */
   TRY(KINSetFuncNormTol(kinsol, 1e-6));     /* N */
   TRY(KINSetScaledStepTol(kinsol, 1e-14));
   TRY(KINSol(kinsol, u, by_klu ? KIN_LINESEARCH : KIN_NONE, ones, ones) < 0);

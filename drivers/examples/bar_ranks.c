@@ -1,8 +1,8 @@
-/* bar_ranks.c: a bar that swings, shared out among ranks of MPI: mpirun -n 3 example_bar_ranks
+/* bar_ranks.c: computes the motion of a bar that is distributed over ranks of MPI: mpirun -n 3 example_bar_ranks
  *
- * M a + dV/dx = M g, held at one end. Every rank makes the whole mesh and a part of it, and builds a system on its part
- * as a program of one rank would. Steps are collective; each rank has x and v of its own nodes and of those that it
- * shares with others.
+ * M a + dV/dx = M g, held at one end. Every rank makes the whole mesh and its part of it, and builds a system on its
+ * part, as a program without ranks would on the mesh. Steps are collective; each rank has x and v of its own nodes and
+ * of those that it shares with others.
  *
  * Sample output:
  *   384 tets on 3 ranks
@@ -12,7 +12,7 @@
  */
 #include "bar_ranks.h"
 
-/* Steps of backward Euler, which all ranks take together. */
+/* Takes 30 steps of backward Euler, a collective call. */
 static void swing(const bar_ranks *b)
 {
   flesh_state state = bar_ranks_rest(b);
@@ -35,7 +35,7 @@ static void swing(const bar_ranks *b)
 int main(int argc, char **argv)
 {
   bar_ranks b;
-  MPI_Init(&argc, &argv); /* MPI is the program's */
+  MPI_Init(&argc, &argv); /* the program, not flesh, initialises MPI */
   bar_ranks_begin(&b, 1, 9.81);
   swing(&b);
   bar_ranks_end(&b);

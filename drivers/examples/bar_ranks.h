@@ -1,5 +1,5 @@
-/* bar_ranks.h: the body of the examples on ranks of MPI: a soft bar of 2 m x 0.25 m x 0.25 m along x, held at x = 0, the
- * whole of it on every rank and the part that is the rank's. */
+/* bar_ranks.h: the body of the examples with ranks of MPI: a soft bar of 2 m x 0.25 m x 0.25 m along x, held at x = 0.
+ * Every rank has the whole mesh and its part of it. */
 #ifndef FLESH_EXAMPLES_BAR_RANKS_H
 #define FLESH_EXAMPLES_BAR_RANKS_H
 
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Ends all ranks where a call fails. */
+/* Ends all ranks when a call fails. */
 #define TRY(call)                                                                              \
   do {                                                                                         \
     if (call) {                                                                                \
@@ -23,7 +23,7 @@ typedef struct bar_ranks {
   flesh_communicator *communicator;
   int first;              /* 1 on the first rank, which prints */
   flesh_mesh *whole;
-  int tip;                /* node in the middle of the free end, in the whole */
+  int tip;                /* node of the whole mesh in the middle of the free end */
   flesh_rank_part *part;
   const flesh_mesh *mesh; /* of the part */
   double *density;
@@ -32,7 +32,7 @@ typedef struct bar_ranks {
   flesh_system *system;
 } bar_ranks;
 
-/* Elasticity and gravity on the part's tets, inertia where it `moves`, and pins where it has nodes of the held end. */
+/* Makes the system of the rank's part: elasticity and gravity, inertia if `moves`, and pins on its nodes at x = 0. */
 static inline void bar_ranks_make_system(bar_ranks *b, int moves, double gravity)
 {
   const int nodes = flesh_mesh_node_count(b->mesh);
@@ -55,14 +55,14 @@ static inline void bar_ranks_make_system(bar_ranks *b, int moves, double gravity
   free(held);
 }
 
-/* After MPI_Init: flesh takes a duplicate of MPI's communicator. */
+/* Makes the bar. To be called after MPI_Init; flesh duplicates MPI's communicator. */
 static inline void bar_ranks_begin(bar_ranks *b, int moves, double gravity)
 {
   MPI_Comm world = MPI_COMM_WORLD;
   TRY(flesh_communicator_create(&world, &b->communicator));
   b->first = flesh_communicator_rank(b->communicator) == 0;
   TRY(flesh_mesh_box((int[]){16, 2, 2}, (double[]){2, 0.25, 0.25}, (double[]){0, 0, 0}, &b->whole));
-  b->tip = (1 * 3 + 1) * 17 + 16; /* (16,1,1) of its grid */
+  b->tip = (1 * 3 + 1) * 17 + 16; /* node (16,1,1) of the grid */
   TRY(flesh_rank_part_create(b->communicator, b->whole, NULL, &b->part));
   if (b->first)
     printf("%d tets on %d ranks\n", flesh_mesh_tet_count(b->whole), flesh_communicator_size(b->communicator));
@@ -75,7 +75,7 @@ static inline void bar_ranks_begin(bar_ranks *b, int moves, double gravity)
   bar_ranks_make_system(b, moves, gravity);
 }
 
-/* A new state of the part, at rest. */
+/* Returns a new state of the part, at rest. */
 static inline flesh_state bar_ranks_rest(const bar_ranks *b)
 {
   const size_t bytes = (size_t)flesh_system_unknowns(b->system) * sizeof(double);
@@ -84,7 +84,7 @@ static inline flesh_state bar_ranks_rest(const bar_ranks *b)
   return state;
 }
 
-/* The first rank prints where the tip is; of x [3*nodes of the part] only own nodes are read. */
+/* Prints on the first rank where the tip is. x [3*nodes of the part]; only entries of the rank's own nodes are read. */
 static inline void bar_ranks_print_tip(const bar_ranks *b, const char *when, const double *x)
 {
   double *whole = malloc(3 * (size_t)flesh_mesh_node_count(b->whole) * sizeof *whole);

@@ -1,11 +1,11 @@
-/* bar_ranks_ida.c: a motion by an IDA of the program, on ranks of MPI: mpirun -n 3 example_bar_ranks_ida
+/* bar_ranks_ida.c: computes a motion by the program's own IDA on ranks of MPI: mpirun -n 3 example_bar_ranks_ida
  *
- * A bar, held at one end, falls and swings under gravity: F(t, y, y') = 0 with y = (x, v) on vectors of N_VNew_Parallel.
- * A rank's part of them has the positions of its own nodes, then their velocities; flesh's callbacks fetch those of
- * ghosts. IDA chooses its steps by norms, which N_VNew_Parallel adds up over the ranks, so that all take the same.
- * Solved with
- *   - flesh's matrix and linear solver, which eliminates the velocities,
- *   - SUNDIALS' GMRES, to which flesh gives products and the preconditioner, and no matrix.
+ * A bar, held at one end, falls and swings under gravity: F(t, y, y') = 0 with y = (x, v) in vectors of
+ * N_VNew_Parallel. A rank's part of a vector has the positions of its own nodes, then their velocities; flesh's
+ * callbacks fetch the values of ghosts. IDA chooses its steps by norms, which N_VNew_Parallel sums over the ranks, so
+ * that all ranks take the same steps. The program solves twice:
+ *   - with flesh's matrix and linear solver, which eliminates the velocities,
+ *   - with SUNDIALS' GMRES and no matrix; flesh gives products with the Jacobian and the preconditioner.
  *
  * Sample output:
  *   384 tets on 3 ranks
@@ -29,12 +29,12 @@ static void swing(const bar_ranks *b, SUNContext context, const char *way, int w
   flesh_ida_problem *problem;
   TRY(flesh_ida_problem_create(b->system, &options, &problem));
 
-  /* 2. Vectors of own nodes: 6 numbers for each. The state has ghosts, too. */
+  /* 2. Vectors with 6 numbers for each own node. The state has the ghosts, too. */
   const int own = 6 * flesh_rank_part_own(b->part), all = 6 * flesh_mesh_node_count(b->whole);
   N_Vector y = N_VNew_Parallel(MPI_COMM_WORLD, own, all, context), yp = N_VClone(y), atol = N_VClone(y);
   flesh_state state = bar_ranks_rest(b);
 
-  /* 3. A consistent start, and what is to be tolerated of lengths and velocities. */
+  /* 3. Consistent initial values, and the tolerances of positions and velocities. */
   TRY(flesh_ida_start(problem, &state, y, yp));
   TRY(flesh_ida_tolerances(problem, 1e-6, atol));
 
@@ -59,7 +59,7 @@ static void swing(const bar_ranks *b, SUNContext context, const char *way, int w
     TRY(IDASetJacFn(ida, flesh_ida_jacobian));
   }
 
-  /* 5. The motion, at two times. */
+  /* 5. The motion, printed at two times. */
   for (int k = 1; k <= 2; k++) {
     char when[80];
     double t;

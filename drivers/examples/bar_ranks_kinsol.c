@@ -1,9 +1,9 @@
-/* bar_ranks_kinsol.c: equilibrium by a KINSOL of the program, on ranks of MPI: mpirun -n 3 example_bar_ranks_kinsol
+/* bar_ranks_kinsol.c: finds an equilibrium by the program's own KINSOL: mpirun -n 3 example_bar_ranks_kinsol
  *
- * A bar that sags under its weight, with vectors of N_VNew_Parallel. A rank's part of them has the numbers of its own
- * nodes; flesh's callbacks fetch those of ghosts. Solved twice from u = 0:
+ * A bar sags under its weight, on ranks of MPI, with vectors of N_VNew_Parallel. A rank's part of a vector has the
+ * numbers of its own nodes; flesh's callbacks fetch the values of ghosts. The program solves twice from u = 0:
  *   - with flesh's block matrix and linear solver,
- *   - with SUNDIALS' conjugate gradients, to which flesh gives products and the preconditioner, and no matrix.
+ *   - with SUNDIALS' conjugate gradients and no matrix; flesh gives products with the Jacobian and the preconditioner.
  *
  * Sample output:
  *   384 tets on 3 ranks
@@ -28,7 +28,7 @@ static void solve(const bar_ranks *b, SUNContext context, int without_matrix)
       .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = flesh_mesh_positions(b->mesh)};
   TRY(flesh_problem_set_stage(problem, &stage));
 
-  /* 2. Vectors of own nodes: a rank's part, and all of it. The pins hold where the body is at rest, so u = 0 will do. */
+  /* 2. Vectors of own nodes: a rank's length and the total. Pinned nodes are at their rest positions: u = 0 will do. */
   const int own = 3 * flesh_rank_part_own(b->part), all = 3 * flesh_mesh_node_count(b->whole);
   N_Vector u = N_VNew_Parallel(MPI_COMM_WORLD, own, all, context), ones = N_VClone(u);
   N_VConst(0, u);
@@ -58,7 +58,7 @@ static void solve(const bar_ranks *b, SUNContext context, int without_matrix)
   TRY(KINSetEtaForm(kinsol, KIN_ETACONSTANT));
   TRY(KINSetEtaConstValue(kinsol, 1e-3));
   TRY(KINSetMaxSetupCalls(kinsol, 1));     /* a fresh Jacobian in every iteration */
-  TRY(KINSetMaxNewtonStep(kinsol, 1e300)); /* KINSOL would limit steps by |u|, which starts at 0 */
+  TRY(KINSetMaxNewtonStep(kinsol, 1e300)); /* KINSOL would limit steps to a multiple of |u|, which starts at 0 */
   TRY(KINSetFuncNormTol(kinsol, 1e-6));    /* N */
   TRY(KINSetScaledStepTol(kinsol, 1e-14));
   TRY(KINSol(kinsol, u, KIN_NONE, ones, ones) < 0);

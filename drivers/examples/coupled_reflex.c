@@ -1,14 +1,14 @@
-/* coupled_reflex.c: flesh as one block of a larger system: a muscle with a stretch reflex, in one IDA residual.
+/* coupled_reflex.c: couples flesh to another equation: a muscle with a stretch reflex, in one IDA residual.
  *
- * A bar hangs along x from its end at x = 0. Fibres along it carry a prestress that an activation A scales: the energy
- * A s/2 (|F e_x|^2 - 1) per volume, an effect of the program's own, together with a resistance to motion. The
- * activation follows the stretch of the bar with a delay:
+ * A bar hangs along x from its end at x = 0. Fibres along it carry a prestress that is scaled by an activation A: the
+ * energy A s/2 (|F e_x|^2 - 1) per volume. The prestress and a resistance to motion are an effect of the program's own.
+ * The activation follows the stretch of the bar with a delay:
  *
  *   x' = v,   r(t, x, v, v'; A) = 0,   A' = (G (x_tip - L)/L - A) / T
  *
- * The unknown is (x, v, A): the first 2*3*n numbers are flesh's, as in ida.h. The Jacobian is flesh's sparse one with
- * one more column, dr/dA, and one more row; KLU solves. When the motion has died away, what is left must be the static
- * equilibrium with that activation, which the integrator layer finds by itself.
+ * The unknown is (x, v, A); its first 2*3*n numbers are flesh's, as in ida.h. The Jacobian is flesh's sparse one with
+ * one more column, dr/dA, and one more row; KLU solves. When the motion has died away, the bar must be in the static
+ * equilibrium with that activation, which the integrator layer computes independently.
  *
  * Sample output:
  *       t   tip x        A
@@ -32,7 +32,7 @@ static const double gain = 4, delay = 0.2, strength = 2e4 /* Pa */, resistance =
 
 /* 1. The effect. */
 typedef struct muscle {
-  double activation; /* set by the residual before flesh is asked: so the effect serves one thread */
+  double activation; /* set before each call of flesh, so the effect serves only one thread */
   int nodes;
   flesh_cells cells;
   double *volumes, *along; /* [cells]; [4*cells] derivatives of the nodes' shape functions along x */
@@ -68,7 +68,7 @@ static void muscle_destroy(muscle *m)
   free(m->along);
 }
 
-/* r += activation * dr/dA */
+/* Adds activation * dr/dA to r. */
 static void muscle_tension(const muscle *m, double activation, const double *x, double *r)
 {
   for (int c = 0; c < m->cells.count; c++) {
@@ -108,7 +108,7 @@ static int muscle_jacobian(const flesh_effect *effect, const flesh_point *point,
   return FLESH_OK;
 }
 
-/* The potential of the tension; the resistance has none in statics, where it is asked for. */
+/* Adds the potential of the tension and that of the resistance; in statics the latter is left out (shift->v is 0). */
 static int muscle_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
                             double *magnitude)
 {
@@ -137,8 +137,8 @@ typedef struct coupled {
   flesh_ida_problem *body;
   const bar *bar;
   muscle *muscle;
-  int n;               /* flesh's dofs; y has 2*n + 1 */
-  N_Vector y, yp, r;   /* vectors of 2*n that show the body's part of longer ones */
+  int n;               /* number of flesh's dofs; y has 2*n + 1 */
+  N_Vector y, yp, r;   /* vectors [2*n], aliases of the body's part of longer ones */
   SUNMatrix J;         /* the body's Jacobian */
   uint8_t *fixed;
   double *tension;     /* dr/dA */
@@ -188,7 +188,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 
 int main(void)
 {
-  /* 3. The body with its own effect, which is audited. */
+  /* 3. The body with its own effect, whose derivatives are audited. */
   bar b;
   muscle m;
   flesh_effect *effect;
@@ -205,7 +205,7 @@ int main(void)
   TRY(flesh_system_add_effect(b.system, &effect));
   bar_finish(&b);
 
-  /* 4. Flesh's side, and vectors that will show the body's part. */
+  /* 4. Flesh's side, and vectors that will be aliases of the body's part. */
   SUNContext context;
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));
   const int n = flesh_system_unknowns(b.system);
@@ -222,14 +222,14 @@ int main(void)
   c.tension = malloc((size_t)n * sizeof(double));
   flesh_system_fixed(b.system, 0, c.fixed);
 
-  /* 5. A consistent start: relaxed, at rest, unstretched. */
+  /* 5. Consistent initial values: unstretched, at rest, without activation. */
   m.activation = 0;
   TRY(flesh_ida_start(c.body, &b.state, c.y, c.yp));
   TRY(flesh_ida_tolerances(c.body, 1e-6, c.r));
   N_VGetArrayPointer(y)[2 * n] = N_VGetArrayPointer(yp)[2 * n] = 0;
   N_VGetArrayPointer(atol)[2 * n] = 1e-6;
 
-  /* 6. IDA on the whole. */
+  /* 6. IDA on the coupled system. */
   void *ida = IDACreate(context);
   SUNMatrix J = SUNSparseMatrix(2 * n + 1, 2 * n + 1, flesh_ida_entries(c.body) + n + 2, CSC_MAT, context);
   SUNLinearSolver solver = SUNLinSol_KLU(y, J, context);
@@ -248,7 +248,7 @@ int main(void)
     printf("%5.2f %7.4f %8.4f\n", t, N_VGetArrayPointer(y)[3 * b.tip], N_VGetArrayPointer(y)[2 * n]);
   }
 
-  /* 7. The equilibrium with that activation. */
+  /* 7. The static equilibrium with the final activation. */
   flesh_integrator *integrator;
   m.activation = N_VGetArrayPointer(y)[2 * n];
   TRY(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));

@@ -1,10 +1,10 @@
-/* cube.h: a cube of 0.2 m that is thrown on a sheet 5 cm beneath it, for examples with contact. */
+/* cube.h: a cube of 0.2 m that is thrown at a sheet 5 cm below it, for examples with contact. */
 #ifndef FLESH_EXAMPLES_CUBE_H
 #define FLESH_EXAMPLES_CUBE_H
 
 #include "bar.h"
 
-/* The cube above the sheet, at 5 m/s; bar_destroy ends it. */
+/* Makes the cube above the sheet, with a velocity of 5 m/s downwards. To be freed by bar_destroy. */
 static inline void cube_begin(bar *c)
 {
   const double corners[] = {-2, -2, -0.05, 3, -2, -0.05, 3, 3, -0.05, -2, 3, -0.05}; /* m, of the sheet */
@@ -24,7 +24,7 @@ static inline void cube_begin(bar *c)
   for (int i = 0; i < c->nodes; i++) c->state.v[3 * i + 2] = -5; /* m/s */
 }
 
-/* How far the lowest node is above the sheet, m. */
+/* Returns how far the lowest node is above the sheet, m. */
 static inline double cube_lowest(const bar *c, const double *x)
 {
   double lowest = INFINITY;

@@ -1,9 +1,9 @@
-/* newton_arkode.c: stages of a Runge-Kutta method of ARKODE with flesh's Newton and with SUNDIALS'.
+/* newton_arkode.c: solves the stages of a Runge-Kutta method of ARKODE by flesh's Newton and by SUNDIALS'.
  *
- * A bar, held at one end, falls and swings under gravity. ESDIRK3(2)4L[2]SA (Kennedy & Carpenter 2019) has three implicit
- * stages of one length; the last is the end of the step. flesh's Newton begins each at an extrapolated acceleration and
- * lets the potential fall; SUNDIALS' begins at the last step's end, and some of its solves fail, so that ARKODE makes its
- * steps shorter.
+ * A bar, held at one end, falls and swings under gravity. ESDIRK3(2)4L[2]SA (Kennedy & Carpenter 2019) has three
+ * implicit stages with the same diagonal coefficient; the last is the end of the step. flesh's Newton starts each stage
+ * from an extrapolated acceleration and decreases the potential; SUNDIALS' Newton starts from the end of the last step,
+ * and some of its solves fail, so that ARKODE shortens its steps.
  *
  * Sample output:
  *   SUNDIALS' Newton: tip at z = -1.10 m
@@ -15,7 +15,7 @@
 
 #include "bar.h"
 
-/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+/* Before SUNDIALS 7.1, the names of ARKODE's functions begin with that of the stepper. */
 #if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
 #define ARK(function) ARKStep##function
 #else
@@ -41,7 +41,7 @@ static long swing(const bar *b, SUNContext context, long others)
   TRY(ARK(SetMaxNumSteps)(ark, 100000));
   TRY(ARKStepSetTableName(ark, "ARKODE_ESDIRK324L2SA_4_2_3", "ARKODE_ERK_NONE"));
 
-  /* 3. Its Newton. flesh's is told of accepted steps, and f at a stage is deduced from the stage's solution. */
+  /* 3. The nonlinear solver. flesh's is told of accepted steps, and f at a stage is deduced from its solution. */
   SUNNonlinearSolver newton = NULL;
   SUNMatrix J = NULL;
   SUNLinearSolver solver = NULL;

@@ -1,7 +1,7 @@
-/* newton_cvode.c: a motion by a CVODE that the program owns, with flesh's Newton, through an event.
+/* newton_cvode.c: computes a motion by a CVODE that the program owns, with flesh's Newton, through an event.
  *
- * A bar, held at one end, falls and swings under gravity; a spring pulls its free end from t = 0.2 s to 0.4 s. There the
- * right-hand side jumps, and CVODE is started anew; flesh's Newton takes what it knows from the new start.
+ * A bar, held at one end, falls and swings under gravity; a spring pulls its free end from t = 0.2 s to 0.4 s. At both
+ * times the right-hand side jumps and CVODE is restarted; flesh's Newton then takes its data from the new start.
  *
  * Sample output:
  *   t = 0.20 s: tip at z = 0.054 m
@@ -16,7 +16,7 @@
 
 int main(void)
 {
-  /* 1. The body, and a spring of 2000 N/m from its end to a point above. */
+  /* 1. The body, and a spring of 2000 N/m from its end to a point above it. */
   bar b;
   const flesh_material soft = bar_soft();
   bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
@@ -34,7 +34,7 @@ int main(void)
   TRY(flesh_ode_problem_create(b.system, &options, &problem));
   TRY(flesh_cvode_sunnonlinsol_create(problem, CVodeGetNonlinearSystemData, context, &newton));
 
-  /* 3. CVODE. Above order 2, BDF is not A-stable. */
+  /* 3. CVODE, limited to order 2: above it, BDF is not A-stable. */
   N_Vector y = N_VNew_Serial(6 * (sunindextype)b.nodes, context), atol = N_VClone(y);
   TRY(flesh_ode_start(problem, &b.state, y));
   TRY(flesh_ode_tolerances(problem, 1e-6, atol));
@@ -43,7 +43,7 @@ int main(void)
   TRY(CVodeSVtolerances(cvode, 0, atol) || CVodeSetMaxOrd(cvode, 2) || CVodeSetMaxNumSteps(cvode, 100000));
   TRY(CVodeSetNonlinearSolver(cvode, newton));
 
-  /* 4. To each output; at an event from a new start. */
+  /* 4. Integrates to each output; restarts at an event. */
   for (int k = 1; k <= 3; k++) {
     const double out = 0.2 * k;
     while (b.state.t < out - 1e-12) {

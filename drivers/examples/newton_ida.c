@@ -1,9 +1,9 @@
-/* newton_ida.c: a cube that is thrown on a sheet, by an IDA that the program owns, with flesh's Newton and with SUNDIALS'.
+/* newton_ida.c: throws a cube at a sheet, by an IDA that the program owns, with flesh's Newton and with SUNDIALS'.
  *
- * The sheet is two triangles, without a thickness. A step of IDA that begins above it and ends below solves
+ * The sheet is two triangles, without a thickness. A step of IDA that begins above the sheet and ends below it solves
  * r(t, x, v, v') = 0 as well as any other: SUNDIALS' Newton lets the cube pass, and IDA reports success. flesh's Newton
- * keeps the way of every node free, from the last accepted step to each iterate; where it finds no solution there, IDA
- * makes its step shorter.
+ * keeps the path of every node free of obstacles, from the last accepted step to each iterate; if it finds no such
+ * solution, IDA shortens its step.
  *
  * Sample output:
  *   SUNDIALS' Newton: the cube passes through the sheet
@@ -37,7 +37,7 @@ static void throw_cube(const bar *c, SUNContext context, int with_flesh)
   TRY(IDASetMaxOrd(ida, 2));
   TRY(IDASetMaxNumSteps(ida, 100000));
 
-  /* 4. Its Newton: flesh's needs neither a matrix nor a linear solver of SUNDIALS. */
+  /* 4. The nonlinear solver: flesh's needs neither a matrix nor a linear solver of SUNDIALS. */
   SUNNonlinearSolver newton = NULL;
   SUNMatrix A = NULL;
   SUNLinearSolver solver = NULL;
@@ -51,7 +51,7 @@ static void throw_cube(const bar *c, SUNContext context, int with_flesh)
     TRY(IDASetJacFn(ida, flesh_ida_jacobian));
   }
 
-  /* 5. Step by step, looking at the lowest node. */
+  /* 5. Integrates step by step, and looks at the lowest node after each. */
   double t = 0, lowest = INFINITY;
   while (t < 0.05) {
     TRY(IDASolve(ida, 0.05, &t, y, yp, IDA_ONE_STEP) < 0);

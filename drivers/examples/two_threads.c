@@ -1,8 +1,8 @@
-/* two_threads.c: two bodies in two threads, each with its own integrator; mesh and material are shared.
+/* two_threads.c: computes two motions in two threads, each with its own integrator; both share one body.
  *
- * Meshes, materials, effects and finished systems are const and may serve many threads; an integrator (or a
- * flesh_problem) belongs to one at a time. flesh_error_text() is that of the calling thread. Both motions are
- * afterwards done once more, one after the other: every bit is the same.
+ * Meshes, materials, effects and finalized systems are const and may serve many threads; an integrator (or a
+ * flesh_problem) belongs to one thread at a time. flesh_error_text() is the calling thread's. Both motions are then
+ * computed once more, one after the other: the results are bitwise identical.
  *
  * Sample output:
  *   thread 0, backward-euler: tip at z = -1.1687 m, bit for bit as alone

@@ -1,8 +1,9 @@
-/* user_effect.c: an effect of the user's own: a floor.
+/* user_effect.c: defines an effect of the user's own, a floor.
  *
  * Nodes below z = 0 are pushed up: V = sum of k/2 min(z, 0)^2 over the nodes. An effect gives its residual dV/dx, its
- * Jacobian and its potential; everything else (projection, line search, all integrators, IDA, energies) takes it like
- * the library's own. The audit differentiates it before it is used. The body falls from 0.2 m.
+ * Jacobian and its potential; everything else (projection, line search, all integrators, IDA, energies) treats it like
+ * the library's own effects. The audit compares its derivatives with differences before it is used. The body falls from
+ * 0.2 m.
  *
  * Sample output:
  *   audit: passed
@@ -26,7 +27,7 @@ static int floor_residual(const flesh_effect *effect, const flesh_point *point, 
   return FLESH_OK;
 }
 
-/* K += shift.x d2V/dx2: only diagonal blocks, so that the effect needs no cells. */
+/* K += shift.x d2V/dx2, which has diagonal blocks only, so that the effect needs no cells. */
 static int floor_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                           flesh_block_matrix *K, const int *slots)
 {
@@ -82,7 +83,7 @@ int main(void)
   flesh_effect *effect;
   TRY(flesh_effect_create(&floor_operations, b.mesh, data, &effect));
 
-  /* 3. The audit, at a place where the floor acts and nothing is zero by chance. */
+  /* 3. The audit, in a state where the floor acts and nothing is zero by chance. */
   double *x = malloc(3 * (size_t)b.nodes * sizeof(double));
   for (int d = 0; d < 3 * b.nodes; d++) x[d] = b.state.x[d] - 0.3 + 0.01 * sin(7 * d);
   flesh_derivative_report audit;
@@ -90,11 +91,11 @@ int main(void)
   printf("audit: %s\n", flesh_derivative_report_passes(&audit, 1e-6) ? "passed" : "failed");
   free(x);
 
-  /* 4. The system takes it; no pins here. */
+  /* 4. The system, without pins. */
   TRY(flesh_system_add_effect(b.system, &effect));
   TRY(flesh_system_finalize(b.system));
 
-  /* 5. It falls, and lies. */
+  /* 5. The body falls, and comes to rest. */
   for (int i = 0; i < b.nodes; i++) b.state.x[3 * i + 2] += 0.2;
   flesh_solver_options options;
   flesh_integrator *integrator;
@@ -111,7 +112,7 @@ int main(void)
       printf("t = %.1f s: z from %.4f m to %.4f m\n", b.state.t, lowest, highest);
     }
   }
-  /* The floor carries the body's weight: 500 kg g. */
+  /* The floor carries the body's weight, 500 kg times g. */
   double pushed = 0;
   for (int i = 0; i < b.nodes; i++) pushed -= 2e4 * fmin(b.state.x[3 * i + 2], 0);
   printf("the floor pushes with %.0f N; the body weighs %.0f N\n", pushed, 500 * 9.81);

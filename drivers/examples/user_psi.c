@@ -1,10 +1,10 @@
-/* user_psi.c: an energy of the user's own, psi(I_C, J).
+/* user_psi.c: defines an elastic energy of the user's own, psi(I_C, J).
  *
  *   psi = mu/2 (I_C - 3) - mu (J - 1) + lambda/2 (J - 1)^2 + b/4 (I_C - 3)^2
  *
- * like flesh's E, whose constants it has, but stiffer the more it is stretched. Value and derivatives are all that one
- * writes; stress, Hessian, its eigenvalues for projection and the constants in small strain follow. The bar sags under
- * its weight: with E, with b = 0, which is the same, and with b > 0.
+ * It is flesh's energy E, with the same constants, and a term that stiffens it with stretch. The user writes the value
+ * and its derivatives; stress, Hessian, the Hessian's eigenvalues for projection and the small-strain constants follow.
+ * The bar sags under its weight: with E, with b = 0, which is the same, and with b > 0.
  *
  * Sample output:
  *   E             : mu 17241 Pa, lambda 155172 Pa, stress at rest 0 Pa, tip at z = -2.2378 m
