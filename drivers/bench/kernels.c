@@ -1,5 +1,4 @@
-/* kernels.c: every kernel of a step by itself, against the bytes and operations it cannot do
- * without. */
+/* kernels.c: measures every kernel of a step by itself, against the least bytes and operations that it needs. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -25,10 +24,10 @@ typedef struct bench {
   int projected;
   size_t n;
   double *x, *r, *z, sum; /* [n] */
-  double *from, *to; /* [4 * nodes] of the product */
-  float *single_from, *single_to; /* likewise */
+  double *from, *to; /* [4 * nodes] operand and result of the product */
+  float *single_from, *single_to; /* the same in single precision */
   SUNContext context;
-  N_Vector vectors[2]; /* r and z, as KINSOL and IDA have them */
+  N_Vector vectors[2]; /* views of r and z, vectorised as in KINSOL and IDA */
 } bench;
 
 static int element_force(void *data)
@@ -92,7 +91,7 @@ static int combine(void *data)
   return FLESH_OK;
 }
 
-/* Stretched, twisted and unsettled, so that tets differ and many need projecting. */
+/* Writes positions to x that are stretched, twisted and perturbed, so that tets differ and many need projecting. */
 static void deform(const flesh_mesh *mesh, double *x)
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -124,7 +123,7 @@ static int open_system(const flesh_bench_bar *bar, bench *b)
   return status;
 }
 
-/* A = M/h^2 + K at the deformed state, with the face x = low held. */
+/* Makes A = M/h^2 + K at the deformed state, with the face x = 0 held, its preconditioner and its products. */
 static int make_matrix(const flesh_bench_bar *bar, bench *b)
 {
   const flesh_shift shift = {.x = 1, .filter = FLESH_FILTER_CLAMP};
@@ -203,22 +202,22 @@ static void close_bench(bench *b)
   free(b->r);
   free(b->z);
   b->linear->product_clear(&b->product);
-  free(b->from); /* and the others with it */
+  free(b->from); /* frees `to` and the vectors in single precision, too */
 }
 
-/* The least work of a kernel. Bytes: shapes of the tets (10 numbers), 4 nodes and 6 pairs of theirs (2 bytes each), the
- * places of some two blocks a tet (4) and the numbers of some three pairs that its nodes' own are summed up from (2),
- * positions and sums of the nodes (24 bytes each way), blocks (72 bytes, which an assembly writes once, and a column).
- * A preconditioner reads a matrix twice and writes two triangles of eight binary digits; for its coarse level it reads
- * where every block goes (16 bytes) and where every node is (20). Operations by hand from
- * lib/effect/elasticity_kernel.c for S, a division or root as one; two in single precision count as one, as the ceiling
- * is that of double precision. */
+/* Least work of a kernel. Bytes of a tet: its shape (10 numbers), 4 nodes and 6 pairs of them (2 bytes each), the
+ * places of about two blocks (4 bytes each) and the numbers of about three pairs whose sum is a diagonal block (2 bytes
+ * each). Bytes of a node: position and sum (24 bytes each way). Bytes of a block: 72, which an assembly writes once,
+ * and a column. A preconditioner reads a matrix twice and writes two triangles of numbers with eight binary digits; for
+ * its coarse level it reads where every block goes (16 bytes) and where every node is (20). Operations are counted by
+ * hand in lib/effect/elasticity_kernel.c for S; a division or root counts as one, and two operations in single
+ * precision as one, since the ceiling is that of double precision. */
 typedef struct kernel {
   const char *name;
   int (*work)(void *data);
   int projected;
-  double tet_bytes, node_bytes, block_bytes; /* moved */
-  double block_held;                         /* in between */
+  double tet_bytes, node_bytes, block_bytes; /* bytes moved */
+  double block_held;                         /* bytes of memory that a block takes */
   double tet_operations, node_operations, block_operations;
 } kernel;
 

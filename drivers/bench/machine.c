@@ -11,10 +11,10 @@
 #include "bench/bench.h"
 #include "bench/peak.h"
 
-/* A repeat lasts at least this long. */
+/* Least duration of a repeat, s. */
 #define SHORTEST 2e-3
 
-/* One call, or `calls` of them. */
+/* Calls the work `calls` times, after `prepare`. *wall, *cpu: seconds of one call. */
 static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *data, int calls,
                     double *wall, double *cpu)
 {
@@ -58,15 +58,15 @@ json_t *flesh_bench_row(const char *group, const char *name, const flesh_mesh *m
   return row;
 }
 
-/* The cache or memory that data of a size fit into. */
+/* The smallest cache that data of some size fit into, or memory. */
 typedef enum level { L2, L3, MEMORY, LEVELS } level;
 static const char *const level_names[LEVELS] = {"L2", "L3", "memory"};
 
-/* The machine's highest rates with one number of threads. */
+/* Highest rates of the machine with some number of threads. */
 typedef struct ceilings {
-  double read[LEVELS];                           /* B/s, sums of what is read */
-  double triad[LEVELS];                          /* B/s, a = b + s c: 24 bytes a number */
-  double multiply_add[FLESH_INSTRUCTIONS_COUNT]; /* operations/s, two each; 0: not on this machine */
+  double read[LEVELS];                           /* B/s, summing an array */
+  double triad[LEVELS];                          /* B/s, a = b + s c, 24 bytes per number */
+  double multiply_add[FLESH_INSTRUCTIONS_COUNT]; /* operations/s, two per multiply-add; 0: not on this machine */
 } ceilings;
 
 static const flesh_bench_peak *peak_of(flesh_instructions instructions)
@@ -79,14 +79,14 @@ static const flesh_bench_peak *peak_of(flesh_instructions instructions)
   return &flesh_bench_peak_portable;
 }
 
-/* Every thread works on its own part of the arrays. */
+/* Work on arrays of which every thread has its own part. */
 typedef struct stream {
   const flesh_bench_peak *peak;
   flesh_threads *threads;
-  flesh_task *part; /* what each does */
+  flesh_task *part; /* work of one thread */
   int count;
   double *a, *b, *c;
-  size_t n; /* of one thread's part */
+  size_t n; /* length of one thread's part */
   long repeats;
   double sums[FLESH_THREADS_MAX];
 } stream;
@@ -118,7 +118,8 @@ static int run_parts(void *data)
   return FLESH_OK;
 }
 
-/* Finds the rate of a ceiling by the best time, in CPU time if only one thread works; `each`: what a number counts. */
+/* Finds the rate of a ceiling from the best time: CPU time if only one thread works, else wall time. `each`: bytes or
+ * operations per number. */
 static int find_rate(stream *s, flesh_task *part, int repeats, double each, size_t numbers, double *rate)
 {
   flesh_bench_time time = {0};
@@ -128,7 +129,7 @@ static int find_rate(stream *s, flesh_task *part, int repeats, double each, size
   return status;
 }
 
-/* Bandwidths where every thread goes through `bytes`. */
+/* Finds the bandwidths when every thread works on `bytes`. */
 static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, double *triad)
 {
   s->n = bytes / sizeof(double) / 64 * 64;
@@ -156,8 +157,8 @@ static int find_for_threads(stream *s, int repeats, const size_t sets[LEVELS], c
   return status;
 }
 
-/* Measures these threads' share of L3, because systems report the sum of a socket or of their host: the largest power of
- * two times L2 that is read at a speed nearer to L3's than to memory's. */
+/* Measures these threads' share of L3, because systems report the total of a socket or of the host: the largest size,
+ * L2 times a power of two, that is read at a speed nearer to L3's than to memory's. */
 static int find_l3(stream *s, int repeats, const ceilings *c, const size_t sets[LEVELS], size_t *l3)
 {
   double between = sqrt(c->read[L3] * c->read[MEMORY]), read, triad;
@@ -188,7 +189,7 @@ int flesh_bench_machine(const flesh_bench_plan *plan, int threads, json_t *rows)
 {
   const long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
   const size_t l2 = reported > 0 ? (size_t)reported : 1 << 20;
-  /* The caches' of every thread, memory's of all together. */
+  /* L2 and L3: bytes per thread; memory: bytes of all threads together. */
   const size_t sets[LEVELS] = {l2 / 2, 2 * l2, 256u << 20};
   size_t room = sets[MEMORY] + 2 * (size_t)threads * l2, l3 = 0;
   double *numbers = aligned_alloc(64, room / 64 * 64);

@@ -1,9 +1,9 @@
-/* peak.c: the machine's ceilings, FLESH_LANES at a time. */
+/* peak.c: loops that reach the machine's ceilings, FLESH_LANES numbers at a time. */
 #include "bench/peak.h"
 
 #include "math/lanes.h"
 
-/* Sums enough that none waits for itself. */
+/* Numbers of sums that are independent: enough that no operation waits for the one before it. */
 enum { CHAINS = 12, STREAMS = 8 };
 
 static double read_all(const double *a, size_t n)

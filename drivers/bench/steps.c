@@ -1,5 +1,5 @@
-/* steps.c: whole steps of a bar that swings, is twisted, is crushed, is dropped, or comes to
- * rest under its weight. */
+/* steps.c: measures whole steps of a bar that swings, is twisted, is crushed, is dropped, or comes to rest under its
+ * weight. */
 #define _GNU_SOURCE
 #include <malloc.h>
 #include <math.h>
@@ -16,7 +16,7 @@
 
 const char *const flesh_bench_parts[] = {"kernels", "swing", "twist", "crush", "drop", "static", NULL};
 
-/* Bytes allocated by now. */
+/* Returns the number of bytes that are allocated now. */
 static double held(void)
 {
   struct mallinfo2 info = mallinfo2();
@@ -59,7 +59,7 @@ void flesh_bench_bar_close(flesh_bench_bar *bar)
   bar->density = NULL;
 }
 
-/* A whole case: its system, and the state it starts from. */
+/* A case: its system and its state. */
 typedef struct run {
   const flesh_bench_plan *plan;
   const flesh_bench_bar *bar;
@@ -72,7 +72,7 @@ typedef struct run {
   double system_bytes;
 } run;
 
-/* The nodes of one face: x <= 0 or x >= 1. */
+/* Lists the nodes of a face, x <= 0 or (`far`) x >= 1; returns their number. */
 static int face(const flesh_mesh *mesh, int far, int *nodes)
 {
   const double *X = flesh_mesh_positions(mesh);
@@ -96,7 +96,7 @@ static int hold(run *r)
     status = flesh_system_add_pin(r->system, face(r->bar->mesh, 0, nodes), nodes, FLESH_AXES_ALL,
                                   -INFINITY, INFINITY);
   if (!status && (twist || crush)) {
-    /* Half a turn, or 0.4 of the length, in half a second. */
+    /* The motion of the face: half a turn, or 0.4 of the length, in half a second. */
     flesh_keyframe keys[2] = {{.t = 0}, {.t = 0.5}};
     if (twist) keys[1].rotation[0] = 3.14159265358979;
     else keys[1].translation[0] = -0.4;
@@ -110,7 +110,7 @@ static int hold(run *r)
   return status;
 }
 
-/* A plane 5 cm below the bar. */
+/* Makes contact with a plane 5 cm below the bar. */
 static int make_ground(const flesh_body *body, flesh_effect **effect)
 {
   flesh_obstacle *plane = NULL;
@@ -148,7 +148,7 @@ static void set_state(run *r)
   r->state.t = 0;
 }
 
-/* A new integrator at the start. */
+/* Makes a new integrator and sets the state to the start. */
 static int prepare(void *data)
 {
   run *r = data;
@@ -177,7 +177,7 @@ static int all_steps(void *data)
   return status;
 }
 
-/* The 2-norm of the displacement at the end, m: the same work has the same. */
+/* Returns the 2-norm of the displacement at the end, m; it is equal when the same work was done. */
 static double answer_of(const run *r)
 {
   const double *X = flesh_mesh_positions(r->bar->mesh);
@@ -186,7 +186,7 @@ static double answer_of(const run *r)
   return sqrt(sum);
 }
 
-/* Counters of all steps together, who holds how much memory, and the most of all while they ran. */
+/* Returns a new row: counters over all steps, memory of each part in bytes, and the peak of the process's memory. */
 static json_t *row_of(const run *r, int status, const flesh_bench_time *time, double integrator_bytes)
 {
 #define COUNT(name) {#name, FLESH_FIELD_INT, offsetof(flesh_solve_stats, name)}
