@@ -1,5 +1,5 @@
-/* help.c: the help of a command as text, as a manual page in roff, and as branches of the completion scripts of bash and zsh;
- * and which format it is printed in. */
+/* help.c: prints the help of a command as text, as a manual page in roff, or as branches of the completion scripts of
+ * bash and zsh, in the format that is set. */
 #include "cli/help.h"
 
 #include <stdio.h>
@@ -29,7 +29,7 @@ static flesh_help_format chosen = FLESH_HELP_TEXT;
 
 void flesh_help_set_format(flesh_help_format format) { chosen = format; }
 
-/* A name, and beside it (or below, where it is long) what it means, in lines of at most 110 characters. */
+/* Prints a name and beside it (below, if the name is long) its description, in lines of at most 110 characters. */
 static void print_option(const char *name, const char *doc, const char *more)
 {
   enum { COLUMN = 25, WIDTH = 110 };
@@ -54,7 +54,7 @@ void flesh_help_print_exits(unsigned exits)
     if (!row->exits || row->exits & exits) printf("  %-8s %s\n", row->code, row->doc);
 }
 
-/* `text` between `before` and `after`, which are roff. */
+/* Prints `text`, escaped for roff, between `before` and `after`, which are roff. */
 static void say(const char *before, const char *text, const char *after)
 {
   flesh_text made = {0};
@@ -126,10 +126,10 @@ static void commands(const flesh_usage *usage)
   }
 }
 
-/* The page of "run", but for its end; a section of its command's page for "mesh info". */
+/* Prints the manual page of "run", without its end; for "mesh info" a section of the page of "mesh". */
 static void print_man(const flesh_usage *usage)
 {
-  if (strchr(usage->command, ' ')) { /* within the page of its first word */
+  if (strchr(usage->command, ' ')) { /* a section of its first word's page */
     say(".SH \"FLESH ", usage->command, "\"\n");
     synopsis(usage);
     say(".PP\n", usage->summary, "\n");
@@ -175,14 +175,14 @@ static int takes_file(const flesh_option *option)
   return 0;
 }
 
-/* The values that an option may have, with spaces between them. */
+/* Prints the words that the option accepts, with spaces between them. */
 static void print_words(const flesh_option *option)
 {
   for (const char *at = option->argument; *at; at++) putchar(*at == '|' ? ' ' : *at);
 }
 
-/* The branch sets `options`, `commands`, and `values` of the option before the word: a list, + for files, - for what
- * cannot be completed. */
+/* Prints a branch that sets `options`, `commands` and, for the option before the cursor, `values`: a list, + for files,
+ * - for values that cannot be completed. */
 static void print_bash(const flesh_usage *usage)
 {
   printf("    ");
@@ -207,7 +207,7 @@ static void print_bash(const flesh_usage *usage)
   printf("      esac ;;\n");
 }
 
-/* Within an argument of _arguments: brackets, colons and backslashes are its own signs. */
+/* Prints text for an argument of zsh's _arguments, where brackets, colons and backslashes must be escaped. */
 static void print_zsh(const char *text)
 {
   for (; *text; text++) {

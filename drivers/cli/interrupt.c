@@ -12,8 +12,9 @@
 
 static volatile sig_atomic_t remembered;
 
-/* SIGHUP as this program was given it. Libraries may take it before main begins: SUNDIALS 7 of Debian brings MPI and
- * with it UCX, which answers SIGHUP with a trace. What stands in .preinit_array is called before any library's. */
+/* The action of SIGHUP when the program was started. Libraries may change it before main begins: Debian's SUNDIALS 7
+ * loads MPI and with it UCX, which prints a trace on SIGHUP. Functions in .preinit_array are called before those of any
+ * library. */
 static struct sigaction hangup;
 static void note_hangup(void) { sigaction(SIGHUP, NULL, &hangup); }
 __attribute__((section(".preinit_array"), used)) static void (*note_hangup_first)(void) = note_hangup;
@@ -22,10 +23,10 @@ __attribute__((constructor)) static void restore_hangup(void) { sigaction(SIGHUP
 static void remember(int signal_number)
 {
   static const char text[] = "\nflesh: stopping in order; once more to stop at once\n";
-  const int interrupted = errno; /* what the signal has interrupted may be about to read it */
+  const int interrupted = errno; /* the interrupted code may be about to read it */
   remembered = signal_number;
   const ssize_t written = isatty(STDERR_FILENO) ? write(STDERR_FILENO, text, sizeof text - 1) : 0;
-  (void)written; /* there is nobody else to report to */
+  (void)written; /* an error here cannot be reported */
   errno = interrupted;
 }
 
@@ -41,7 +42,7 @@ void flesh_interrupt_watch(void)
 static void tidy(int signal_number)
 {
   flesh_file_drop_all();
-  raise(signal_number); /* now the system's own answer */
+  raise(signal_number); /* now with the system's default action */
 }
 
 void flesh_interrupt_tidy(void)

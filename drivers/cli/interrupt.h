@@ -1,4 +1,4 @@
-/* interrupt.h: SIGINT, SIGTERM and SIGHUP as something asked between steps. */
+/* interrupt.h: makes SIGINT, SIGTERM and SIGHUP something that a program asks about between its steps. */
 #ifndef FLESH_CLI_INTERRUPT_H
 #define FLESH_CLI_INTERRUPT_H
 
@@ -8,16 +8,16 @@ void flesh_interrupt_tidy(void);
  * remembered, and ends the reading of a scene; the second one ends the program at once. */
 void flesh_interrupt_watch(void);
 
-/* For flesh_scene_set_stop and in between: FLESH_ERR_INTERRUPTED once a signal is remembered; `deadline`: of
- * CLOCK_MONOTONIC, s, then FLESH_ERR_BUDGET; NULL: none. */
+/* A callback for flesh_scene_set_stop, also called between steps: returns FLESH_ERR_INTERRUPTED once a signal is
+ * remembered, FLESH_ERR_BUDGET after *deadline (double, s on CLOCK_MONOTONIC; NULL: none), else FLESH_OK. */
 int flesh_interrupt_asked(void *deadline);
-/* The remembered signal, or 0. */
+/* Returns the remembered signal, or 0. */
 int flesh_interrupt_signal(void);
-/* FLESH_ERR_INTERRUPTED with a sentence once a signal is remembered. */
+/* Fails with FLESH_ERR_INTERRUPTED and a sentence once a signal is remembered. */
 int flesh_interrupt_check(void);
-/* Remembers a signal that came to another process, unless one is remembered already. 0: nothing. */
+/* Remembers a signal that another process received, unless one is remembered already. 0: does nothing. */
 void flesh_interrupt_adopt(int signal_number);
-/* Its name, and the exit code that says so: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */
+/* Return the signal's name, and the exit code for it: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */
 const char *flesh_interrupt_name(void);
 int flesh_interrupt_exit_code(void);
 

@@ -1,4 +1,4 @@
-/* json_memory.c: watches jansson's memory; makes texts and numbers that it takes; reads and writes files. */
+/* json_memory.c: watches jansson's memory; makes JSON texts and numbers; reads and writes JSON files. */
 #include "cli/json_memory.h"
 
 #include <math.h>

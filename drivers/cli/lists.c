@@ -106,7 +106,7 @@ int flesh_list_elements(const char *option, const char *text, flesh_element *ele
 typedef struct energies {
   int room, *count;
   flesh_energy *energies;
-  flesh_constants *constants; /* NULL: an item is a name alone */
+  flesh_constants *constants; /* NULL: items have no constants */
 } energies;
 
 static int take_energy(void *data, const char *item)

@@ -1,4 +1,4 @@
-/* options.c: command lines by getopt_long, commands of several words, and exit codes. */
+/* options.c: reads command lines by getopt_long; commands of several words; exit codes. */
 #include "cli/options.h"
 
 #include <getopt.h>
@@ -88,7 +88,7 @@ static int take_number(const flesh_usage *usage, const flesh_option *option, con
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Finds the text among the words "a|b|c" of the argument. */
+/* Sets the target to the index of the text among the words "a|b|c" of the argument. */
 static int take_choice(const flesh_usage *usage, const flesh_option *option, const char *text)
 {
   char valid[160] = "";
@@ -132,7 +132,7 @@ static int takes_values(const flesh_usage *usage)
   return 0;
 }
 
-/* Whether the word is the name of an option. */
+/* Returns whether the word is the name of an option. */
 static int is_option(const flesh_usage *usage, const char *word)
 {
   int found = !strcmp(word, "--help");
@@ -165,14 +165,14 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
       char letter[8] = {'-', (char)optopt, 0};
       return complain(usage, "unknown or ambiguous option ", optopt ? letter : word, "");
     }
-    if (optarg == word && is_option(usage, word)) /* --out=--quiet is a folder of that name */
+    if (optarg == word && is_option(usage, word)) /* a folder named --quiet must be given as --out=--quiet */
       return complain(usage, "option ", argv[optind - 2], " needs a value");
     int code = take(usage, &usage->options[found - HELP_VALUE - 1], optarg);
     if (code != FLESH_OPTIONS_GO_ON) return code;
   }
   *positional_count = argc - optind;
   for (int p = 0; p < *positional_count; p++) argv[1 + p] = argv[optind + p];
-  if (*positional_count < usage->positional_min) { /* without the options that the usage names after them */
+  if (*positional_count < usage->positional_min) { /* without options that the usage lists after them */
     char names[128];
     const char *end = strstr(usage->positionals, " --");
     snprintf(names, sizeof names, "%.*s", end ? (int)(end - usage->positionals) : 127, usage->positionals);

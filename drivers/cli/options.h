@@ -1,4 +1,4 @@
-/* options.h: what the commands share in reading their command lines. */
+/* options.h: functions by which the commands read their command lines. */
 #ifndef FLESH_CLI_OPTIONS_H
 #define FLESH_CLI_OPTIONS_H
 
@@ -12,14 +12,14 @@ enum { FLESH_OPTIONS_GO_ON = -1 };
  * to every command. */
 int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count);
 
-/* A number, or a fraction a/b; 0 when the whole text is one and finite. */
+/* Reads a number, or a fraction a/b. Returns 0 if the whole text is one and its value is finite. */
 int flesh_option_number(const char *text, double *value);
 
-/* The exit code of a status; flesh_exit_rows has them in words. */
+/* Returns the exit code of a status; flesh_exit_rows describes the codes. */
 int flesh_exit_code(int status);
 
-/* Prints "flesh COMMAND: <sentence>" to stderr, as one printable line whatever the words that it quotes, and returns 2.
- * Command "": of the program itself. */
+/* Prints "flesh COMMAND: <sentence>" to stderr, as one printable line whatever texts it quotes, and returns 2. For
+ * command "" the line begins with "flesh: ". */
 int flesh_command_refuse(const char *command, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* Refuses an option whose value (NULL: missing) is not valid: "--out is missing; it must be a folder". Returns 2. */
@@ -28,9 +28,9 @@ int flesh_option_refuse(const char *command, const char *option, const char *val
 /* Prints "flesh COMMAND: <last error>" to stderr and returns the exit code of `status`. */
 int flesh_command_fail(const char *command, int status);
 
-/* A command of several words, as `flesh mesh info`: runs the one that argv[1] names, which gets the words from there on, or
- * prints the help: `about` above the list and `more` (may be NULL) below it. Returns the exit code; 2 after one sentence on
- * stderr for want of a known name. */
+/* Runs a command of several words, as `flesh mesh info`: calls the subcommand named by argv[1] with the words from
+ * there on, or prints the help, with `about` above the list and `more` (may be NULL) below it. Returns the exit code; 2
+ * after a sentence on stderr if the name is missing or unknown. */
 int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,
                          int argc, char **argv);
 

@@ -1,26 +1,29 @@
-/* output.h: where a command is to write: folders are claimed, and what would lose something is refused. */
+/* output.h: checks the places that a command will write to: claims folders, and refuses what would destroy
+ * something. */
 #ifndef FLESH_CLI_OUTPUT_H
 #define FLESH_CLI_OUTPUT_H
 
 #include "base/folder.h"
 #include "cli/inputs.h"
 
-/* Before a run writes anything. Claims its folder `out` (NULL: nothing to claim) and checks that none of its files, nor
- * the copy of its state (NULL: none), would replace one that it reads, nor one that no run has written. `scene_path`
- * may be NULL. FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
+/* Prepares a run's output before anything is written. Claims the run's folder `out` (NULL: none) and checks that
+ * neither the run's files nor `save_state`, the copy of its state (NULL: none), would replace a file that the run reads
+ * or, in the folder, one that no run has written. `scene_path` may be NULL. FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
 int flesh_run_output_claim(const flesh_scene *scene, const char *scene_path, const char *save_state, const char *out,
                            flesh_folder_claim *claim);
 
-/* Claims a folder for a command, whose lock file then says `flesh COMMAND`, its process and its host. Waits a moment
- * for a process that was killed just now. */
+/* Claims a folder for a command; the lock file says `flesh COMMAND`, the process and the host. Waits 0.3 s for a
+ * process that was just killed to release it. */
 int flesh_output_claim(const char *folder, const char *command, flesh_folder_claim *claim);
 
-/* A single file (of TetGen's meshes both halves) that is to be written: FLESH_ERR_ARGUMENT when it is one of the
- * inputs; clears temporary files of it that killed processes left. */
+/* Prepares a single file (for TetGen's meshes, both) to be written: FLESH_ERR_ARGUMENT if it is one of the inputs.
+ * Removes temporary files of it that killed processes left. */
 int flesh_output_prepare(const char *path, const flesh_inputs *inputs);
-/* FLESH_ERR_FILE where the folder of a file that is to be written is missing: it is told before the work is done. */
+/* Fails with FLESH_ERR_FILE if the folder of a file to be written is missing, so that this is reported before the work
+ * is done. */
 int flesh_output_check_folder(const char *path);
-/* Like flesh_output_prepare, with `count` files or folders and one more (may be NULL) as inputs; checks the folder, too. */
+/* Does the same as flesh_output_prepare, with `count` files or folders and one more (may be NULL) as inputs; checks the
+ * folder, too. */
 int flesh_output_prepare_from(const char *path, int count, char *const *inputs, const char *further);
 
 #endif

@@ -1,4 +1,4 @@
-/* overrides.c: a list of "key=value" texts, some of the command line and some made here. */
+/* overrides.c: a list of "key=value" texts, from the command line and from commands. */
 #include "cli/overrides.h"
 
 #include <stdlib.h>

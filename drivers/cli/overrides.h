@@ -1,5 +1,5 @@
-/* overrides.h: the --set values of a command line, and those that are made here. Where memory runs out for one, reading a
- * scene with them fails. */
+/* overrides.h: the --set values of a command line, and further ones that commands add. If memory runs out for one,
+ * reading a scene with them fails. */
 #ifndef FLESH_CLI_OVERRIDES_H
 #define FLESH_CLI_OVERRIDES_H
 
@@ -9,21 +9,21 @@
 
 typedef struct flesh_overrides {
   flesh_texts texts; /* the target of a FLESH_OPTION_LIST */
-  flesh_arena arena; /* of those that were added */
+  flesh_arena arena; /* of the texts that were added */
   int room, failed;
 } flesh_overrides;
 
-/* Room for `argc` texts of the command line; those that are added take more. FLESH_ERR_MEMORY. */
+/* Makes room for `argc` texts of the command line; added ones enlarge it. FLESH_ERR_MEMORY. */
 int flesh_overrides_open(flesh_overrides *overrides, int argc);
-/* With the texts of another list, borrowed. */
+/* Starts with the texts of another list, which are borrowed. */
 void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given);
 void flesh_overrides_close(flesh_overrides *overrides);
 
-/* Adds key=value with the value quoted as YAML text; key=value with a value taken as it stands. */
+/* Add key=value: with the value quoted as YAML text, or with the value as it is. */
 void flesh_overrides_add_text(flesh_overrides *overrides, const char *key, const char *value);
 void flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value);
 
-/* flesh_scene_read with them. */
+/* Calls flesh_scene_read with these values. */
 int flesh_overrides_read(const flesh_overrides *overrides, const char *path, flesh_scene **scene);
 
 #endif

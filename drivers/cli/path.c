@@ -1,4 +1,4 @@
-/* path.c: paths in rooms that are used again, and texts from outside as parts of names and commands. */
+/* path.c: paths in buffers that are used again, and texts from outside as parts of names and commands. */
 #include "cli/path.h"
 #include "base/letter.h"
 
@@ -45,7 +45,7 @@ void flesh_shell_word_print(FILE *stream, const char *word)
   }
   putc('\'', stream);
   for (; *word; word++) {
-    if (*word == '\'') fputs("'\\'", stream); /* ends the quotes, an escaped one, and begins them again */
+    if (*word == '\'') fputs("'\\'", stream); /* ends the quoted text; an escaped quote and a new beginning follow */
     putc(*word, stream);
   }
   putc('\'', stream);

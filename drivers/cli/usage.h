@@ -1,4 +1,4 @@
-/* usage.h: what a command line may have, as tables: reading them is in options.h, printing them in help.h. */
+/* usage.h: tables of what a command line may have; options.h reads by them, help.h prints them. */
 #ifndef FLESH_CLI_USAGE_H
 #define FLESH_CLI_USAGE_H
 
@@ -8,11 +8,11 @@ typedef enum flesh_option_kind {
   FLESH_OPTION_POSITIVE, /* double > 0; also written a/b */
   FLESH_OPTION_NUMBER,   /* double; also written a/b */
   FLESH_OPTION_COUNT,    /* int >= 1 */
-  FLESH_OPTION_CHOICE,   /* int: the place of the word in `argument` */
+  FLESH_OPTION_CHOICE,   /* int: index of the word in `argument` */
   FLESH_OPTION_LIST      /* flesh_texts: may be given many times */
 } flesh_option_kind;
 
-/* Texts in the order given; `values` has room for argc of them. */
+/* Texts in the order given; `values` has room for argc texts. */
 typedef struct flesh_texts {
   int count;
   const char **values;
@@ -20,18 +20,18 @@ typedef struct flesh_texts {
 
 typedef struct flesh_option {
   const char *name;     /* long, without the dashes; NULL ends the list */
-  const char *argument; /* how the help calls its value, "csv|jsonl" where it is one of these; NULL for a switch */
+  const char *argument; /* value's name in the help, or the accepted words as "csv|jsonl"; NULL for a switch */
   flesh_option_kind kind;
   void *target;
   const char *doc;
 } flesh_option;
 
 typedef struct flesh_subcommand {
-  const char *name, *summary; /* "info"; one line. NULL ends the list */
+  const char *name, *summary; /* "info", and one line; NULL ends the list */
   int (*run)(int argc, char **argv);
 } flesh_subcommand;
 
-/* Exit codes beyond 0 to 3, which every command may end with. */
+/* Exit codes beyond 0 to 3; all commands may end with 0 to 3. */
 typedef enum flesh_exits {
   FLESH_EXITS_OF_SOLVES = 1,     /* 4, 5, 7, 8 */
   FLESH_EXITS_OF_BUDGETS = 2,    /* 6 */
@@ -43,17 +43,17 @@ typedef struct flesh_usage {
   const char *command;     /* "run" */
   const char *positionals; /* "SCENE" */
   const char *summary;     /* one line */
-  const char *details;     /* paragraphs, may be NULL */
+  const char *details;     /* paragraphs; may be NULL */
   int positional_min, positional_max;
   const flesh_option *options;
-  const flesh_subcommand *commands; /* "export" of `flesh sweep export`; NULL: none */
+  const flesh_subcommand *commands; /* subcommands, as "export" of `flesh sweep export`; NULL: none */
   unsigned exits; /* flesh_exits, or'ed */
 } flesh_usage;
 
-/* Exit codes in words; a row without `code` ends them. */
+/* Descriptions of the exit codes; a row without `code` ends them. */
 typedef struct flesh_exit_row {
   const char *code, *doc;
-  unsigned exits; /* the commands that have one of these end with it; 0: all */
+  unsigned exits; /* commands that have one of these may end with it; 0: all commands */
 } flesh_exit_row;
 extern const flesh_exit_row flesh_exit_rows[];
 
