@@ -1,5 +1,5 @@
-/* pool.c: hands cases out to this machine's processes and to other ranks; and the ranks behind the first, which do what cases
- * they are given. */
+/* pool.c: hands cases out to processes on this machine and to other ranks; runs the ranks behind the first, which do
+ * the cases that they are given. */
 #include "pool/pool.h"
 
 #include <signal.h>
@@ -15,10 +15,10 @@
 struct flesh_pool {
   flesh_ranks *ranks; /* NULL: none */
   flesh_places places;
-  int *busy;          /* [ranks] cases that each of the others has */
-  int jobs, away;     /* on each of them at a time; all that they have */
-  int told;           /* that a signal has come */
-  flesh_text last;    /* answer of the end that was told of last */
+  int *busy;          /* [ranks] number of cases that each other rank has */
+  int jobs, away;     /* limit of cases at a time on each rank; cases on all other ranks */
+  int told;           /* the processes know of a signal */
+  flesh_text last;    /* answer of the end reported last */
 };
 
 int flesh_pool_jobs(const flesh_ranks *ranks, int given)
@@ -53,14 +53,14 @@ static void order_all(const flesh_ranks *ranks, int kind, int number)
   for (int r = 1; ranks && r < ranks->count; r++) flesh_ranks_send(r, sizeof order, &order);
 }
 
-/* The next message's head, and what is behind it as a text; 0: there is none. A signal to another rank is adopted here: it may
- * come while something else is waited for. */
+/* Receives the next message: its head, and the rest as a text. Returns 0 if there is none. Adopts a signal to another
+ * rank, as it may come while another message is waited for. */
 static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
 {
   size_t size;
   if (!flesh_ranks_probe(from, &size)) return 0;
   char *bytes = malloc(size);
-  if (!bytes) return 0; /* until there is memory for it */
+  if (!bytes) return 0; /* tries again when there is memory */
   flesh_ranks_receive(*from, size, bytes);
   memcpy(head, bytes, sizeof *head);
   if (head->kind == FLESH_POOL_SIGNALLED) flesh_interrupt_adopt(head->number);
@@ -69,7 +69,7 @@ static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
   return 1;
 }
 
-/* Until `left` other ranks have nothing left to say; what they still have to is not needed any more. */
+/* Discards messages of the other ranks until `left` of them have said that they are done. */
 static void hear_out(int left)
 {
   while (left > 0) {
@@ -84,7 +84,7 @@ static void hear_out(int left)
 
 typedef struct helper {
   flesh_places places;
-  int told, left, code; /* of a signal; by the order to leave, with this exit code */
+  int told, left, code; /* the first rank knows of a signal; ordered to leave, with this exit code */
 } helper;
 
 static void tell(const flesh_pool_head *head, size_t size, const char *behind)
@@ -132,7 +132,7 @@ static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh
   }
 }
 
-/* Tells the first rank of a case that has ended here, and of a signal. */
+/* Reports a case that has ended here, and a signal, to the first rank. */
 static void attend(helper *h)
 {
   flesh_pool_end end;
@@ -147,7 +147,7 @@ static void attend(helper *h)
   tell(&(flesh_pool_head){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
 }
 
-/* Works as a rank behind the first, until it is told to leave; returns the exit code that it is told. */
+/* Works as a rank behind the first until it is ordered to leave. Returns the exit code of that order. */
 static int serve(int jobs, const flesh_pool_cases *cases)
 {
   helper h = {0};
@@ -215,7 +215,7 @@ void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
   hear_out(ranks->all - ranks->count);
 }
 
-/* Returns a rank behind the first with a free place and the fewest cases; 0: none has a place. */
+/* Returns a rank behind the first with a free place and the fewest cases; 0 if none has a place. */
 static int free_rank(const flesh_pool *pool)
 {
   int found = 0;
@@ -242,7 +242,7 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started)
   return FLESH_OK;
 }
 
-/* Whether a case that another rank had has ended. */
+/* Receives a message; returns whether it says that a case of another rank has ended. */
 static int hear(flesh_pool *pool, flesh_pool_end *end, int *status)
 {
   flesh_pool_head head;
@@ -264,7 +264,7 @@ int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end)
   pool->last = (flesh_text){0};
   *end = (flesh_pool_end){.number = -1};
   if (hear(pool, end, &status)) return status;
-  /* Messages of other ranks wake nobody up. */
+  /* Messages of other ranks do not end the wait, so it is short. */
   status = flesh_places_wait(&pool->places, pool->ranks ? 2 : 200, end);
   pool->last = end->answer;
   if (flesh_interrupt_signal() && !pool->told) {

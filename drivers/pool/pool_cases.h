@@ -1,22 +1,22 @@
-/* pool_cases.h: what the cases of a pool are, and what is known of one that has ended. */
+/* pool_cases.h: the cases of a pool, and what is known of a case that has ended. */
 #ifndef FLESH_POOL_POOL_CASES_H
 #define FLESH_POOL_POOL_CASES_H
 
 #include "scene/arena.h"
 
-/* The data that all cases share, on all ranks. */
+/* The cases, with the data that they share, the same on all ranks. */
 typedef struct flesh_pool_cases {
-  /* Does one, in a process of its own, and writes what is to be known of it. Borrows `data`. */
+  /* Does a case, in a process of its own, and writes its answer. Borrows `data`. */
   void (*work)(const void *data, int number, flesh_text *answer);
   const void *data;
-  double max_seconds; /* after which its process is ended; 0: never */
+  double max_seconds; /* time after which the case's process is killed; 0: never */
 } flesh_pool_cases;
 
-/* A case that has ended. */
+/* The end of a case. */
 typedef struct flesh_pool_end {
   int number;        /* -1: none has */
-  int ended, killed; /* what waitpid says of its process; 1: its time was spent */
-  double seconds;    /* it took */
+  int ended, killed; /* status of waitpid for its process; 1: killed because its time was over */
+  double seconds;    /* that it took */
   flesh_text answer; /* borrowed until the next wait */
 } flesh_pool_end;
 

@@ -1,4 +1,4 @@
-/* pool_places.c: processes for cases, so that a crash or a hang in one is an answer too, and what they say. */
+/* pool_places.c: runs cases in processes, so that a crash or a hang is a result, too, and reads their answers. */
 #include "pool/pool_places.h"
 
 #include <errno.h>
@@ -18,21 +18,21 @@
 #include "base/error.h"
 #include "run/ranks.h"
 
-/* Time within which a process that was asked to stop must end, s; it stops by itself between two steps, and is killed
- * later. */
+/* Time within which a process that was asked to stop must end, s; it stops by itself between two steps. After it, the
+ * process is killed. */
 static const double GRACE = 2;
 
 struct flesh_pool_process {
   pid_t id; /* 0: none */
-  int pipe; /* what it writes its answer into; closed when it has ended */
+  int pipe; /* end from which its answer is read; the process closes the other one when it ends */
   int number, killed;
-  double started, deadline; /* monotonic seconds; INFINITY: none */
+  double started, deadline; /* monotonic, s; INFINITY: none */
   flesh_text answer;        /* as it comes */
 };
 
 int flesh_places_fit(int jobs, int count)
 {
-  const rlim_t others = 64; /* files that are open besides, here and in the processes, which inherit the pipes */
+  const rlim_t others = 64; /* files that may be open besides, here and in the processes, which inherit the pipes */
   struct rlimit limit;
   if (jobs > count) jobs = count;
   if (jobs < 1) jobs = 1;
@@ -75,7 +75,7 @@ void flesh_places_close(flesh_places *places)
   *places = (flesh_places){0};
 }
 
-/* The life of a case's process. */
+/* Does a case in its process, which then ends. */
 static void work(const flesh_pool_cases *cases, int number, int pipe)
 {
   flesh_text answer = {0};
@@ -91,7 +91,7 @@ static void work(const flesh_pool_cases *cases, int number, int pipe)
   _exit(0);
 }
 
-/* A new process that ends with its parent. Its id is 0 in itself, where `pipe` is the end that it writes into. Errors:
+/* Makes a new process that ends with its parent. In the new process p->id is 0, and `pipe` is the end to write into.
  * FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 static int fork_off(flesh_pool_process *p)
 {
@@ -106,7 +106,7 @@ static int fork_off(flesh_pool_process *p)
     return flesh_fail(FLESH_ERR_MEMORY, "cannot start a new process: %s", strerror(errno));
   }
   if (p->id == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL); /* it does not outlive who would collect it */
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* ends with the parent, which collects its answer */
     if (getppid() != parent) _exit(1);
   }
   p->pipe = ends[p->id ? 0 : 1];
@@ -144,7 +144,7 @@ void flesh_places_stop(flesh_places *places)
     places->processes[k].deadline = fmin(places->processes[k].deadline, flesh_wall_seconds() + GRACE);
 }
 
-/* Reads what has come; whether the process has closed its end. */
+/* Reads what has come. Returns whether the process has closed its end. */
 static int drain(flesh_pool_process *p)
 {
   char part[16384];

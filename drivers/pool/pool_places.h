@@ -1,4 +1,4 @@
-/* pool_places.h: within the pool: the processes that are on this machine, of this rank, and what the ranks tell each other. */
+/* pool_places.h: internal to the pool: the processes of this rank on this machine, and the messages between ranks. */
 #ifndef FLESH_POOL_POOL_PLACES_H
 #define FLESH_POOL_POOL_PLACES_H
 
@@ -8,40 +8,41 @@ typedef struct flesh_pool_process flesh_pool_process;
 
 typedef struct flesh_places {
   const flesh_pool_cases *cases;
-  int room, limit; /* places there are, and that may be taken */
+  int room, limit; /* number of places; limit on those in use */
   int running, stopped;
   flesh_pool_process *processes; /* [room] */
   struct pollfd *polls;          /* [room] */
 } flesh_places;
 
-/* How many of `jobs` processes at a time make sense for `count` pieces of work, and can be had: no more than there is
- * work for, and than files may be open, a pipe for each (that limit is raised as far as it may be). At least 1. */
+/* Returns how many processes at a time make sense for `count` cases and can be had, at most `jobs` and at least 1: no
+ * more than cases, and no more than the limit on open files allows, as each needs a pipe (that limit is raised as far
+ * as possible). */
 int flesh_places_fit(int jobs, int count);
 
-/* FLESH_ERR_MEMORY. To be closed in any case. */
+/* Makes the places. FLESH_ERR_MEMORY. They must be closed even after an error. */
 int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *places);
-/* Ends what runs. */
+/* Kills what runs. */
 void flesh_places_close(flesh_places *places);
-/* The next two as those of a pool; the answer of an end is the caller's to free. */
+/* Do the same as flesh_pool_start and flesh_pool_wait; the caller frees the answer of an end. */
 int flesh_places_start(flesh_places *places, int number, int *started);
 int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *end);
-/* Asks what runs to end, once; what has not, 2 s later, is killed. */
+/* Asks running processes to end, once; those that have not ended 2 s later are killed. */
 void flesh_places_stop(flesh_places *places);
 
-/* From the first rank. */
+/* Orders of the first rank. */
 enum {
-  FLESH_POOL_RUN,  /* the case of this number */
-  FLESH_POOL_STOP, /* what runs is asked to */
-  FLESH_POOL_OVER, /* no more cases: what runs is ended; to be answered */
-  FLESH_POOL_LEAVE /* with this exit code; to be answered */
+  FLESH_POOL_RUN,  /* run the case of this number */
+  FLESH_POOL_STOP, /* ask running cases to end */
+  FLESH_POOL_OVER, /* kill running cases: there are no more; to be answered */
+  FLESH_POOL_LEAVE /* leave with this exit code; to be answered */
 };
 
-/* To the first rank. */
+/* Messages to the first rank. */
 enum {
-  FLESH_POOL_ENDED,    /* a case, with its answer behind the head */
-  FLESH_POOL_LACKS,    /* no process could be had for it; the sentence is behind the head */
-  FLESH_POOL_SIGNALLED, /* the rank was, by this number */
-  FLESH_POOL_DONE      /* it has nothing more to say */
+  FLESH_POOL_ENDED,    /* a case has ended; its answer is behind the head */
+  FLESH_POOL_LACKS,    /* no process could be had for a case; the sentence is behind the head */
+  FLESH_POOL_SIGNALLED, /* the rank has received the signal of this number */
+  FLESH_POOL_DONE      /* the rank will send nothing more */
 };
 
 typedef struct flesh_pool_order {
