@@ -1,4 +1,4 @@
-/* command.c: `flesh plot`: curves of the columns that runs have written. */
+/* command.c: `flesh plot`: draws curves of the columns that runs have written. */
 #include "commands.h"
 
 #include <limits.h>
@@ -14,16 +14,16 @@
 #include "picture/plot.h"
 #include "study/embedded.h"
 
-/* The options. */
+/* The options, and the outcome. */
 typedef struct picture {
   const char *x, *y, *by, *log, *title;
-  char *folder, *name; /* where it goes, without the suffix */
+  char *folder, *name; /* path of the picture, without the suffix */
   const char *suffix;
   int width, height, points;
   flesh_plot_outcome outcome;
 } picture;
 
-/* Cuts the path of the picture into folder, name and suffix; 0 where it has none of the suffixes. */
+/* Splits the picture's path into folder, name and suffix. Returns 0 if it ends in none of the suffixes. */
 static int cut_path(const char *out, picture *p)
 {
   static const char *const suffixes[] = {".svg", ".png", ".pdf"};
@@ -36,7 +36,7 @@ static int cut_path(const char *out, picture *p)
   return 1;
 }
 
-/* Neither the picture nor its script may replace what is read. */
+/* Prepares the picture and its script to be written; neither may replace a file that is read. */
 static int prepare(const char *out, const picture *p, int count, char *const *paths)
 {
   if (!p->folder || !p->name) return flesh_no_memory();

@@ -1,4 +1,4 @@
-/* curves.c: tables of results for SQL: those that `flesh plot` draws, and those that make error bars. */
+/* curves.c: reads tables of results into SQL, for `flesh plot` and for error bars. */
 #include "plot/curves.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@
 
 enum { TABLES = 7, LABEL = 200 };
 
-/* A folder of results or a file. */
+/* A folder of results or a CSV file. */
 typedef struct source {
   const char *path;
   char label[LABEL];
@@ -23,8 +23,8 @@ typedef struct source {
   flesh_csv tables[TABLES];
 } source;
 
-/* The units of history.csv's columns (observer.h), whose header has none. Those of effects go by what is reported:
- * weld_traction, and weld_2_traction of the second weld. */
+/* Returns the unit of a column of history.csv (observer.h), whose header has none. Columns of effects have the unit of
+ * their last word, as weld_traction, or weld_2_traction for the second weld. */
 static const char *history_unit(const char *name)
 {
   static const char *const units[][2] = {
@@ -63,7 +63,7 @@ int flesh_csv_find_label(const flesh_csv *csv, const char *wanted, char unit[FLE
   return -1;
 }
 
-/* The tables of a folder of results. */
+/* Reads the tables of a folder of results. */
 static int read_folder(source *s)
 {
   static const char *const names[TABLES] = {"history.csv",  "probes.csv", "drift.csv",    "fit.csv",
@@ -80,7 +80,7 @@ static int read_folder(source *s)
   return status;
 }
 
-/* The last part of a path, of "run/history.csv" that of "run". */
+/* Sets the label to the last part of the path; for "run/history.csv" it is that of "run". */
 static void find_label(source *s, int is_folder)
 {
   char *path = strdup(s->path), *slash;
@@ -97,7 +97,7 @@ static void find_label(source *s, int is_folder)
   free(path);
 }
 
-/* Sources of one label are told apart by their paths. */
+/* Reads the sources. If two have the same label, all labels are paths instead. */
 static int read_sources(source *sources, int count, char *const *paths)
 {
   int status = FLESH_OK, same = 0;
@@ -115,7 +115,7 @@ static int read_sources(source *sources, int count, char *const *paths)
   return status;
 }
 
-/* The table `headers`. */
+/* Fills the table `headers`. */
 static int add_headers(sqlite3_stmt *insert, const source *sources, int count)
 {
   int code = SQLITE_DONE;
@@ -131,7 +131,7 @@ static int add_headers(sqlite3_stmt *insert, const source *sources, int count)
   return code == SQLITE_DONE ? FLESH_OK : flesh_no_memory();
 }
 
-/* The table `cells`: those of the columns that `query` names. */
+/* Fills the table `cells` with the columns that `query` names. */
 static int add_cells(sqlite3_stmt *insert, const source *sources, sqlite3_stmt *query)
 {
   int code = SQLITE_DONE;
@@ -157,7 +157,7 @@ static int prepare(sqlite3 *database, const char *sql, sqlite3_stmt **statement)
 int flesh_curves_make(sqlite3 *database, int count, char *const *paths, const char *columns, const char *rest,
                       const flesh_results *to)
 {
-  static const char tables[] = /* without their types numbers of other tables would find no index */
+  static const char tables[] = /* with types, so that numbers compared with those of other tables find the index */
       "CREATE TABLE headers (id INTEGER PRIMARY KEY, source INT, tab INT, column INT, rows INT, path, label, file,"
       "  header, name, unit);"
       "CREATE TABLE cells (id INT, row INT, word, number, PRIMARY KEY (id, row)) WITHOUT ROWID;";
