@@ -1,4 +1,4 @@
-/* command.c: `flesh check SCENE`: validates, reports, differentiates. */
+/* command.c: `flesh check SCENE`: validates a scene, reports on it and checks derivatives. */
 #include "commands.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@
 
 static const double tolerance = 1e-7;
 
-/* The scene's skin, if its frames have one, is bound to see that it can be. */
+/* Binds the scene's skin, if its frames have one, to see whether that is possible, and prints the result. */
 static int report_skin(const flesh_scene *scene)
 {
   flesh_surface *surface = NULL;
@@ -71,8 +71,8 @@ static int report_system(const flesh_scene *scene, double t)
   return status;
 }
 
-/* Random and small beside the mesh's edges, halved until no tet is near inversion that was not
- * before, and no node within an obstacle. */
+/* Moves the nodes at random by little beside the mesh's edges; halves the moves until no tet comes near inversion that
+ * was not before, and no node is in an obstacle. */
 static void disturb(const flesh_system *system, unsigned long long seed, const flesh_state *state,
                     double *moved)
 {

@@ -1,4 +1,5 @@
-/* command.c: `flesh completion`: scripts that complete command lines, from the tables that --help prints. */
+/* command.c: `flesh completion`: prints scripts that complete command lines, made from the tables that --help
+ * prints. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +23,7 @@ static void print_commands(int zsh)
   puts(zsh ? ")" : "'");
 }
 
-/* The paths of a scene's keys with = behind, as --set takes them. */
+/* Prints the paths of a scene's keys with = behind each, as --set takes them. */
 static int print_keys(int zsh)
 {
   char *paths = NULL;
@@ -35,7 +36,7 @@ static int print_keys(int zsh)
   return FLESH_OK;
 }
 
-/* The branches of the script, one for each command. */
+/* Prints the script's branches, one for each command. */
 static void print_branches(int zsh)
 {
   flesh_help_set_format(zsh ? FLESH_HELP_ZSH : FLESH_HELP_BASH);
@@ -52,7 +53,7 @@ int flesh_command_completion(int argc, char **argv)
   const int zsh = !strcmp(argv[1], "zsh");
   if (!zsh && strcmp(argv[1], "bash"))
     return flesh_command_refuse("completion", "there is none for '%.100s'; it must be bash or zsh", argv[1]);
-  /* Lines of the script that stand for others. */
+  /* Lines like @KEYS@ are replaced by what they name. */
   int status = FLESH_OK;
   for (const char *line = flesh_embedded_text(flesh_completions, argv[1]), *end; *line && !status; line = end) {
     end = line + strcspn(line, "\n") + 1;

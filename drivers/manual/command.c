@@ -1,4 +1,4 @@
-/* command.c: `flesh manual`: the manual pages, from the tables that --help prints. */
+/* command.c: `flesh manual`: prints manual pages, made from the tables that --help prints. */
 #include "commands.h"
 
 #include <stdio.h>

@@ -1,5 +1,5 @@
-/* command.c: `flesh material` tabulates and draws the energies along stretch, scaling,
- * flattening, shear and rotation, and says in words how each rests and where it breaks. */
+/* command.c: `flesh material`: tabulates and draws the energies along stretch, scaling, flattening, shear and rotation,
+ * and describes the rest state of each and where it breaks down. */
 #include "commands.h"
 
 #include <math.h>
@@ -21,7 +21,7 @@ typedef struct request {
   int chosen[FLESH_ENERGY_COUNT];
 } request;
 
-/* ---- what is asked for ---- */
+/* ---- options ---- */
 
 static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
 {
@@ -59,7 +59,7 @@ static int complete(request *r)
   if (isnan(r->given.young)) r->given.young = 1e5;
   if (isnan(r->given.poisson)) r->given.poisson = 0.45;
   if (lame) r->given.young = r->given.poisson = NAN;
-  /* Errors that all forms have in common are reported once; E and M have no limits of their own. */
+  /* Reports errors that all forms have in common once; E and M have no limits of their own. */
   flesh_material any;
   int matched = r->constants == FLESH_CONSTANTS_MATCHED;
   return make_material(r, matched ? FLESH_ENERGY_E : FLESH_ENERGY_M, r->constants, &any);
@@ -110,8 +110,8 @@ static double flat_eigenvalue(const flesh_curve *curve, double thickness)
   return q[2];
 }
 
-/* The thickness below 1 at which the smallest eigenvalue first turns negative under flattening; NaN
- * when it stays positive as long as the energy has a value. */
+/* Returns the thickness below 1 at which the smallest eigenvalue first becomes negative under flattening; NaN if it
+ * stays positive as long as the energy is defined. */
 static double softening(const flesh_curve *curve)
 {
   double above = 1, limit = -1e-12 * curve->material.mu;
@@ -131,7 +131,7 @@ static double softening(const flesh_curve *curve)
   return NAN;
 }
 
-/* All that the constants of an incompressible curve say: it has no other shape to fall into without a volume. */
+/* Describes an incompressible curve by its constants only: at a fixed volume there is no other rest state and no inversion. */
 static void describe_incompressible(const flesh_curve *curve)
 {
   double mu;
@@ -192,7 +192,7 @@ static int write_and_draw(const request *r, const flesh_curves *all)
   for (int c = 0; c < all->count; c++)
     (all->curves[c].material.incompressible ? describe_incompressible : describe)(&all->curves[c]);
   printf("Table: %s/material.csv\n", r->out);
-  status = flesh_plot_ended(&outcome); /* without gnuplot the scripts are left for later */
+  status = flesh_plot_ended(&outcome); /* without gnuplot, the scripts are left to be run later */
   if (status) return status;
   printf("Pictures:");
   for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, all->paths[p].name);
@@ -211,7 +211,7 @@ static int compare(const request *r)
   return status;
 }
 
-/* ",Neo,A,...S" for --help. */
+/* The names of the forms for --help: ",Neo,A,...S". */
 #define FORM_OF(NAME, name, text, ...) "," text
 
 int flesh_command_material(int argc, char **argv)

@@ -1,5 +1,5 @@
-/* curves.c: the deformations of `flesh material` and what the energies do along them, as tables of a database in memory, of
- * which data/studies/material.sql makes table and pictures. */
+/* curves.c: the deformations of `flesh material` and the energies along them, as tables of a database in memory, from
+ * which data/studies/material.sql makes the table and the pictures. */
 #include "material/curves.h"
 
 #include <assert.h>
@@ -70,13 +70,13 @@ const flesh_path flesh_isochoric_paths[] = {
     ROTATION};
 static_assert(sizeof flesh_isochoric_paths / sizeof *flesh_isochoric_paths == FLESH_PATHS, "a row of every path");
 
-/* The parameter of sample k, 0 to FLESH_CURVE_STEPS. */
+/* Returns the parameter of sample k, 0 to FLESH_CURVE_STEPS. */
 static double parameter_at(const flesh_path *path, int k)
 {
   return path->start + (path->end - path->start) * k / FLESH_CURVE_STEPS;
 }
 
-/* H - p d2J/dF2, where d2J/dF_ij dF_kl = e_ikm e_jln F_mn. */
+/* Sets H to H - p d2J/dF2, where d2J/dF_ij dF_kl = e_ikm e_jln F_mn. */
 static void press_hessian(double H[81], const double F[9], double p)
 {
   for (int k = 0; k < 81; k++) {
@@ -87,7 +87,8 @@ static void press_hessian(double H[81], const double F[9], double p)
   }
 }
 
-/* The least eigenvalue of H among what is across n. Its other vectors get a value above all of H's. */
+/* Returns the smallest eigenvalue of H on the vectors orthogonal to n. n itself gets a value above all eigenvalues of
+ * H. NaN if memory runs out. */
 static double smallest_across(const double H[81], const double n[9])
 {
   double A[81], Hn[9] = {0}, nn = 0, nHn = 0, above = 0, values[9];
@@ -104,7 +105,8 @@ static double smallest_across(const double H[81], const double n[9])
   return gsl_vector_min(&eigenvalues.vector);
 }
 
-/* Takes the pressure that makes P_33 zero off the stress. Returns the smallest eigenvalue, NaN where there is none. */
+/* Subtracts from the stress the pressure that makes P_33 zero. Returns the smallest eigenvalue; NaN if there is
+ * none. */
 static double press(const flesh_material *material, const double F[9], double P[9])
 {
   double cofactor[9], H[81];

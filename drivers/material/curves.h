@@ -1,4 +1,4 @@
-/* curves.h: the energies of `flesh material` along simple deformations. */
+/* curves.h: samples the energies of `flesh material` along simple deformations. */
 #ifndef FLESH_MATERIAL_CURVES_H
 #define FLESH_MATERIAL_CURVES_H
 
@@ -6,13 +6,13 @@
 #include "picture/plot.h"
 
 enum {
-  FLESH_CURVES_MAX = 2 * FLESH_ENERGY_COUNT, /* some stand twice, as D raw and as_e */
+  FLESH_CURVES_MAX = 2 * FLESH_ENERGY_COUNT, /* some energies have two curves, as D raw and as_e */
   FLESH_CURVE_STEPS = 300,
   FLESH_CURVE_QUANTITIES = 3, /* energy above rest [J/m^3], stress, smallest eigenvalue [Pa] */
   FLESH_PATHS = 5
 };
 
-/* One energy with one kind of constants: a curve in every picture. */
+/* A curve in every picture: an energy with one kind of constants. */
 typedef struct flesh_curve {
   flesh_material material;
   char label[32]; /* "D raw" */
@@ -21,20 +21,20 @@ typedef struct flesh_curve {
 
 /* A deformation F(s) for s from `start` to `end`. */
 typedef struct flesh_path {
-  const char *name, *title, *parameter, *stress; /* the last three as gnuplot writes them */
+  const char *name, *title, *parameter, *stress; /* the last three in gnuplot's markup */
   double start, end;
   void (*at)(double s, double F[9]);
-  int row, column; /* of the stress shown; -1 for |P| */
+  int row, column; /* of the stress component that is drawn; row -1: |P| */
 } flesh_path;
 
 enum { FLESH_PATH_FLATTEN = 2 };
 extern const flesh_path flesh_paths[FLESH_PATHS];
-/* Paths that keep the volume, for incompressible materials. */
+/* Paths at constant volume, for incompressible materials. */
 extern const flesh_path flesh_isochoric_paths[FLESH_PATHS];
 
-/* The curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN where it has none. The stress of an
- * incompressible material is P - p cof F with the pressure p with which P_33 is 0; the eigenvalue is the smallest among
- * changes of F that keep the volume. */
+/* Computes the curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN for those that are not
+ * defined. The stress of an incompressible material is P - p cof F with the pressure p for which P_33 is 0; its
+ * eigenvalue is the smallest over changes of F at constant volume. */
 void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double s, double *energy,
                         double quantities[FLESH_CURVE_QUANTITIES]);
 
@@ -43,11 +43,12 @@ typedef struct flesh_curves {
   const flesh_path *paths; /* [FLESH_PATHS] */
   int count;
   flesh_curve curves[FLESH_CURVES_MAX];
-  double mu, lambda;     /* the small-strain constants given, Pa; lambda is infinite at Poisson's ratio 1/2 */
-  double young, poisson; /* NaN when given by mu and lambda */
+  double mu, lambda;     /* small-strain constants, Pa; lambda is infinite at Poisson's ratio 1/2 */
+  double young, poisson; /* NaN if the constants are given as mu and lambda */
 } flesh_curves;
 
-/* Writes material.csv and PATH.gp of every path into `folder`, and draws PATH.png; *outcome: of the drawing. */
+/* Writes material.csv and, for every path, PATH.gp into `folder`, and draws PATH.png. *outcome: outcome of the
+ * drawing. */
 int flesh_curves_write(const char *folder, const flesh_curves *all, flesh_plot_outcome *outcome);
 
 #endif

@@ -93,14 +93,15 @@ static void show_histogram(const flesh_mesh *mesh)
   }
 }
 
-/* A node and how far along a slanted direction it lies, in which the nodes of grids do not line up. */
+/* A node and its coordinate along a slanted direction, on which the nodes of grids do not coincide. */
 typedef struct node_along {
   double along;
   int node;
 } node_along;
 
-/* Shows how many corners lie where another does: there a mesh that looks whole is torn. They are closer than a thousandth of
- * the shortest edge, as files round positions. Nodes on the edges of a flat tet may meet without a tear. FLESH_ERR_MEMORY. */
+/* Shows how many vertices are at the same place as another, where a mesh that looks whole is torn: closer than a
+ * thousandth of the shortest edge, since files round positions. Nodes on the edges of a flat tet may coincide without a
+ * tear. FLESH_ERR_MEMORY. */
 static int show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
 {
   static const double slant[3] = {0.6357, 0.5773, 0.5124};
@@ -206,7 +207,7 @@ static int write_and_say(const char *command, const flesh_mesh *mesh, const char
   return 0;
 }
 
-/* Gives *mesh the order that was asked for (0: none was). */
+/* Raises or lowers *mesh to `order` (0: keeps its own). */
 static int set_order(flesh_mesh **mesh, int order)
 {
   flesh_mesh *other;
@@ -218,7 +219,8 @@ static int set_order(flesh_mesh **mesh, int order)
   return FLESH_OK;
 }
 
-/* Cuts each tet into eight, `times` times, before it gets the order `order`. */
+/* Cuts each tet into eight, `times` times; before that, checks the size of the result in the order that it will
+ * have. */
 static int refine(flesh_mesh **mesh, int times, int order)
 {
   const int own = flesh_mesh_order(*mesh);
@@ -281,18 +283,18 @@ static int command_surface(int argc, char **argv)
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
-/* Claims the folder for the index, which must be none of the inputs. */
+/* Claims the folder and prepares its index, which must be none of the inputs. */
 static int claim_parts(const char *command, const char *folder, int inputs, char *const *input, flesh_folder_claim *claim)
 {
   const int status = flesh_output_claim(folder, command, claim);
   return status ? status : flesh_output_prepare_from(flesh_path("%s/index.txt", folder), inputs, input, NULL);
 }
 
-/* A folder that was made for nothing goes. */
+/* Releases the folder; after an error, removes it if it is empty. */
 static void let_go(int status, const char *folder, flesh_folder_claim *claim)
 {
   flesh_folder_claim_release(claim);
-  if (status) flesh_path_remove_folder(folder); /* stays where something is in it */
+  if (status) flesh_path_remove_folder(folder); /* fails if there is anything in it */
 }
 
 static void say_parts(const char *folder, const flesh_split *split)
@@ -311,7 +313,7 @@ static void say_parts(const char *folder, const flesh_split *split)
          100. * (double)more / split->tets);
 }
 
-/* `flesh mesh box --parts N`. Returns the exit code. */
+/* Runs `flesh mesh box --parts N`. Returns the exit code. */
 static int box_in_parts(const int cells[3], const double size[3], const double origin[3], int parts,
                             const char *folder)
 {
@@ -325,7 +327,7 @@ static int box_in_parts(const int cells[3], const double size[3], const double o
   return status ? flesh_command_fail("mesh box", status) : 0;
 }
 
-/* Parts the mesh by METIS, and writes the parts into the folder. */
+/* Partitions the mesh by METIS and writes the parts into the folder. */
 static int split_mesh(const flesh_mesh *mesh, int parts, const char *folder)
 {
   const int tets = flesh_mesh_tet_count(mesh);

@@ -1,4 +1,4 @@
-/* command.c: `flesh schema`: the documentation of a scene's keys. */
+/* command.c: `flesh schema`: prints the documentation of a scene's keys and of results. */
 #include "commands.h"
 
 #include <stdio.h>
@@ -10,8 +10,8 @@
 #include "scene/schema.h"
 #include "study/embedded.h"
 
-/* Prints a section of results.txt: "result.json", "history.csv", "probes.csv" or "frames", or all of them for "results".
- * Returns 0, having printed nothing, for any other name. */
+/* Prints a section of results.txt: "result.json", "history.csv", "probes.csv" or "frames"; all of them for "results".
+ * Returns 0 for any other name, and prints nothing. */
 static int print_results(const char *section)
 {
   static const char head[] = "\n## ";
@@ -39,7 +39,7 @@ int flesh_command_schema(int argc, char **argv)
   if (positionals && format == FLESH_SCHEMA_MARKDOWN && print_results(argv[1])) return 0;
   const int status = flesh_scene_schema_section((flesh_schema_format)format, positionals ? argv[1] : NULL, &text);
   if (status) return flesh_command_fail("schema", status);
-  fputs(text, stdout); /* whether it could be written is asked at the program's end */
+  fputs(text, stdout); /* errors of stdout are checked at the end of the program */
   free(text);
   return 0;
 }
