@@ -1,4 +1,4 @@
-/* picture_legend.c: the scale of a picture's colours. */
+/* picture_legend.c: draws the scale of a picture's colours. */
 #include "picture/picture_legend.h"
 
 #include <assert.h>
@@ -9,7 +9,7 @@
 #include "picture/picture_body.h"
 #include "cli/path.h"
 
-/* The next number that reads well. */
+/* Rounds up to the next of `steps` (ascending, in [1, 10)) times a power of ten. */
 static double round_up(double value, int count, const double *steps)
 {
   double power = pow(10, floor(log10(value)));
@@ -20,7 +20,7 @@ static double round_up(double value, int count, const double *steps)
 
 void flesh_picture_range(flesh_picture_field field, double least, double most, double *low, double *high)
 {
-  /* Both ends of J's range, and all others, are marked then. */
+  /* With these values, the ends of J's range and its 1, and the ends of all other ranges, are marked. */
   static const double about_one[] = {1, 1.5, 2, 3, 4, 5, 6}, from_zero[] = {1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8};
   const int any = most >= least;
   if (field == FLESH_PICTURE_J) {
@@ -34,7 +34,8 @@ void flesh_picture_range(flesh_picture_field field, double least, double most, d
   }
 }
 
-/* Multiples of the step within the range, which may overshoot its ends by rounding. */
+/* Finds the first and last multiple of the step within the range, whose ends rounding may overshoot. Returns their
+ * number. */
 static int multiples(double low, double high, double step, double *first, double *last)
 {
   *first = ceil(low / step - 1e-6);
@@ -52,7 +53,7 @@ int flesh_picture_ticks(double low, double high, int room, double *ticks, int *d
   static const double steps[] = {1, 2, 2.5, 5};
   const double power = floor(log10((high - low) / room));
   double best = 0, first, last;
-  for (int k = 0; k < 12; k++) { /* the finest that fits, or a somewhat coarser one that hits both ends */
+  for (int k = 0; k < 12; k++) { /* takes the finest step that fits, or a coarser one below 5 times it that hits both ends */
     double step = steps[k % 4] * pow(10, power + k / 4);
     int count = multiples(low, high, step, &first, &last);
     if (count > room || count < 2) continue;
@@ -62,7 +63,7 @@ int flesh_picture_ticks(double low, double high, int room, double *ticks, int *d
       break;
     }
   }
-  if (!(best > 0)) { /* not even two: the ends themselves */
+  if (!(best > 0)) { /* there are not even two multiples: marks the ends themselves */
     ticks[0] = low, ticks[1] = high;
     *decimals = (int)fmin(fmax(3 - power, 0), 12);
     return 2;
@@ -75,7 +76,7 @@ int flesh_picture_ticks(double low, double high, int room, double *ticks, int *d
   return count;
 }
 
-/* A power of a thousand with its prefix. */
+/* Returns a power of a thousand and its prefix. */
 static double unit_of(flesh_picture_field field, const flesh_picture_frame *frame, const char **prefix)
 {
   static const char *const prefixes[] = {"n", "µ", "m", "", "k", "M", "G", "T"};
@@ -87,7 +88,7 @@ static double unit_of(flesh_picture_field field, const flesh_picture_frame *fram
   return pow(1000, thousands);
 }
 
-/* The quantity in two lines, the second with the unit and its prefix. */
+/* Names of the quantities in two lines; the second also gets the unit with its prefix. */
 static const struct {
   const char *first, *second, *unit;
 } words[] = {{"", "", NULL}, {"volume ratio", "J_mean", NULL}, {"von Mises", "stress ", "Pa"}, {"speed", "", "m/s"},
@@ -112,7 +113,7 @@ void flesh_picture_quantity(flesh_picture_field field, const flesh_picture_frame
 
 enum { LONGEST_TEXT = 512 };
 
-/* The text with '?' for what is no UTF-8, which cairo refuses to draw, cut to LONGEST_TEXT bytes. */
+/* Returns the text with '?' for bytes that are not UTF-8, which cairo refuses to draw, cut to LONGEST_TEXT bytes. */
 static const char *drawable(const char *text, char room[LONGEST_TEXT])
 {
   size_t used = 0;
@@ -146,7 +147,7 @@ double flesh_picture_text_width(cairo_t *c, double size, const char *text)
 
 enum { BAR_WIDTH = 14, CAP = 7, LINE = 15 };
 
-/* A cap says that values go on beyond the scale. */
+/* Draws a cap, which says that there are values beyond the scale. */
 static void draw_cap(cairo_t *c, double x, double y, double to, const double rgb[3])
 {
   cairo_set_source_rgb(c, rgb[0], rgb[1], rgb[2]);

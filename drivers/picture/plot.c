@@ -1,4 +1,4 @@
-/* plot.c: draws scripts of gnuplot, and what their writers share. */
+/* plot.c: draws scripts of gnuplot; functions that write parts of scripts. */
 #include "picture/plot.h"
 
 #include <ctype.h>
@@ -14,12 +14,12 @@
 #include "cli/path.h"
 #include "picture/program.h"
 
-static int gnuplot_missing; /* what the last plot failed for */
+static int gnuplot_missing; /* the last plot failed because there is no gnuplot */
 
 int flesh_plot_draw(const char *folder, const char *name) { return flesh_plot_draw_as(folder, name, ".png"); }
 
-/* gnuplot draws into `drawn`, whose name is this program's own: no name from outside is an output of gnuplot's, and a
- * picture is whole or the old one. */
+/* gnuplot draws into `drawn`, a name that this program makes: so gnuplot writes to no name from outside, and the
+ * picture is complete or the old one is kept. */
 int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
 {
   char picture[48], set[64];
@@ -29,7 +29,7 @@ int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
   const char *log = flesh_path("%s/%s.log", folder, name), *drawn = flesh_path("%s/%s", folder, picture);
   const char *target = flesh_path("%s/%s%s", folder, name, suffix);
   flesh_path_unlink(drawn); /* gnuplot would write through a link of that name */
-  /* With its own settings only, not those of ~/.gnuplot. */
+  /* -d: without the settings in ~/.gnuplot. */
   const int code = flesh_program_run(folder, log, (const char *[]){"gnuplot", "-d", "-e", set, script, NULL});
   const int whole = !code && flesh_picture_is_whole(drawn), renamed = whole && !flesh_path_rename(drawn, target), reason = errno;
   gnuplot_missing = code == FLESH_PROGRAM_MISSING;
@@ -74,7 +74,7 @@ int flesh_plot_accept(const char *command, int drawn)
   return FLESH_OK;
 }
 
-/* Stands for itself between double quotes, wherever gnuplot looks. */
+/* Returns whether the character stands for itself in a string in double quotes, wherever gnuplot interprets it. */
 static int is_plain(char c) { return isalnum((unsigned char)c) || (c && strchr(" _.,:;=+-/()[]<>", c)); }
 
 static void put_octal(FILE *stream, char c) { fprintf(stream, "\\%03o", (unsigned)(unsigned char)c); }

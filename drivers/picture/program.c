@@ -1,5 +1,5 @@
-/* program.c: runs programs that draw, and looks at the two ends of a picture: of a PNG (ISO/IEC 15948) a signature first
- * and the chunk IEND last, of an SVG its root element's, of a PDF (ISO 32000) %PDF- and %%EOF. */
+/* program.c: runs other programs, and checks the two ends of a picture: a PNG (ISO/IEC 15948) has a signature first and
+ * the chunk IEND last, an SVG the end tag of its root element last, a PDF (ISO 32000) %PDF- and %%EOF. */
 #include "picture/program.h"
 
 #include <errno.h>
@@ -20,7 +20,7 @@ int flesh_program_run(const char *folder, const char *log, const char *const *wo
   const pid_t child = fork();
   if (child < 0) return -1;
   if (!child) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL); /* what it draws nobody would collect */
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* ends with the parent, as nobody would use what it draws */
     const int nowhere = open("/dev/null", O_RDWR);
     const int said = flesh_path_open(log, O_WRONLY | O_CREAT | O_TRUNC | O_NONBLOCK, 0666);
     if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
@@ -34,7 +34,7 @@ int flesh_program_run(const char *folder, const char *log, const char *const *wo
   return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
 }
 
-/* Whether the file begins and ends so; `end` may be followed by line breaks. */
+/* Returns whether the file has this beginning and this end; line breaks may follow `end`. */
 static int is_between(const char *path, const void *begin, size_t begin_size, const void *end, size_t end_size)
 {
   char first[16], last[24];

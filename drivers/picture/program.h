@@ -1,15 +1,15 @@
-/* program.h: other programs that draw: how they run, and whether what they leave is whole. */
+/* program.h: runs other programs that draw, and checks that the pictures they write are complete. */
 #ifndef FLESH_PICTURE_PROGRAM_H
 #define FLESH_PICTURE_PROGRAM_H
 
-/* A shell returns this, too, where a program is not installed. */
+/* Exit code if a program is not installed; a shell returns the same. */
 enum { FLESH_PROGRAM_MISSING = 127 };
 
-/* Runs words[0] with the other words, NULL-ended, in the folder; what it writes to stderr goes into the file `log`.
- * Returns its exit code; -1: it could not be started, or a signal ended it. */
+/* Runs words[0] with the other words (NULL ends them) in the folder; its stderr goes into the file `log`. Returns its
+ * exit code, or -1 if it could not be started or a signal ended it. */
 int flesh_program_run(const char *folder, const char *log, const char *const *words);
 
-/* Whether a picture that is named .svg, .pdf or .png begins as such a file does and has its end. */
+/* Returns whether a picture named .svg, .pdf or .png begins and ends as such a file must. */
 int flesh_picture_is_whole(const char *path);
 
 #endif

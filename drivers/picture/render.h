@@ -1,5 +1,5 @@
-/* render.h: shaded pictures of triangles, by a depth buffer and a shadow map in memory; no display
- * is needed. Colours are linear light in [0, 1] (see flesh_render_srgb). */
+/* render.h: draws shaded pictures of triangles, by a depth buffer and a shadow map in memory; needs no display. Colours
+ * are linear light in [0, 1] (see flesh_srgb_encode). */
 #ifndef FLESH_PICTURE_RENDER_H
 #define FLESH_PICTURE_RENDER_H
 
@@ -12,22 +12,22 @@ typedef struct flesh_image {
   uint32_t *pixels;
 } flesh_image;
 
-/* The colour of what is inverted, linear light. */
+/* Colour of inverted tets, linear light. */
 extern const float flesh_render_inverted[3];
 
 typedef struct flesh_render_style {
   int samples;   /* squared, per pixel */
-  int flat;      /* colours as they are, without light and shadow */
-  int no_shadow; /* light, but no shadows */
+  int flat;      /* draw colours as they are, without light and shadow */
+  int no_shadow; /* draw with light, but without shadows */
 } flesh_render_style;
 
-/* Renders into a new image. What is coloured by values is lit softly and does not shine, so that its colours can be
- * compared with their scale. FLESH_ERR_MEMORY. */
+/* Renders into a new image. Surfaces that are coloured by values are lit softly and do not shine, so that their colours
+ * can be compared with the scale. FLESH_ERR_MEMORY. */
 int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
                  const flesh_render_style *style, flesh_image *image);
 void flesh_image_free(flesh_image *image);
 
-/* Between linear light and sRGB's encoding (IEC 61966-2-1), both in [0, 1]. */
+/* Convert between linear light and its sRGB encoding (IEC 61966-2-1), both in [0, 1]. */
 double flesh_srgb_encode(double linear);
 double flesh_srgb_decode(double encoded);
 

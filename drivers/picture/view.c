@@ -1,4 +1,4 @@
-/* view.c: where a camera stands, and how far away it must be to see everything. */
+/* view.c: places a camera so that it sees everything. */
 #include <math.h>
 
 #include "picture/view.h"
@@ -12,7 +12,7 @@ void flesh_view_normalise(double a[3])
   for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
 }
 
-/* The smallest rotation that takes z to the unit vector u, of a. */
+/* Turns `a` by the smallest rotation that takes z to the unit vector u. */
 static void rotate_z_to(const double u[3], double a[3])
 {
   const double axis[3] = {-u[1], u[0], 0}; /* z x u */
@@ -39,7 +39,7 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
                                    .width_px = width_px,
                                    .height_px = height_px}};
   double length = sqrt(flesh_vec3_dot(camera->up, camera->up));
-  if (length > 0) { /* else z, also for NaN */
+  if (length > 0) { /* else z is up, also if the length is NaN */
     flesh_view *v = &fit->view;
     for (int d = 0; d < 3; d++) v->zenith[d] = camera->up[d] / length;
     rotate_z_to(v->zenith, v->right);
@@ -52,8 +52,8 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
   for (int k = 0; k < 3; k++) fit->low[k] = INFINITY, fit->high[k] = -INFINITY;
 }
 
-/* An eye at (r, u, b) sees a point (x, y, z) when |x - r| <= slope (b - z), and the same upwards:
- * four half spaces that each need the farthest point only. */
+/* An eye at (r, u, b) sees a point (x, y, z) if |x - r| <= slope (b - z) and the same holds upwards: these are four
+ * half spaces, for each of which only the farthest point matters. */
 void flesh_view_fit_add(flesh_view_fit *fit, int count, const double *points)
 {
   for (int i = 0; i < count; i++) {
@@ -105,7 +105,7 @@ void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, f
     view->target[d] = c[0] * view->right[d] + c[1] * view->up[d] + c[2] * view->back[d];
   view->height = height;
   view->distance = slope[1] > 0 ? height / (2 * slope[1]) : 0;
-  const double depth = fmax(0, c[2] - fit->low[2]); /* the farther from the eye, the wider the view */
+  const double depth = fmax(0, c[2] - fit->low[2]); /* the view is wider farther from the eye */
   view->misses_all = !empty && slope[1] > 0 && fit->low[2] - c[2] > view->distance;
   int dots = 0;
   for (int k = 0; k < 2 && !empty; k++) {
