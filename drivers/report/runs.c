@@ -1,5 +1,5 @@
-/* runs.c: runs in a report: their verdict, figures, histories, probes, scenes and provenance, as
- * data/studies/report_runs.sql tells them; and the database of a sweep, as report_sweep.sql does. */
+/* runs.c: the part of a report about runs (verdict, figures, histories, probes, scenes and provenance), made by
+ * data/studies/report_runs.sql, and that about the database of a sweep, by report_sweep.sql. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -47,7 +47,8 @@ int flesh_report_add_study(flesh_report *report, const char *title, const char *
   return flesh_report_tell(report, flesh_report_part(report, title, folder), folder, sql, fill, &given);
 }
 
-/* The column to plot against time at first: the first of those wanted that a table has, else the last. */
+/* Returns the column to plot against time at first: the first of `wanted` that a table has, else the last of
+ * `wanted`. */
 static const char *first_column(const json_t *part, const char *const *wanted)
 {
   const json_t *tables = json_object_get(part, "tables"), *table;

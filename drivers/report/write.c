@@ -1,5 +1,4 @@
-/* write.c: the page with its payload: JSON and numbers, deflated (RFC 1950) and in base 64 (RFC
- * 4648). */
+/* write.c: writes the page with its payload: JSON and numbers, deflated (RFC 1950) and in base 64 (RFC 4648). */
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
@@ -30,7 +29,7 @@ void flesh_report_bytes_close(flesh_report_bytes *bytes)
   *bytes = (flesh_report_bytes){0};
 }
 
-/* Text in HTML. */
+/* Prints text escaped for HTML. */
 static void print_escaped(FILE *stream, const char *text)
 {
   for (; *text; text++)
@@ -55,7 +54,7 @@ static void print_base64(FILE *stream, const char *bytes, size_t size)
   }
 }
 
-/* The first sentence of each part's verdict, which is read without scripts, too. */
+/* Prints the first sentence of each part's verdict, which can be read without scripts. */
 static void print_lead(FILE *stream, const json_t *parts)
 {
   const json_t *part;
@@ -75,7 +74,7 @@ static void print_lead(FILE *stream, const json_t *parts)
   fputs("</div>\n", stream);
 }
 
-/* An element, or nothing where there is no picture. */
+/* Prints the picture as an element, or nothing if there is none. */
 static void print_still(FILE *stream, const flesh_report_bytes *still)
 {
   if (!still->size) return;
@@ -84,7 +83,7 @@ static void print_still(FILE *stream, const flesh_report_bytes *still)
   fputs("\">\n", stream);
 }
 
-/* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed (new). */
+/* Deflates into *packed (new) the length of the JSON as twelve digits, the JSON, and the numbers. */
 static int pack(const flesh_report *report, json_t *head, char **packed, size_t *size)
 {
   json_t *all = json_pack("{sOsOsO}", "head", head, "parts", report->parts, "view", report->view);
@@ -108,7 +107,7 @@ static int pack(const flesh_report *report, json_t *head, char **packed, size_t 
   return status;
 }
 
-/* Prints the page up to the mark; returns what is behind it. */
+/* Prints the page up to the mark; returns the rest behind it. */
 static const char *print_up_to(FILE *stream, const char *mark, const char *page)
 {
   const char *at = strstr(page, mark);
