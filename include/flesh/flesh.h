@@ -1,4 +1,4 @@
-/* flesh.h: everything that needs no SUNDIALS type. */
+/* flesh.h: includes all headers that need no SUNDIALS type. */
 #ifndef FLESH_FLESH_H
 #define FLESH_FLESH_H
 

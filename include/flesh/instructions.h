@@ -1,5 +1,5 @@
-/* instructions.h: which vector instructions elements and linear solvers use. Results are the same
- * bits with the same instructions; with others they agree to rounding.
+/* instructions.h: the vector instructions that elements and linear solvers use. Results are bitwise the same with the
+ * same instructions; with different ones they agree to rounding.
  * Functions that return no status cannot fail. */
 #ifndef FLESH_INSTRUCTIONS_H
 #define FLESH_INSTRUCTIONS_H
@@ -18,11 +18,11 @@ typedef enum flesh_instructions {
   FLESH_INSTRUCTIONS_COUNT
 } flesh_instructions;
 
-/* "auto", "portable", "avx2", "avx512"; "unknown" for anything else. */
+/* Returns "auto", "portable", "avx2" or "avx512"; "unknown" for anything else. */
 FLESH_API const char *flesh_instructions_name(flesh_instructions instructions);
 
-/* Finds an instruction set that this machine runs: AUTO becomes the best. FLESH_ERR_ARGUMENT when it lacks the one
- * asked for, *usable untouched. */
+/* Finds an instruction set that this machine has: AUTO becomes the best one, others stay. FLESH_ERR_ARGUMENT when the
+ * machine lacks the one asked for; *usable is then unchanged. */
 FLESH_API int flesh_instructions_find(flesh_instructions asked, flesh_instructions *usable);
 
 #ifdef __cplusplus

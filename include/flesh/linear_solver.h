@@ -16,18 +16,18 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  /* Two-level, or IC on meshes of a few hundred nodes; with the volume projection where that takes less work. */
+  /* Two-level, or IC on meshes of a few hundred nodes, with the volume projection when that takes less work. */
   FLESH_PRECONDITIONER_AUTO,
-  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and a coarse space of displacements trilinear in the cells of a grid */
+  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, plus displacements that are trilinear in the cells of a grid */
   FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE,
-  /* Projects out the stiff volume terms of nearly incompressible ten-node tets and preconditions the rest as AUTO
-   * does. Same as AUTO without such terms, and with IDA, CVODE and ARKODE. */
+  /* Projects the stiff volume terms of nearly incompressible ten-node tets out, and preconditions the rest as AUTO
+   * does. The same as AUTO without such terms, and with IDA, CVODE and ARKODE. */
   FLESH_PRECONDITIONER_VOLUME_PROJECTION
 } flesh_preconditioner;
 
-/* Returns the preconditioner's name in a scene; NULL if there is no such kind. */
+/* Returns the kind's name in a scene. NULL: no such kind. */
 FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 
 #ifdef __cplusplus

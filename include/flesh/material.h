@@ -1,9 +1,9 @@
-/* material.h: energy densities as functions psi(I_C, J) or of the singular values of F, and what
- * follows from psi alone.
+/* material.h: energy densities as functions psi(I_C, J) or of the singular values of F, and the quantities that follow
+ * from psi alone.
  *
- * F is the 3x3 deformation gradient, I_C = tr(F^T F), J = det F. 3x3 matrices are row-major
- * [9]: F[3*i+j] = F_ij; vec(F) has the same order, so Hessians are [81], H[9*p+q]. Energies are
- * densities per rest volume [J/m^3], stresses and moduli [Pa].
+ * F is the 3x3 deformation gradient, I_C = tr(F^T F), J = det F. 3x3 matrices are row-major [9]: F[3*i+j] = F_ij; vec(F)
+ * has the same order, so Hessians are [81], H[9*p+q]. Energies are densities per rest volume [J/m^3], stresses and
+ * moduli [Pa].
  *
  *   Neo  mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2     Bonet & Wood 2008
  *   A    mu/2 (I_C-3) - mu log J + lambda/2 (J-1)^2       Ogden 1984
@@ -20,22 +20,22 @@
  *        11/1050, 19/7000, 519/673750; alpha keeps the rest stress-free
  *                                                         length term of Arruda & Boyce 1993
  *
- * These are psi(I_C, J). With the singular values s_1 >= s_2 >= |s_3| of F, where s_3 carries the
- * sign of J, three are psi(s_1, s_2, s_3), stress-free at rest:
+ * These are psi(I_C, J). The singular values s_1 >= s_2 >= |s_3| of F, where s_3 has the sign of J, define three forms
+ * psi(s_1, s_2, s_3), all stress-free at rest:
  *
  *   CR   mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2      Muller & Gross 2004
  *   FCR  mu sum (s_i-1)^2 + lambda/2 (J-1)^2              Stomakhin et al. 2012
  *   StVK mu sum E_i^2 + lambda/2 (sum E_i)^2,  E_i = (s_i^2-1)/2
  *                                                         Saint-Venant 1844, Kirchhoff 1852
  *
- * CR and FCR have a value for every F, but no derivative where s_2 + s_3 = 0 (only at J <= 0): the
- * polar rotation is not unique there. The stress is that of one of the rotations, and in the twists
- * of the Hessian s_i + s_j counts as at least FLESH_SMALLEST_STRETCH_SUM, which bounds them by
- * (4 mu + 2 lambda |sum s_i - 3|) / FLESH_SMALLEST_STRETCH_SUM.
+ * CR and FCR have a value for every F, but no derivative where s_2 + s_3 = 0 (only at J <= 0), as the polar rotation is
+ * not unique there. The stress is that of one of the rotations, and in the twists of the Hessian s_i + s_j counts as at
+ * least FLESH_SMALLEST_STRETCH_SUM, which bounds the twists by (4 mu + 2 lambda |sum s_i - 3|) /
+ * FLESH_SMALLEST_STRETCH_SUM.
  *
- * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A
- * non-finite F, or a result too large for a double, gives FLESH_NONFINITE. Whatever is not FLESH_OK
- * leaves the outputs as they were. Functions that return no status cannot fail. */
+ * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A non-finite F, or a
+ * result too large for a double, gives FLESH_NONFINITE. If a function does not return FLESH_OK, the outputs are
+ * unchanged. Functions that return no status cannot fail. */
 #ifndef FLESH_MATERIAL_H
 #define FLESH_MATERIAL_H
 
@@ -45,25 +45,22 @@
 extern "C" {
 #endif
 
-/* The Poisson's ratio whose lambda, 49 times the small-strain mu, is the penalty of incompressible
- * materials; integrators raise it. */
+/* Poisson's ratio whose lambda, 49 times the small-strain mu, is the penalty of incompressible materials; integrators
+ * increase the penalty. */
 #define FLESH_REFERENCE_POISSON 0.49
 
-/* The lower bound of the sum of two singular values in the twists of CR and FCR. */
+/* Lower bound of the sum of two singular values in the twists of CR and FCR. */
 #define FLESH_SMALLEST_STRETCH_SUM 1e-6
 
-/* The built-in forms, in three lists,
- * ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in
- * plots, formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha, volume
- * term).
+/* The built-in forms, in three lists, ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in plots,
+ * formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha, volume term).
  *
- * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula of a form of the invariants,
- * flesh_stretch_<name> (lib/material/stretch_forms.h) that of a form of the singular values. A form
- * that cannot be matched is stressed at rest. Raw constants need lambda > limit(mu), or = as well
- * where "at the limit" is 1; a form without lambda has no limit, and NULL as its text. The matched
- * mu and lambda are those of the formula, from the small-strain ones; alpha follows from those of
- * the formula. The volume term is the factor of lambda, without terms linear in J
- * (flesh_volume_term). */
+ * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula of a form of the invariants, flesh_stretch_<name>
+ * (lib/material/stretch_forms.h) that of a form of the singular values. A form that cannot be matched has residual
+ * stress at rest. Raw constants need lambda > limit(mu), or = as well where "at the limit" is 1; a form without
+ * lambda has no limit, and NULL as its text. The matched mu and lambda are those of the formula, from the
+ * small-strain ones; alpha follows from those of the formula. The volume term is the factor of lambda, without terms
+ * linear in J (flesh_volume_term). */
 #define FLESH_NEO_HOOKEAN_FORM_LIST(ROW)                                                           \
   ROW(NEO, neo, "Neo", "bonet-wood-neo-hookean", 1, RAW_OR_MATCHED, "#0072B2",                     \
       "mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2", "Bonet & Wood 2008",                         \
@@ -91,7 +88,7 @@ extern "C" {
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
       mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda, QUADRATIC)
 
-/* The forms that stiffen when they are stretched. */
+/* Forms that stiffen in tension. */
 #define FLESH_STIFFENING_FORM_LIST(ROW)                                                            \
   ROW(FUNG, fung, "Fung", "fung-exponential", 0, RAW_OR_MATCHED, "#B8A200",                        \
       "mu/(2b) (exp(b (I_C-3)) - 1) + lambda/2 (J-alpha)^2", "Fung 1967",                          \
@@ -107,7 +104,7 @@ extern "C" {
       lambda + (1 - 4 * flesh_ab_curvature(links) / flesh_ab_slope(links)) * mu,                   \
       1 + flesh_ab_slope(links) * mu / lambda, QUADRATIC)
 
-/* The forms in terms of the singular values. */
+/* Forms in terms of the singular values. */
 #define FLESH_STRETCH_FORM_LIST(ROW)                                                               \
   ROW(CR, cr, "CR", "co-rotational", 0, RAW_OR_MATCHED, "#CC5B8F",                                 \
       "mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2", "Muller & Gross 2004",                        \
@@ -120,7 +117,7 @@ extern "C" {
       "Saint-Venant 1844, Kirchhoff 1852",                                                         \
       -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1, NONE)
 
-/* The volume term of a form: none, lambda/2 (J-1)^2, lambda/2 (log J)^2, lambda U(J) with a user's own U. */
+/* Volume term of a form: none, lambda/2 (J-1)^2, lambda/2 (log J)^2, or lambda U(J) with a user's own U. */
 typedef enum flesh_volume_term {
   FLESH_VOLUME_NONE,
   FLESH_VOLUME_QUADRATIC,
@@ -132,13 +129,12 @@ typedef enum flesh_volume_term {
   FLESH_NEO_HOOKEAN_FORM_LIST(ROW) FLESH_STIFFENING_FORM_LIST(ROW)
 #define FLESH_FORM_LIST(ROW) FLESH_INVARIANT_FORM_LIST(ROW) FLESH_STRETCH_FORM_LIST(ROW)
 
-/* The constants of forms beyond mu and lambda: ROW(FORM, name, unit, least, usual, doc). `name` is
- * a member of flesh_material, 0 for the other forms, and a key of a scene's material; psi and the
- * formulas of FLESH_FORM_LIST read it. It must be at least `least`; where none is given it is
- * `usual`, a formula of the small-strain mu. */
+/* The constants of forms beyond mu and lambda: ROW(FORM, name, unit, least, usual, doc). `name` is a member of
+ * flesh_material, 0 for the other forms, and a key of a scene's material; psi and the formulas of FLESH_FORM_LIST
+ * read it. Its value must be at least `least`; if none is given, it is `usual`, a formula of the small-strain mu. */
 #define FLESH_FORM_CONSTANT_LIST(ROW)                                                              \
   ROW(FUNG, exponent, NULL, 1e-6, 0.25, "b of Fung's exp(b (I_C-3)), no unit")                     \
-  ROW(AB, links, NULL, 1, 25, "N, links of a chain of Arruda & Boyce, no unit")
+  ROW(AB, links, NULL, 1, 25, "N of Arruda & Boyce, number of links of a chain, no unit")
 
 typedef enum flesh_energy {
 #define FLESH_FORM_ENUM(NAME, ...) FLESH_ENERGY_##NAME,
@@ -150,8 +146,8 @@ typedef enum flesh_energy {
 
 /* How the given small-strain Lame constants (mu_L, lambda_L) become the mu, lambda of a form. */
 typedef enum flesh_constants {
-  FLESH_CONSTANTS_RAW,     /* mu = mu_L, lambda = lambda_L put straight into the formula */
-  FLESH_CONSTANTS_MATCHED, /* linearised at rest it is (mu_L, lambda_L): not for C, M, D */
+  FLESH_CONSTANTS_RAW,     /* mu = mu_L, lambda = lambda_L, used directly in the formula */
+  FLESH_CONSTANTS_MATCHED, /* the linearisation at rest has the constants (mu_L, lambda_L); not for C, M, D */
   FLESH_CONSTANTS_AS_E     /* D only: E's constants, mu = mu_L, lambda = lambda_L + mu_L */
 } flesh_constants;
 
@@ -164,8 +160,8 @@ typedef struct flesh_psi {
 
 struct flesh_material;
 
-/* A user's or a built-in psi: fills *psi and returns 0; returns FLESH_UNDEFINED, *psi untouched,
- * where the form has no value. Must be pure: it is called from several threads at once. */
+/* A user's or a built-in psi: fills *psi and returns 0; returns FLESH_UNDEFINED, *psi unchanged, if the form has no
+ * value. It must be a pure function, as several threads call it at once. */
 typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_material *material,
                                   flesh_psi *psi);
 
@@ -174,133 +170,131 @@ typedef struct flesh_volume_part {
   double value, J, JJ;
 } flesh_volume_part;
 
-/* A user's U(J): fills *U and returns 0; returns FLESH_UNDEFINED, *U untouched, where it has no value. Must be pure, as
- * psi. U' = 0 and U'' = 1 at J = 1, so that lambda is the modulus of small changes of volume; for kappa/4 (J^2 - 1 -
- * 2 log J), for instance, lambda = kappa and U = (J^2 - 1 - 2 log J)/4. */
+/* A user's U(J): fills *U and returns 0; returns FLESH_UNDEFINED, *U unchanged, if it has no value. It must be pure,
+ * as psi must. U' = 0 and U'' = 1 at J = 1, so that lambda is the modulus of small changes of volume; for kappa/4
+ * (J^2 - 1 - 2 log J), for instance, lambda = kappa and U = (J^2 - 1 - 2 log J)/4. */
 typedef int (*flesh_volume_function)(double J, const struct flesh_material *material, flesh_volume_part *U);
 
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
   flesh_psi_function psi; /* returns FLESH_UNDEFINED for a form of the singular values */
-  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them;
-                        lambda says then that psi contains lambda U(J), of which FLESH_ELEMENT_TET10_MEAN
-                        takes a mean */
-  flesh_volume_function volume; /* U of a user's psi; NULL: (J-1)^2/2. Not for the built-in forms */
+  /* Pa, constants of the formula; NaN for a user's psi, which may set and use them. A user's lambda says that psi
+   * contains lambda U(J), of which FLESH_ELEMENT_TET10_MEAN takes a mean. */
+  double mu, lambda;
+  flesh_volume_function volume; /* U of a user's psi; NULL: (J-1)^2/2. Not used by built-in forms */
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
-  double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
-  /* 1: of Poisson's ratio 1/2. psi and lambda are those of the ratio FLESH_REFERENCE_POISSON; its
-   * volume term is a penalty of the constraint J = 1. Where J = 1 that term is 0, and the rest of
-   * psi does not depend on lambda. Pressures are multipliers of the tets (flesh_state.multipliers),
-   * not functions of F. For a user's psi this is to be set, and its lambda is the penalty. */
+  double alpha; /* rest offset of J; read only: it follows from mu and lambda (E, S; else 1) */
+  /* 1: incompressible, Poisson's ratio 1/2. psi and lambda are those of the ratio FLESH_REFERENCE_POISSON; the volume
+   * term is a penalty of the constraint J = 1. At J = 1 the term is 0, and the rest of psi does not depend on lambda.
+   * Pressures are multipliers of the tets (flesh_state.multipliers), not functions of F. The user sets this member
+   * for a psi of their own, whose lambda is then the penalty. */
   int incompressible;
   flesh_energy energy;
   flesh_constants constants;
-  double young, poisson; /* as given; NaN when the material was given by mu and lambda */
-  const void *user;      /* for FLESH_ENERGY_USER: the user's own data, borrowed */
+  /* Young's modulus, Pa, and Poisson's ratio, as given; NaN if the material was given by mu and lambda */
+  double young, poisson;
+  const void *user;      /* data of the user's psi (FLESH_ENERGY_USER), borrowed */
 } flesh_material;
 
-/* From the small-strain constants (mu_L, lambda_L) [Pa], finite, mu_L > 0; raw puts them straight
- * into the formula. Matched: S mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L; E lambda = lambda_L +
- * mu_L; B lambda = lambda_L + 2/3 mu_L; Neo and A as they are; M, C and D have no matched
- * constants. Limits: raw E needs lambda > mu/3, S lambda > mu/8, B lambda > 0, Neo lambda > -2/3 mu
- * for a stable rest state, A, C and D lambda >= 0 to be bounded from below; matched and as_e need
- * lambda_L > -2/3 mu_L (-1 < poisson < 0.5), and of A lambda_L >= 0. Every form needs
- * lambda <= 1e9 mu: rounding errors of the volume term hide other stresses beyond.
- * FLESH_ERR_ARGUMENT with the reason otherwise. */
+/* Makes a material from the small-strain constants (mu_L, lambda_L) [Pa], finite, mu_L > 0; raw uses them directly in
+ * the formula. Matched: S mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L; E lambda = lambda_L + mu_L; B lambda =
+ * lambda_L + 2/3 mu_L; Neo and A unchanged; M, C and D have no matched constants. Limits: raw E needs lambda > mu/3,
+ * S lambda > mu/8, B lambda > 0, Neo lambda > -2/3 mu for a stable rest state, A, C and D lambda >= 0 to be bounded
+ * from below; matched and as_e need lambda_L > -2/3 mu_L (-1 < poisson < 0.5), and A lambda_L >= 0. Every form needs
+ * lambda <= 1e9 mu: above this, rounding errors of the volume term hide other stresses. FLESH_ERR_ARGUMENT with the
+ * reason otherwise. */
 FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
                                        double lambda, flesh_material *material);
 
-/* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
- * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.4999999995], or 0.5 for forms with a volume term,
- * on FLESH_ELEMENT_TET10_MEAN alone. Errors: FLESH_ERR_ARGUMENT. */
+/* Makes a material from Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)), lambda_L = E
+ * nu/((1+nu)(1-2nu)); nu in (-1, 0.4999999995], or 0.5 for forms with a volume term, with FLESH_ELEMENT_TET10_MEAN
+ * only. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 
-/* The constants from which a material is made: one of the pairs mu, lambda [Pa] and young [Pa], poisson of small
- * strain, the other NaN, and the further constants of the form (NaN: the form's usual value). */
+/* Constants from which a material is made: one small-strain pair, mu, lambda [Pa] or young [Pa], poisson, with the
+ * other pair NaN, and the further constants of the form (NaN: the form's usual value). */
 typedef struct flesh_material_given {
   double mu, lambda, young, poisson;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
 } flesh_material_given;
 #undef FLESH_FORM_CONSTANT
 
-/* All NaN. Cannot fail. */
+/* Sets all members to NaN. Cannot fail. */
 FLESH_API void flesh_material_given_default(flesh_material_given *given);
 
-/* Makes a material as flesh_material_from_lame or flesh_material_from_young does, whichever pair is given, with the
- * other constants of the form. Matched: Fung mu = mu_L, lambda = lambda_L + (1-2b) mu_L; AB mu = mu_L/g, lambda =
- * lambda_L + (1-4h/g) mu_L with g = 2 f'(3), h = f''(3) of its length term mu f(I_C); both need the matched lambda > 0.
- * FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a constant that the form does not have or that
- * is below its least. */
+/* Makes a material as flesh_material_from_lame or flesh_material_from_young does, depending on the given pair, with
+ * the other constants of the form. Matched: Fung mu = mu_L, lambda = lambda_L + (1-2b) mu_L; AB mu = mu_L/g, lambda =
+ * lambda_L + (1-4h/g) mu_L with g = 2 f'(3), h = f''(3) of its length term mu f(I_C); both need the matched lambda >
+ * 0. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a constant that the form does not have or
+ * that is below its least. */
 FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants constants,
                                         const flesh_material_given *given,
                                         flesh_material *material);
 
-/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. For FLESH_ELEMENT_TET10_MEAN `lambda`
- * is to be set, and `volume` where the volume part is not lambda/2 (J-1)^2; a body refuses a psi that is unstable
- * without the volume part whose mean is taken (a sign that psi does not contain this part).
- * Errors: FLESH_ERR_ARGUMENT. */
+/* Makes a material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. For FLESH_ELEMENT_TET10_MEAN
+ * set the material's `lambda`, and its `volume` if the volume part is not lambda/2 (J-1)^2; a body refuses a psi that
+ * is unstable without the volume part whose mean is taken (a sign that psi does not contain this part). Errors:
+ * FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
                                       flesh_material *material);
 
-/* "Neo", "A" ... "S", "user"; "raw", "matched", "as_e"; "unknown" for anything else. */
+/* Return "Neo", "A" ... "S", "user"; "raw", "matched", "as_e"; "unknown" for anything else. */
 FLESH_API const char *flesh_energy_name(flesh_energy energy);
 FLESH_API const char *flesh_constants_name(flesh_constants constants);
-/* Inverse of the above (not for "user"), exact spelling, of a form also the full name
- * ("stable-neo-hookean"); FLESH_ERR_ARGUMENT (with the valid names) otherwise. */
+/* Inverse of the above (not for "user"), exact spelling; a form's full name ("stable-neo-hookean") also counts.
+ * FLESH_ERR_ARGUMENT (with the valid names) otherwise. */
 FLESH_API int flesh_energy_from_name(const char *name, flesh_energy *energy);
 FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *constants);
 
-/* Small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2,
- * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ (of the Hessian's entries, for a form of the
- * singular values), and the residual stress at rest, P(I) = rest_stress * identity,
- * rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
+/* Computes the small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2, lambda_L =
+ * psi_J + 4 psi_II + 4 psi_IJ + psi_JJ (for a form of the singular values, from the Hessian's entries), and the
+ * residual stress at rest, P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
                                           double *lambda, double *rest_stress);
 
-/* J* = s^3 of the uniform scale s at which a free body is at rest: the first minimum of psi(s I)
- * that it meets when it shrinks under tension (or else swells) from F = I. 1 for the forms without
- * stress at rest (also C with lambda = 0, which rests at any volume); for D the larger root of mu
- * + lambda (s^3-1) s = 0; FLESH_UNDEFINED where none exists (M, C, and D below lambda/mu =
- * 4^(4/3)/3 = 2.1165). Further errors: FLESH_ERR_ARGUMENT. */
+/* Computes the ratio J* = s^3, s being the uniform scale at which a free body is at rest: the first minimum of psi(s
+ * I) on the way from F = I, in shrinking if it is in tension there, else in swelling. 1 for the forms without stress
+ * at rest (also C with lambda = 0, which is at rest at any volume); for D the larger root of mu + lambda (s^3-1) s =
+ * 0. FLESH_UNDEFINED if there is none (M, C, and D below lambda/mu = 4^(4/3)/3 = 2.1165). Further errors:
+ * FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio);
 
-/* Energy density psi(F) [J/m^3]. Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* Computes the energy density psi(F) [J/m^3]. Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_energy(const flesh_material *material, const double F[9], double *psi);
 
-/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa; with psi(s) it is
- * U diag(d psi/d s_i) V^T.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* Computes the first Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa; for psi(s) it is U diag(d psi/d s_i)
+ * V^T. Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_stress(const flesh_material *material, const double F[9], double P[9]);
 
-/* Hessian d vec(P)/d vec(F) [81], symmetric, Pa.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* Computes the Hessian d vec(P)/d vec(F) [81], symmetric, Pa. Errors: FLESH_UNDEFINED, FLESH_NONFINITE,
+ * FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_hessian(const flesh_material *material, const double F[9],
                                      double H[81]);
 
-/* The nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section 4):
- * values[0..2] the scaling block's, ascending, [3..5] twists 2 psi_I + psi_J s_k,
- * [6..8] flips 2 psi_I - psi_J s_k, or with psi(s) twists (psi_i + psi_j)/(s_i + s_j) and flips
- * (psi_i - psi_j)/(s_i - s_j); vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k].
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* Computes the Hessian's nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section
+ * 4): values[0..2] of the scaling block, ascending, [3..5] of the twists, 2 psi_I + psi_J s_k, [6..8] of the flips, 2
+ * psi_I - psi_J s_k; for psi(s) the twists are (psi_i + psi_j)/(s_i + s_j) and the flips (psi_i - psi_j)/(s_i - s_j).
+ * vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k]. Errors: FLESH_UNDEFINED, FLESH_NONFINITE,
+ * FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_eigen(const flesh_material *material, const double F[9],
                                    double values[9], double vectors[81]);
 
-/* The Hessian with its negative eigenvalues set to zero [81]: positive semi-definite.
- * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+/* Computes the Hessian with its negative eigenvalues set to zero [81]: positive semi-definite. Errors:
+ * FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
                                                double H[81]);
 
-/* The treatment of the negative eigenvalues of an element's Hessian. Elements and effects know the first three; solver
- * options may leave the choice between them to the solver. A solver takes the true Hessian first, and filters once that
+/* Treatment of the negative eigenvalues of an element's Hessian. Elements and effects accept the first three; in
+ * solver options the solver may choose between them. A solver uses the true Hessian first, and filters once that
  * shows negative curvature; with a filter whose name ends in ALWAYS, it filters in every iteration. */
 typedef enum flesh_eigenvalue_filter {
-  FLESH_FILTER_NONE,     /* they stay */
-  FLESH_FILTER_CLAMP,    /* zero (Teran et al. 2005) */
-  FLESH_FILTER_ABSOLUTE, /* absolute values (Chen et al. 2024, "Stabler Neo-Hookean Simulation") */
-  /* Zero after a filtered step whose decrease the quadratic model predicted to a hundredth, else
+  FLESH_FILTER_NONE,     /* eigenvalues stay as they are */
+  FLESH_FILTER_CLAMP,    /* set to zero (Teran et al. 2005) */
+  FLESH_FILTER_ABSOLUTE, /* replaced by absolute values (Chen et al. 2024, "Stabler Neo-Hookean Simulation") */
+  /* Set to zero after a filtered step whose decrease the quadratic model predicted to a hundredth, else replaced by
    * absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
   FLESH_FILTER_TRUST_REGION,
   FLESH_FILTER_AUTO, /* trust region in dynamics, absolute values in statics */

@@ -1,12 +1,12 @@
 /* mesh.h: tetrahedral meshes: reading, writing, making, inspecting.
  *
- * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are
- * numbered from 0 in the file's order; every tet is stored with positive volume.
+ * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are numbered from 0 in the
+ * file's order; every tet is stored with positive volume.
  *
- * The tets of a mesh of order 1 have four nodes, those of order 2 ten: corners and one node on each
- * edge, through which the edge bends. Edges are in VTK's order: 01, 12, 02, 03, 13, 23. What reads
- * the corners alone reads the tets with straight edges. In a mesh of order 2 some tets may have four
- * nodes, none of whose edges is one of a tet of ten: bodies of different elements side by side.
+ * The tets of a mesh of order 1 have four nodes, those of order 2 ten: corners and one node on each edge, through which
+ * the edge bends. Edges are in VTK's order: 01, 12, 02, 03, 13, 23. The corners alone are the tets with straight edges.
+ * In a mesh of order 2 some tets may have four nodes, if they share no edge with a tet of ten: bodies of different
+ * elements side by side.
  *
  * Functions that return no status cannot fail. */
 #ifndef FLESH_MESH_H
@@ -22,117 +22,115 @@ extern "C" {
 
 typedef struct flesh_mesh flesh_mesh;
 
-/* Findings from the making of a mesh, and measures of its shape. Lengths m, volumes m^3. */
+/* Information about a mesh: findings from its making, and measures of its shape. Lengths m, volumes m^3. */
 typedef struct flesh_mesh_info {
-  int nodes, tets, triangles; /* triangles: of the surface */
+  int nodes, tets, triangles; /* triangles: those of the surface */
   int flipped;                /* tets whose winding was inverted and has been flipped */
   int unused_nodes;           /* nodes that no tet uses */
   int regions;                /* distinct region tags */
   double volume;
   double low[3], high[3]; /* bounding box of the nodes that tets use */
-  double edge_min, edge_mean, edge_max; /* between corners */
+  double edge_min, edge_mean, edge_max; /* lengths of edges between corners */
   double radius_ratio_min; /* 3 * inradius / circumradius of the corners, 1 for a regular tet */
   double radius_ratio_mean;
   int worst_tet; /* index of the tet with radius_ratio_min */
   int order;     /* 1, or 2 where tets have ten nodes */
-  int quadratic; /* tets of ten nodes */
+  int quadratic; /* number of ten-node tets */
   int curved;    /* tets with a curved edge */
-  /* Least scaled Jacobian: the smallest over the largest Jacobian of the map from the straight
-   * reference tet, 1 where all edges are straight; and its tet, the first of them. */
+  /* Smallest scaled Jacobian: the smallest over the largest Jacobian of the map from the straight reference tet, 1 if
+   * all edges are straight; and the first tet that has it. */
   double scaled_jacobian_min;
   int most_bent_tet;
 } flesh_mesh_info;
 
-/* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
- * NULL (all 0). Inverted tets are flipped (their last two nodes swapped) and counted.
- * FLESH_ERR_ARGUMENT, with the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding
- * hides the sign of V), a node out of range or repeated in a tet, a tet given twice, a face of more
- * than two tets, a non-finite coordinate, or an empty mesh. Positions are compared with no
- * tolerance. Returns new. */
+/* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or NULL (all 0).
+ * Inverted tets are flipped (their last two nodes swapped) and counted. FLESH_ERR_ARGUMENT, with the index, for a
+ * flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding hides the sign of V), a node out of range or repeated in
+ * a tet, a tet given twice, a face of more than two tets, a non-finite coordinate, or an empty mesh. Positions are
+ * compared without tolerance. Returns new. */
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
-/* Like flesh_mesh_create, of order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. If the last
- * two corners are swapped, the edges go with them. With six times -1 on its edges a tet has four nodes; if all have,
- * the mesh is one of order 1. FLESH_ERR_ARGUMENT also where tets of one edge have different nodes on it or some none,
- * two edges have one node, or a corner is on an edge, and where the Jacobian of a tet's map is not positive all over
- * it (decided by Bernstein bounds; Johnen, Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_MEMORY. */
+/* Like flesh_mesh_create, for a mesh of order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges for
+ * each tet. If the last two corners are swapped, the edges' nodes are swapped with them. A tet with six times -1 on
+ * its edges has four nodes; if all have, the mesh has order 1. FLESH_ERR_ARGUMENT also if tets that share an edge
+ * disagree about its node, if two edges have the same node, if a corner is on an edge, and if the Jacobian of a tet's
+ * map is not positive everywhere (decided by Bernstein bounds; Johnen, Remacle & Geuzaine 2013). Returns new. Further
+ * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
                                           const int *tet_nodes, const int *regions,
                                           flesh_mesh **mesh);
 
-/* The mesh of order 2 that has a node in the middle of each edge of `mesh`, which has order 1
- * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
- * the edge's lower node, then by its higher, rising. Returns new. Further errors:
- * FLESH_ERR_MEMORY. */
+/* Makes the mesh of order 2 that has a node in the middle of each edge of `mesh`, which must have order 1 (else
+ * FLESH_ERR_ARGUMENT). Nodes and tets keep their numbers; the nodes on edges follow, ordered by the edge's lower
+ * node, then by its higher. Returns new. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
 
-/* The mesh of order 1 that has the corners of `mesh`, which has order 2 (FLESH_ERR_ARGUMENT
- * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. Further
- * errors: FLESH_ERR_MEMORY. */
+/* Makes the mesh of order 1 that has the corners of `mesh`, which must have order 2 (else FLESH_ERR_ARGUMENT). The
+ * nodes that are not on edges keep their order, and so do the tets. Returns new. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
 
-/* The mesh whose tets are those of `mesh`, all of four nodes or all of ten, cut into eight each: four at the corners and
- * four of the octahedron between them, around the diagonal that leaves the least stretched (red refinement; Bey 1995).
- * The nodes stay and come first; the new ones follow by their edge's lower node, then by its higher, rising. Tet t
- * becomes 8t to 8t + 7 and they have its region. At order 2 the nodes on edges become corners, and the curved shape
- * stays what it is. Returns new. FLESH_ERR_ARGUMENT where some tets have four nodes and some ten, or there would be too
- * many nodes or tets. Further errors: FLESH_ERR_MEMORY. */
+/* Makes a mesh by cutting each tet of `mesh`, all of four nodes or all of ten, into eight: four at the corners and
+ * four from the octahedron between them, around the diagonal that gives the least stretched tets (red refinement; Bey
+ * 1995). The nodes keep their numbers; the new ones follow, ordered by their edge's lower node, then by its higher.
+ * Tet t becomes tets 8t to 8t + 7, which have its region. At order 2 the nodes on edges become corners, and the
+ * curved shape does not change. Returns new. FLESH_ERR_ARGUMENT if some tets have four nodes and some ten, or if
+ * there would be too many nodes or tets. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_refine(const flesh_mesh *mesh, flesh_mesh **refined);
 
-/* The places that the tets and nodes of a refined mesh have in the mesh that it was made of. */
+/* Places of a refined mesh's tets and nodes in the mesh from which it was made. */
 typedef struct flesh_mesh_parents {
-  int nodes, tets; /* of the refined mesh */
-  int *tet;        /* [tets] the coarser mesh's tet that each is a part of, rising */
-  int *node_tet;   /* [nodes] a tet of the coarser mesh that has the node in it; -1: none has */
-  double *place;   /* [4*nodes] the node's barycentric coordinates there */
+  int nodes, tets; /* counts of the refined mesh */
+  int *tet;        /* [tets] the coarser mesh's tet of which each is a part, ascending */
+  int *node_tet;   /* [nodes] a tet of the coarser mesh that contains the node; -1: none does */
+  double *place;   /* [4*nodes] the node's barycentric coordinates in that tet */
 } flesh_mesh_parents;
 
-/* The mesh whose tets are those of `mesh`, tet t halved at least halvings[t] times in a row, and others where
- * faces would not fit: nested and conforming. Which edges are cut is the rule of Arnold, Mukherjee & Pouly
- * (SIAM J. Sci. Comput. 22, 2000), the longest first: however often a mesh is refined so, the parts of a tet
- * have a fixed number of shapes. The mesh remembers the edges that come next; one that is read from a file
- * begins anew. The nodes stay and come first. Regions and sets of tets go to the parts; a new node is in a
- * set of nodes where all nodes are of the edge, face or tet of `mesh` in which it lies. At order 2 the
- * curved shape stays what it is. `parents` may be NULL; it is to be cleared by flesh_mesh_parents_clear.
- * Returns new. FLESH_ERR_ARGUMENT where there would be too many tets or nodes; FLESH_ERR_FILE where an edge
- * bends so much that a half is inverted. Further errors: FLESH_ERR_MEMORY. */
+/* Makes a nested, conforming refinement of `mesh`: tet t is bisected at least halvings[t] times in a row, and other
+ * tets are bisected where faces would not fit. The edges to cut are chosen, the longest first, by the rule of Arnold,
+ * Mukherjee & Pouly (SIAM J. Sci. Comput. 22, 2000): however often a mesh is refined in this way, the parts of a tet
+ * have a fixed number of shapes. The mesh remembers the edges that come next; a mesh that is read from a file begins
+ * anew. The nodes keep their numbers. Parts of a tet have its region and are in its sets; a new node is in a set of
+ * nodes if all nodes of the edge, face or tet of `mesh` in which it lies are. At order 2 the curved shape does not
+ * change. `parents` may be NULL; clear it with flesh_mesh_parents_clear. Returns new. FLESH_ERR_ARGUMENT if there
+ * would be too many tets or nodes; FLESH_ERR_FILE if an edge bends so much that a half is inverted. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_refine_marked(const flesh_mesh *mesh, const uint8_t *halvings, flesh_mesh **refined,
                                        flesh_mesh_parents *parents);
 
-/* Takes a field with `components` numbers a node, `field` [components*nodes of mesh], to the refined mesh: `finer`
- * [components*parents->nodes], by the shape functions of `mesh`, so that it stays the same function. FLESH_ERR_ARGUMENT
- * for parents in another mesh, and components below 1. */
+/* Transfers a field with `components` numbers per node, `field` [components*nodes of mesh], to the refined mesh:
+ * `finer` [components*parents->nodes], by the shape functions of `mesh`, so that it remains the same function.
+ * FLESH_ERR_ARGUMENT for parents in another mesh, and components below 1. */
 FLESH_API int flesh_mesh_transfer(const flesh_mesh *mesh, const flesh_mesh_parents *parents, int components,
                                   const double *field, double *finer);
 /* NULL-safe; leaves zeros. */
 FLESH_API void flesh_mesh_parents_clear(flesh_mesh_parents *parents);
 
-/* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
- * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
- * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for
- * cells below 1, sizes that are not positive, or a grid too large. Returns new.
- * Further errors: FLESH_ERR_MEMORY. */
+/* Makes a regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from `origin`. Node
+ * (i,j,k) has the number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from 6*((k*ny+j)*nx+i), around its
+ * diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for cells below 1, sizes that are not positive, or a
+ * grid that is too large. Returns new. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                              flesh_mesh **mesh);
 
-/* Reads a mesh. By the file's name: Abaqus's and CalculiX's .inp, VTK's .vtu (one piece; ASCII, base 64 or raw, also
- * deflated by zlib), VegaFEM's .veg (text). Others by their content: TetGen .node or .ele (its partner is found beside
- * it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in either byte order), Medit .mesh (ASCII), a plain list (`nodes N`, rows
- * `x y z`, `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), and the index of a split mesh (`flesh mesh
- * split`), whose parts are put together. Tets have 4 nodes, or all 10: C3D10, VTK_QUADRATIC_TETRA, Gmsh's type 11,
- * TetGen's -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
- * Regions: the number of the *SOLID SECTION, from 1, or else of the ELSET that the *ELEMENT names; the array of cells
- * `region`, `regions`, `MaterialIds`, `gmsh:physical` or `medit:ref`, or else the only one of integers of one component;
- * the number of VegaFEM's *REGION; TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
- * reference; else 0. Named sets stay with the mesh, for scenes to select by (flesh_mesh_set_at): *NSET, *ELSET and
- * *SURFACE (the nodes of its faces), *SET, Gmsh's physical groups that have names. FLESH_ERR_FILE with file and line
- * (byte in binary parts) otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
+/* Reads a mesh. These formats are recognised by the file's name: Abaqus's and CalculiX's .inp, VTK's .vtu (one piece;
+ * ASCII, base 64 or raw, also deflated by zlib), VegaFEM's .veg (text). Others are recognised by their content:
+ * TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in either byte
+ * order), Medit .mesh (ASCII), a plain list (`nodes N`, rows `x y z`, `tets T`, rows `a b c d` from 0, or `tets10 T`,
+ * rows of ten), and the index of a split mesh (`flesh mesh split`), whose parts are joined. Tets have 4 nodes, or all
+ * 10: C3D10, VTK_QUADRATIC_TETRA, Gmsh's type 11, TetGen's -o2, Medit's TetrahedraP2. Other elements are ignored;
+ * tets of order 3 and above are refused. The regions are: in .inp the number of the *SOLID SECTION, from 1, or else
+ * of the ELSET that the *ELEMENT names; in .vtu the cell array `region`, `regions`, `MaterialIds`, `gmsh:physical` or
+ * `medit:ref`, or else the only cell array of integers with one component; the number of VegaFEM's *REGION; TetGen's
+ * first attribute; Gmsh's physical tag or else the tag of the volume; Medit's reference; else 0. The mesh keeps named
+ * sets, by which scenes select (flesh_mesh_set_at): *NSET, *ELSET and *SURFACE (the nodes of its faces), *SET, Gmsh's
+ * physical groups that have names. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise. Independent of
+ * the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
-/* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
- * .mesh (Medit). A .msh has the named sets as physical groups of points and volumes; the others have no sets. Whole or
- * not at all: a partial file is never left. 17 significant digits, so that reading gives the same mesh.
+/* Writes a mesh in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or .mesh
+ * (Medit). A .msh has the named sets as physical groups of points and volumes; the other formats have no sets. A
+ * partial file is never left. Numbers have 17 significant digits, so that reading gives the same mesh.
  * FLESH_ERR_ARGUMENT for another suffix, and in a .msh for a set whose name has a quotation mark; FLESH_ERR_FILE when
  * writing fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
@@ -140,80 +138,80 @@ FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 /* NULL-safe; sets *mesh to NULL. */
 FLESH_API void flesh_mesh_destroy(flesh_mesh **mesh);
 
-/* How many there are. Cannot fail. */
+/* Return the number of nodes, and of tets. Cannot fail. */
 FLESH_API int flesh_mesh_node_count(const flesh_mesh *mesh);
 FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */
 /* [3*nodes] rest positions, m. */
 FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
-/* 1 or 2. Cannot fail. */
+/* Returns the order, 1 or 2. Cannot fail. */
 FLESH_API int flesh_mesh_order(const flesh_mesh *mesh);
 /* [4*tets] node indices: the corners. */
 FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
-/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet, -1 of tets of four nodes; NULL at
- * order 1. */
+/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet, -1 for four-node tets; NULL at order 1. */
 FLESH_API const int *flesh_mesh_tet_edges(const flesh_mesh *mesh);
-/* [tets] 1 where an edge's node is off its middle by more than 1e-12 of the edge and rounding. */
+/* [tets] 1 if the node on one of the tet's edges is off its middle by more than 1e-12 of the edge and rounding. */
 FLESH_API const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh);
 /* [tets] region tags. */
 FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
 /* [tets] rest volumes, m^3, all positive. */
 FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
-/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. A face of
- * a tet of ten nodes is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then
- * (p,q,r), with p, q, r on the edges ab, bc, ca. */
+/* Returns the boundary triangles, outward by the right-hand rule: [3*count] node indices. The face of a ten-node tet
+ * is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then (p,q,r), with p, q, r on
+ * the edges ab, bc, ca. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
-/* The tet behind each boundary triangle [count]. */
+/* Returns the tet of each boundary triangle [count]. */
 FLESH_API const int *flesh_mesh_surface_tets(const flesh_mesh *mesh);
-/* [nodes] 1 where some tet uses the node, else 0. */
+/* [nodes] 1 if some tet uses the node, else 0. */
 FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 
-/* A named set of a mesh: nodes, tets, or both, rising. Scenes select by it (`set: NAME`): its nodes and
- * those of its tets. The arrays belong to the mesh. */
+/* A named set of a mesh: nodes, tets, or both, ascending. Scenes select by it (`set: NAME`): its nodes and those of
+ * its tets. The arrays belong to the mesh. */
 typedef struct flesh_named_set {
   const char *name;
   int node_count, tet_count;
   const int *nodes; /* [node_count]; may be NULL where that is 0 */
   const int *tets;  /* [tet_count]; likewise */
 } flesh_named_set;
-/* How many named sets there are, in the order of the file. Cannot fail. */
+/* Returns the number of named sets. Cannot fail. */
 FLESH_API int flesh_mesh_set_count(const flesh_mesh *mesh);
-/* The set of that index from 0 below the count. Cannot fail. */
+/* Returns the set with an index from 0 to the count - 1, in the order of the file. Cannot fail. */
 FLESH_API flesh_named_set flesh_mesh_set_at(const flesh_mesh *mesh, int index);
 
 /* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
 
-/* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
+/* Returns the sum of the signed volumes of all tets, curved ones at order 2, for nodes at `x` [3*nodes], in m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
-/* J = det F in the tets with nodes at `x` [3*nodes], F the deformation gradient from the rest shape. In a
- * tet of four nodes J is one number. In a tet of ten nodes J varies, and three numbers are told apart: the
- * least J at its four points of quadrature, which is all that its element sees; the mean of J over them by
- * their volumes at rest, which is the deformed volume over that at rest up to the error of the quadrature;
- * and a bound of J anywhere in the tet. At the rest positions each is 1 to the last bit. */
+/* J = det F in the tets with nodes at `x` [3*nodes], F the deformation gradient from the rest shape. In a four-node
+ * tet J is one number. In a ten-node tet J varies, and there are three numbers: the smallest J at the four quadrature
+ * points, which is all that the element sees; the mean of J over them, weighted by their rest volumes, which is the
+ * deformed volume over the rest volume up to the error of the quadrature; and a lower bound of J anywhere in the tet.
+ * At the rest positions each is 1 to the last bit. */
 
-/* The least J at a point of quadrature of every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is
- * NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number of tets that have a point without
- * J > 0. */
+/* Writes the smallest J at a quadrature point of every tet into J [tets] (may be NULL). Returns the smallest of all
+ * (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number of tets with J <=
+ * 0 or NaN at some point. */
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J,
                                       int *worst, int *inverted);
-/* The mean of J over the points of quadrature of every tet into J [tets]. */
+/* Writes the mean of J over the quadrature points of every tet into J [tets]. */
 FLESH_API void flesh_mesh_mean_jacobians(const flesh_mesh *mesh, const double *x, double *J);
-/* A lower bound of J anywhere in every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is NaN), and
- * in *worst (may be NULL) its tet, in *unsure (may be NULL) the number of tets whose bound is not positive. The bound is
- * below the smallest J in the tet by at most a hundredth of the tet's largest |J|, on the same side of 0, and not
- * positive where 400 cuts of the tet leave the sign open (Bernstein coefficients; Johnen, Remacle & Geuzaine 2013). */
+/* Writes a lower bound of J anywhere in every tet into J [tets] (may be NULL). Returns the smallest (NaN when one is
+ * NaN), and in *worst (may be NULL) its tet, in *unsure (may be NULL) the number of tets whose bound is not positive.
+ * The bound is below the smallest J in the tet by at most a hundredth of the tet's largest |J|, on the same side of
+ * 0; it is not positive if the sign is still undecided after 400 cuts of the tet (Bernstein coefficients; Johnen,
+ * Remacle & Geuzaine 2013). */
 FLESH_API double flesh_mesh_jacobian_bounds(const flesh_mesh *mesh, const double *x, double *J, int *worst,
                                             int *unsure);
 
-/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; of ten nodes in
- * proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges
- * where they are straight (Hinton, Rock & Zienkiewicz 1976). */
+/* Computes the lumped mass [nodes], kg, from density [tets], kg/m^3: rho V/4 to each node of a four-node tet; of a
+ * ten-node tet, in proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges if
+ * these are straight (Hinton, Rock & Zienkiewicz 1976). */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
-/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), of ten nodes the
- * exact integrals of rho N_a N_b, over curved tets too. */
+/* Computes y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij) for four-node tets; for
+ * ten-node tets, curved ones included, the exact integrals of rho N_a N_b. */
 FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                                 const double *x, double *y);
 

@@ -8,8 +8,8 @@
 extern "C" {
 #endif
 
-/* Points of a motion in time: linear between keyframes (rotations about one axis from the one to
- * the other), constant before the first and after the last. */
+/* A keyframe of a motion, which is linear between keyframes (rotations are about one axis from one keyframe to the
+ * next), and constant before the first and after the last. */
 typedef struct flesh_keyframe {
   double t;              /* s, ascending */
   double translation[3]; /* m; for a spring, the target's position */
@@ -19,7 +19,7 @@ typedef struct flesh_keyframe {
 typedef struct flesh_motion {
   int count; /* >= 1 */
   const flesh_keyframe *keyframes;
-  double centre[3]; /* of the rotations, m */
+  double centre[3]; /* m, centre of the rotations */
   int smooth;       /* 0: linear between keyframes; 1: cubic easing, at rest at every keyframe */
 } flesh_motion;
 

@@ -1,9 +1,9 @@
-/* status.h: what every function of the library returns, and the text of the last error.
+/* status.h: the status codes of all functions, and the text of the last error.
  *
- * The sign is SUNDIALS': 0 fine; > 0 recoverable (nothing was modified, a shorter step or another
- * state may succeed); < 0 fatal. The library never prints and never exits. Floating-point traps (feenableexcept) must be
- * off in threads that call it: it computes with infinities and NaN, which lanes of vectors may have that are not used.
- * Functions that return no status cannot fail. */
+ * The sign follows SUNDIALS: 0 success; > 0 recoverable (nothing was modified, a shorter step or another state may
+ * succeed); < 0 fatal. The library never prints and never exits. Floating-point traps (feenableexcept) must be off in
+ * threads that call it: it computes with infinities and NaN, also in unused lanes of vectors. Functions that return
+ * no status cannot fail. */
 #ifndef FLESH_STATUS_H
 #define FLESH_STATUS_H
 
@@ -41,28 +41,28 @@ typedef enum flesh_status {
 #undef FLESH_STATUS_ENUM
 } flesh_status;
 
-/* Name ("FLESH_UNDEFINED") and one-line meaning of a status; never NULL. */
+/* Return the name ("FLESH_UNDEFINED") and the one-line meaning of a status; never NULL. */
 FLESH_API const char *flesh_status_name(int status);
 FLESH_API const char *flesh_status_text(int status);
 
-/* Text of the last failure in this thread: one sentence saying where, what, and what would be
- * valid ("scene.yaml:12:9: body.material.poisson is 0.6; it must be a number in (-1, 0.5]"). One line of
- * printable UTF-8: '?' stands for any other byte of a name that it quotes. Empty when nothing has
- * failed. A positive status mostly leaves the text as it is: flesh_status_text() has its meaning. Owned by
- * the library, overwritten by the thread's next failure. */
+/* Returns the text of the last failure in this thread: one sentence that says where, what, and what would be valid
+ * ("scene.yaml:12:9: body.material.poisson is 0.6; it must be a number in (-1, 0.5]"). One line of printable UTF-8:
+ * '?' replaces any other byte in quoted names. Empty when nothing has failed. A positive status mostly leaves the
+ * text unchanged: flesh_status_text() gives its meaning. Owned by the library, overwritten by the thread's next
+ * failure. */
 FLESH_API const char *flesh_error_text(void);
 
-/* Told every such sentence as it is recorded, with its status; `text` lasts as long as the call,
- * in which flesh_error_text() is the same. A sentence to which a caller within the library adds
- * where it is (file, line, key) is given again, longer. A positive status is
- * recoverable (by a shorter step), so that programs that log may leave these out. */
+/* A function that receives every such sentence when it is recorded, with its status; `text` is valid during the call,
+ * in which flesh_error_text() is the same. If a caller within the library adds a place to a sentence (file, line,
+ * key), the longer sentence is passed again. A positive status is recoverable (by a shorter step); programs that log
+ * may ignore it. */
 typedef void (*flesh_error_handler)(void *data, int status, const char *text);
 
-/* One handler for the whole process, NULL: none, as at the start. `data` is borrowed. May be
- * called at any time from any thread, also by a handler. A handler is called in the thread that
- * failed, which may be one of the library's, and by several threads at once; it must not leave by
- * longjmp or an exception. What fails within a handler calls none, and leaves flesh_error_text()
- * as it was. Another thread may still be within the handler before when this returns. */
+/* Sets the handler, one for the whole process; NULL: none, as at the start. `data` is borrowed. May be called at any
+ * time from any thread, also by a handler. A handler is called in the thread that failed, which may be one of the
+ * library's, and by several threads at once; it must not leave by longjmp or an exception. A failure within a handler
+ * calls no handler, and leaves flesh_error_text() unchanged. When this function returns, another thread may still be
+ * in the previous handler. */
 FLESH_API void flesh_set_error_handler(flesh_error_handler handler, void *data);
 
 #ifdef __cplusplus
