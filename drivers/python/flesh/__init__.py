@@ -5,22 +5,22 @@
     for step in scene.steps():
         print(step.t, step.x[-1, 2])
 
-Arrays are numpy's: positions and velocities are [nodes, 3], units are SI. What the library hands out are views that
-cannot be written to and keep their owner alive. Contiguous arrays of doubles are passed to it without a copy; a Body and
-a State have copies of their own. Every failure is an exception with the library's sentence (flesh.Error and its kinds).
-Calls release the interpreter's lock, and Ctrl-C ends a step in order: the state is then that of the last step.
+Arrays are numpy's: positions and velocities are [nodes, 3], units are SI. Arrays from the library are views that
+cannot be written to and keep their owner alive. Contiguous arrays of doubles are passed without a copy; a Body and
+a State have their own copies. Every failure is an exception with the library's sentence (flesh.Error and its kinds).
+Calls release the interpreter's lock, and Ctrl-C ends a step cleanly: the state is then that of the last step.
 
 copy and pickle copy states, options and statistics. A mesh, body, material or scene is its own copy. An effect, system,
 integrator or history cannot be copied (ArgumentError).
 
     Mesh, Surface, Skin                 geometry from arrays or files
-    Material, Body                      energy densities, built-in or your own, and what a body is made of
+    Material, Body                      energy densities, built-in or your own; mesh, materials and densities of a body
     Inertia, Elasticity, Gravity, ...   effects; OwnEffect for those written in Python
-    System, State, Point, Shift         their sum: residual, Jacobian (scipy.sparse), potential
-    Scene                               all of it from YAML, a file or a dict
+    System, State, Point, Shift         the sum of effects: residual, Jacobian (scipy.sparse), potential
+    Scene                               all of these from YAML, a file or a dict
     Integrator, equilibrium             steps and statics
-    run, steps, History, Probes, Frames a run as a loop or as an iterator, and what it writes
-    Parameter, Sensitivity, Trajectory  derivatives of equilibria and motions by what was put in
+    run, steps, History, Probes, Frames a run as a loop or as an iterator, and its files
+    Parameter, Sensitivity, Trajectory  derivatives of equilibria and motions with respect to inputs
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
@@ -58,7 +58,7 @@ _handler = None
 
 
 def set_error_handler(handler) -> None:
-    """Has handler(status, sentence) called for every failure that the library records; None: no handler.
+    """Sets handler(status, sentence), called for every failure that the library records; None: no handler.
 
     A positive status is recoverable. It may be called from threads of the library.
     """
@@ -68,4 +68,4 @@ def set_error_handler(handler) -> None:
     function = ffi.NULL if handler is None else _callbacks.value_callback(
         "flesh_error_handler", lambda _data, status, sentence: handler(status, text(sentence)))
     lib.flesh_set_error_handler(function, ffi.NULL)
-    _handler = function  # after the call: another thread may still be within the one before
+    _handler = function  # set after the call, as another thread may still be within the previous handler

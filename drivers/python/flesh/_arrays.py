@@ -1,7 +1,7 @@
 """_arrays.py: numpy arrays for the library's pointers and back, and its plain structs as Python objects.
 
-Arrays that are handed to the library are used where they lie when they are contiguous and of the right type; arrays
-that it hands out are views which keep their owner alive."""
+Arrays passed to the library are used without a copy if they are contiguous and of the right type; arrays from the
+library are views that keep their owner alive."""
 import difflib
 from collections.abc import Set
 
@@ -14,7 +14,7 @@ _TYPES = {"double": np.float64, "int": np.intc, "uint8_t": np.uint8}
 
 
 def doubles(values, shape, name):
-    """A contiguous float64 array of `shape`, from anything that has as many numbers; None in shape: any length."""
+    """Returns a contiguous float64 array of `shape`, from anything with as many numbers; None in shape: any length."""
     if np.iscomplexobj(values):
         raise ArgumentError(f"{name} has complex values; they must be real")
     if np.ma.is_masked(values):
@@ -25,9 +25,9 @@ def doubles(values, shape, name):
 
 
 def integers(values, shape, name):
-    """A contiguous array of C ints of `shape`; a set serves where no order is asked for.
+    """Returns a contiguous array of C ints of `shape`; a set is accepted if no order is asked for.
 
-    ArgumentError where a value is no whole number or is none of C's."""
+    ArgumentError if a value is not a whole number or does not fit C's int."""
     given = np.asarray(list(values) if isinstance(values, Set) and shape == (None,) else values)
     limits = np.iinfo(np.intc)
     if given.dtype.kind not in "iu" and given.size:
@@ -53,13 +53,13 @@ def _array(values, kind, shape, name):
 
 
 def pointer(array, kind="double"):
-    """The C pointer to an array's numbers; NULL for None. It keeps the array alive; a struct that it is put into does
-    not keep it."""
+    """Returns the C pointer to an array's numbers; NULL for None. The pointer keeps the array alive; a struct to which
+    the pointer is assigned does not."""
     return ffi.NULL if array is None else ffi.from_buffer(f"{kind}[]", array)
 
 
 class _Memory:
-    """Memory of the library, with what owns it: numpy keeps this as the base of a view."""
+    """Memory of the library and its owner: numpy keeps this object as the base of a view."""
 
     def __init__(self, address, shape, kind, owner, read_only):
         self.owner = owner
@@ -68,7 +68,7 @@ class _Memory:
 
 
 def view(address, shape, kind, owner, read_only=True):
-    """An array that shows the library's memory; as long as it lives, so does `owner`."""
+    """Returns an array that is a view of the library's memory; it keeps `owner` alive."""
     kind = _TYPES[kind]
     if not address or 0 in shape:
         return np.zeros(shape, kind)
@@ -76,7 +76,7 @@ def view(address, shape, kind, owner, read_only=True):
 
 
 class Names:
-    """The values of a C enum by the words that scenes and Python use for them."""
+    """Values of a C enum by the words that scenes and Python use for them."""
 
     def __init__(self, enum, prefix, name_function=None):
         self.enum = enum
@@ -88,7 +88,7 @@ class Names:
         self._by_value = {value: word for word, value in self.words.items()}
 
     def value(self, word, name):
-        """The number of a word. ArgumentError, with the words that there are, for any other."""
+        """Returns the number of a word. ArgumentError, with the valid words, for any other."""
         plain = {known.lower().replace("-", "_"): value for known, value in self.words.items()}
         found = self.words.get(word, plain.get(word.lower().replace("-", "_"))) if isinstance(word, str) else None
         if found is None:
@@ -96,12 +96,12 @@ class Names:
         return found
 
     def word(self, value):
-        """The word of a number."""
+        """Returns the word of a number."""
         return self._by_value.get(int(value), str(int(value)))
 
 
 class Flags(Names):
-    """The same for an enum of bits: a tuple of words stands for their sum."""
+    """Values of an enum of bits: a tuple of words stands for their sum."""
 
     def __init__(self, enum, prefix):
         super().__init__(enum, prefix)
@@ -116,7 +116,7 @@ class Flags(Names):
 
 
 def made_by_library(struct, name):
-    """The struct of the library that an object `name` shows; TypeError where a program gives something else."""
+    """Returns the library's struct that the object `name` wraps; TypeError if a program passes something else."""
     if not isinstance(struct, ffi.CData):
         raise TypeError(f"{name} is made by the library from a struct of its own, not from {type(struct).__name__}")
     return struct
@@ -156,7 +156,7 @@ class Field:
 
 
 class Struct:
-    """A plain C struct. Its attributes are the members that the header declares."""
+    """A plain C struct, whose attributes are the members that the header declares."""
     _ctype = ""
 
     @classmethod
@@ -178,7 +178,7 @@ class Struct:
 
 
 def _restored(cls, values):
-    """A struct with these values of its attributes."""
+    """Returns a struct whose attributes have these values."""
     made = cls.__new__(cls)
     made._struct = ffi.new(f"{cls._ctype} *")
     for name, value in values.items():
@@ -189,7 +189,7 @@ def _restored(cls, values):
 
 
 class Record(Struct):
-    """A struct that the library fills in and Python reads: a copy, so that it stays as it was."""
+    """A struct that the library fills in and Python reads: a copy, which does not change."""
 
     def __init__(self, struct=None):
         self._struct = ffi.new(f"{self._ctype} *")
@@ -198,7 +198,7 @@ class Record(Struct):
 
 
 class Options(Struct):
-    """A struct of options: begins with the library's defaults; keywords change them."""
+    """A struct of options, which has the library's defaults except for those that keywords set."""
 
     def __init__(self, **values):
         self._struct = ffi.new(f"{self._ctype} *")
@@ -223,7 +223,7 @@ class Options(Struct):
 
     @classmethod
     def _copy(cls, struct):
-        """From the library's struct."""
+        """Copies the library's struct."""
         made = cls()
         made._struct[0] = struct[0]
         return made

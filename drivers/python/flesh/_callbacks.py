@@ -1,16 +1,16 @@
-"""_callbacks.py: Python functions that the library calls, and what becomes of the exceptions they raise.
+"""_callbacks.py: Python functions that the library calls, and the exceptions that they raise.
 
-An exception cannot pass through C. It is kept, the callback returns a status that ends the call, and the wrapper of
-the call raises it again. The library may call an energy density from threads of its own; what is raised there is
-raised by the next wrapper that returns."""
+An exception cannot pass through C. It is stored, the callback returns a status that ends the call, and the wrapper of
+the call raises the exception again. The library may call an energy density from its own threads; an exception raised
+there is raised by the next wrapper that returns."""
 import threading
 
 from ._library import ffi, lib
 from .errors import ArgumentError, RecoverableError, of
 
-_kept = {}  # by thread: the first exception since its last call of the library
-_foreign = []  # of threads that never call the library by themselves
-_callers = set()  # threads that do
+_kept = {}  # by thread: the first exception since the thread's last call of the library
+_foreign = []  # exceptions of threads that never call the library themselves
+_callers = set()  # threads that call it
 
 
 def _keep(error):
@@ -33,21 +33,21 @@ def _failed_silently(_kind, error, _trace):
 
 
 def status_callback(kind, function):
-    """A C function of type `kind` that calls `function` and returns a status; None stands for success."""
+    """Returns a C function of type `kind` that calls `function` and returns a status; None stands for success."""
     def call(*arguments):
         return function(*arguments) or 0
     return ffi.callback(kind, call, error=lib.FLESH_ERR_INTERRUPTED, onerror=_failed)
 
 
 def value_callback(kind, function, default=None):
-    """A C function of type `kind` that returns no status: `default` where `function` raises."""
+    """Returns a C function of type `kind` that returns no status, but `default` if `function` raises."""
     if default is None:
         return ffi.callback(kind, function, onerror=_failed_silently)
     return ffi.callback(kind, function, error=default, onerror=_failed_silently)
 
 
 def raise_kept():
-    """Raises what a callback of the calls just made has raised."""
+    """Raises the exception of a callback of the last calls, if there is one."""
     error = _kept.pop(threading.get_ident(), None)
     if error is None and _foreign:
         error = _foreign.pop(0)
@@ -57,14 +57,14 @@ def raise_kept():
 
 
 def call(function, *arguments):
-    """Calls a function that returns a status; raises what a callback raised, or the status's exception."""
+    """Calls a function that returns a status; raises a callback's exception, or the status's."""
     status = call_value(function, *arguments)
     if status:
         raise of(status)
 
 
 def call_value(function, *arguments):
-    """Calls a function that returns no status but may call back; raises what a callback raised.
+    """Calls a function that returns no status but may call back; raises a callback's exception.
 
     An argument that C's type cannot hold is an ArgumentError."""
     _callers.add(threading.get_ident())
@@ -78,7 +78,7 @@ def call_value(function, *arguments):
 
 
 class Handle:
-    """Owns an object of the library, which would be freed twice if it were copied with its owner."""
+    """Owner of an object of the library. It cannot be copied, as the object would be freed twice."""
 
     def __reduce_ex__(self, _protocol):
         raise ArgumentError(f"{type(self).__name__} belongs to the library and can be neither copied nor pickled; "
@@ -86,7 +86,7 @@ class Handle:
 
 
 class Const(Handle):
-    """One that does not change once it is made: its copy is itself, and its attributes can only be read."""
+    """A handle of an object that does not change once made: its copy is itself, and its attributes are read-only."""
 
     def __setattr__(self, name, value):
         if name in vars(self) and not name.startswith("_"):
@@ -108,7 +108,7 @@ def create(kind, function, *arguments):
 
 
 class _Life:
-    """An object of the library is destroyed once its handle is freed and all objects that were made from it are.
+    """Destroys an object of the library once its handle and all objects that were made from it are freed.
 
     Python frees the handles of a cycle in any order."""
 
@@ -127,9 +127,9 @@ class _Life:
 
 
 def owned(kind, pointer, destroy, keep=None, holder=None):
-    """`pointer` with `destroy(kind **)` called when nothing refers to it any more; `keep` lives until then.
+    """Returns `pointer`, for which `destroy(kind **)` is called when nothing refers to it any more; keeps `keep` alive.
 
-    So do objects that are made with `keep=holder`."""
+    Objects that are made with `keep=holder` also keep it from being destroyed."""
     cell = ffi.new(f"{kind} **", pointer)
     life = _Life(lambda: destroy(cell), keep)
     if holder is not None:

@@ -1,5 +1,5 @@
-"""_kinds.py: refuses objects of another class than annotations name, before anything is read of them; and texts, which
-Python's float would read as numbers."""
+"""_kinds.py: checks arguments against annotations before they are used, and refuses texts as numbers, which Python's
+float would convert."""
 import functools
 import inspect
 import reprlib
@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 
 def _classes(hint):
-    """The classes that a hint allows, if the package's or mappings are among them; none for sequences and functions."""
+    """Returns a hint's classes, if the package's or mappings are among them; none for sequences and functions."""
     kinds = typing.get_args(hint) if typing.get_origin(hint) is typing.Union else (hint,)
     kinds = tuple(Mapping if kind is typing.Mapping else kind for kind in kinds)
     kinds = tuple(kind for kind in kinds if inspect.isclass(kind))
@@ -16,7 +16,7 @@ def _classes(hint):
 
 
 def _is_number(value):
-    """Whether Python takes it for a number, and not for a text of one."""
+    """Returns whether a value is a number for Python, not a text."""
     try:
         return not isinstance(value, (str, bytes, bytearray)) and float(value) is not None
     except (TypeError, ValueError, OverflowError):
@@ -24,7 +24,7 @@ def _is_number(value):
 
 
 def _checked(function):
-    """The function, which raises TypeError for an argument that is none of its annotation's classes, or no number."""
+    """Wraps a function: TypeError for an argument that is not of its annotation's classes, or not a number."""
     names = list(inspect.signature(function).parameters)
     given = {name: hint for name, hint in function.__annotations__.items() if name in names}
     hints = {name: kinds for name, hint in given.items() if (kinds := _classes(hint))}
@@ -57,7 +57,7 @@ def _check_methods(cls):
 
 
 def check(module):
-    """Has the public methods of a module's classes checked; its public functions that are, by their names."""
+    """Makes public methods of a module's classes check arguments; returns its checked public functions by name."""
     for cls in vars(module).values():
         if inspect.isclass(cls) and cls.__module__ == module.__name__:
             _check_methods(cls)

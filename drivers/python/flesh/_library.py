@@ -1,7 +1,7 @@
-"""_library.py: libflesh as cffi sees it: `ffi` with the declarations of the headers, `lib` with the functions.
+"""_library.py: libflesh in cffi: `ffi` with the declarations of the headers, `lib` with the functions.
 
-cffi reads the public headers as the compiler saw them when the library was built (_declarations.py) and needs no
-compiler of its own. It releases the interpreter's lock during every call."""
+cffi reads the public headers as the library was compiled with them (_declarations.py) and needs no compiler. It
+releases the interpreter's lock during every call."""
 import ctypes.util
 import os
 
@@ -15,12 +15,12 @@ ffi.cdef(_declarations.OTHERS)
 
 
 def text(pointer):
-    """A C string as str; None for NULL."""
+    """Returns a C string as str; None for NULL."""
     return ffi.string(pointer).decode("utf-8", "replace") if pointer else None
 
 
 def path_bytes(path):
-    """A path or a text as C takes it. ValueError where C would take a part for the whole."""
+    """Returns a path or a text as bytes for C. ValueError for a NUL within it, at which C would end."""
     encoded = os.fsencode(os.fspath(path))
     if b"\0" in encoded:
         raise ValueError(f"{path!r:.100} has a zero byte; no path and no text of a scene has one")
@@ -42,11 +42,11 @@ def _open():
 
 
 lib, LIBRARY_PATH = _open()
-free = ffi.dlopen(None).free  # goes with the malloc that the library calls, also where another allocator is loaded first
+free = ffi.dlopen(None).free  # matches the malloc that the library calls, also if another allocator is loaded first
 
 
 def sundials_function(name):
-    """A function of the SUNDIALS that libflesh is linked with, or of the part of it that holds vectors or matrices."""
+    """Returns a function of the SUNDIALS with which libflesh is linked, or of its library of vectors or matrices."""
     try:
         return getattr(lib, name)
     except AttributeError:
@@ -63,11 +63,11 @@ def sundials_function(name):
 
 
 def null_communicator():
-    """What SUNContext_Create takes for no MPI: 0, or from 7.0 on, where SUNDIALS has MPI, MPI's null communicator."""
+    """SUNContext_Create's argument for no MPI: 0, or from 7.0 on, if SUNDIALS has MPI, MPI's null communicator."""
     if not _declarations.COMMUNICATOR_OF_MPI:
         return ffi.NULL
     try:  # Open MPI: the address of an object
         found = ctypes.c_char.in_dll(ctypes.CDLL(LIBRARY_PATH, ctypes.RTLD_GLOBAL), "ompi_mpi_comm_null")
         return ffi.cast("void *", ctypes.addressof(found))
-    except ValueError:  # MPICH and what is compatible with it: a number of the ABI that they share
+    except ValueError:  # MPICH and compatible ones: a number of their common ABI
         return ffi.cast("void *", 0x04000000)

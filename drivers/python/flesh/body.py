@@ -1,4 +1,4 @@
-"""body.py: what a body is made of."""
+"""body.py: bodies: mesh, materials and densities."""
 from typing import Optional
 
 import numpy as np
@@ -21,20 +21,21 @@ INSTRUCTIONS = tuple(_INSTRUCTIONS.words)
 
 
 def usable_instructions(asked: str = "auto") -> str:
-    """What this machine runs when `asked` for: "auto" becomes the best. ArgumentError when it lacks them."""
+    """Returns the instructions that this machine runs when `asked` for: "auto" becomes the best. ArgumentError if it
+    lacks them."""
     out = ffi.new("flesh_instructions *")
     call(lib.flesh_instructions_find, _INSTRUCTIONS.value(asked, "instructions"), out)
     return _INSTRUCTIONS.word(out[0])
 
 
 class Body(Const):
-    """What a body is made of; the effects made from it keep it alive.
+    """A body: its mesh, materials and densities. The effects made from it keep it alive.
 
     Args:
-        mesh: its tets.
+        mesh: the body's mesh.
         material: one for all tets, a list of materials, or None for a body without elasticity.
         density: [tets] or one for all, kg/m^3, > 0; copied.
-        tet_material: [tets] indices into the list of materials; copied; None: the first everywhere.
+        tet_material: [tets] indices into the list of materials; copied; None: all tets have the first.
         mass: "lumped" or "consistent".
         element: "auto", "tet4", "tet10" or "tet10-mean".
         instructions: vector instructions, "auto": the best that this machine has.
@@ -56,7 +57,7 @@ class Body(Const):
         rows = ffi.new("flesh_material[]", max(len(self.materials), 1))
         for k, one in enumerate(self.materials):
             rows[k] = one._struct[0]
-        # What the struct points to: its own copies, and what callers may still change the attributes of.
+        # Objects to which the struct points: its own copies, and objects whose attributes callers may still change.
         self._keep = (mesh, tuple(self.materials), density, indices, rows)
         self._struct = ffi.new("flesh_body *")
         self._struct.mesh, self._struct.density, self._struct.tet_material = mesh._pointer, density, indices
@@ -67,7 +68,7 @@ class Body(Const):
 
     @classmethod
     def _of(cls, struct, mesh, materials, owner):
-        """A body that belongs to `owner`."""
+        """Wraps a body that belongs to `owner`."""
         made = cls.__new__(cls)
         made._struct, made.mesh, made.materials, made._owner = struct, mesh, materials, owner
         return made
@@ -79,7 +80,7 @@ class Body(Const):
 
     @property
     def tet_material(self) -> Optional[np.ndarray]:
-        """[tets] indices into `materials`; None: all are the first."""
+        """[tets] indices into `materials`; None: all tets have the first."""
         indices = self._struct.tet_material
         return view(indices, (self.mesh.tet_count,), "int", self) if indices else None
 
@@ -95,11 +96,11 @@ class Body(Const):
 
     @property
     def instructions(self) -> str:
-        """Vector instructions that were asked for."""
+        """Vector instructions that were requested."""
         return _INSTRUCTIONS.word(self._struct.instructions)
 
     @property
     def parts(self):
-        """Of several bodies that share the mesh: a list of (name, first tet, tets); empty for one without a name."""
+        """List of the bodies that share the mesh, (name, first tet, tets); empty for one body without a name."""
         parts = self._struct.parts
         return [(text(parts[k].name), parts[k].first_tet, parts[k].tets) for k in range(self._struct.part_count)]

@@ -1,4 +1,4 @@
-"""effects.py: what may act on a body: the effects that come with the library."""
+"""effects.py: the effects that come with the library."""
 from typing import Optional
 
 import numpy as np
@@ -21,24 +21,24 @@ ROLES = tuple(_ROLES.words)
 
 
 class DerivativeReport(Record):
-    """How far an effect's potential, residual and Jacobian are from belonging together: relative errors.
+    """Relative errors of the consistency of an effect's potential, residual and Jacobian.
 
-    The two columns are the shifts of statics and of the midpoint rule with h = 1/60 s. NaN: the effect lacks that.
+    The columns are the shifts of statics and of the midpoint rule with h = 1/60 s. NaN: the effect lacks the operation.
     """
     _ctype = "flesh_derivative_report"
-    potential: np.ndarray = Field("[2] of the residual as the gradient of the potential, and of the energy")
-    jacobian: np.ndarray = Field("[2] of the Jacobian as the derivative of the residual")
-    evaluate: np.ndarray = Field("[2] of residual and potential in one pass")
-    asymmetry: float = Field("of the diagonal blocks")
+    potential: np.ndarray = Field("[2] error of the residual as the gradient of the potential, and of the energy")
+    jacobian: np.ndarray = Field("[2] error of the Jacobian as the derivative of the residual")
+    evaluate: np.ndarray = Field("[2] error of residual and potential in one pass")
+    asymmetry: float = Field("asymmetry of the diagonal blocks")
     negative: float = Field("most negative curvature of the projected Jacobian over its largest")
 
     def passes(self, tolerance: float = 1e-6) -> bool:
-        """Whether every error that was measured is below `tolerance`."""
+        """Returns whether every measured error is below `tolerance`."""
         return bool(lib.flesh_derivative_report_passes(self._struct, tolerance))
 
 
 class Effect(Handle):
-    """Something that acts on a body. A system takes it; then it lives as long as the system.
+    """An action on a body. A system takes ownership of an effect, which then lives as long as the system.
 
     Every effect is a residual r(t, x, v, a), a gradient of its potential, and a Jacobian. To write one of your own,
     derive from OwnEffect.
@@ -60,13 +60,13 @@ class Effect(Handle):
 
     @classmethod
     def _of(cls, pointer_, owner) -> "Effect":
-        """One that belongs to `owner`."""
+        """Wraps an effect that belongs to `owner`."""
         made = Effect.__new__(Effect)
         made._own, made._keep, made._owner = pointer_, (), owner
         return made
 
     def _give(self, owner):
-        """The pointer for a function that takes it; from then on it is `owner`'s."""
+        """Returns the pointer for a function that takes ownership; from then on it is `owner`'s."""
         pointer_ = self._pointer
         if self._owner is not None:
             raise ArgumentError(f"a system has taken this effect ({self.name}) already; each system needs its own")
@@ -80,18 +80,18 @@ class Effect(Handle):
 
     @property
     def name(self) -> str:
-        """As in histories and messages."""
+        """Name in histories and messages."""
         return text(self._operations.name)
 
     @property
     def role(self) -> str:
-        """What it is to the body: one of ROLES."""
+        """Role of the effect in a body: one of ROLES."""
         return _ROLES.word(self._operations.role)
 
     def check_derivatives(self, mesh: Mesh, x, t: float = 0.0, seed: int = 1) -> DerivativeReport:
-        """Whether residual, potential and Jacobian belong together, by differences at x [nodes, 3] m and t s.
+        """Checks by differences at x [nodes, 3] m and t s that residual, potential and Jacobian are consistent.
 
-        x should be generic, not the rest state, where gradients vanish. Raises what the effect does where it cannot be
+        x should be generic, not the rest state, where gradients vanish. Raises the effect's error if it cannot be
         evaluated (UndefinedError: choose another x).
         """
         report = DerivativeReport()
@@ -112,21 +112,21 @@ def _amplitude(amplitude: Optional[Amplitude]):
 
 
 class Inertia(Effect):
-    """r = M a, lumped or consistent as the body says."""
+    """Inertia r = M a, with the body's lumped or consistent mass."""
 
     def __init__(self, body: Body):
         self._take(create("flesh_effect", lib.flesh_effect_inertia, body._struct), body)
 
 
 class Elasticity(Effect):
-    """r = dV/dx, V the sum of volume * psi(F)."""
+    """Elasticity r = dV/dx, V the sum of volume * psi(F)."""
 
     def __init__(self, body: Body):
         self._take(create("flesh_effect", lib.flesh_effect_elasticity, body._struct), body)
 
 
 class Gravity(Effect):
-    """r = -load M g with the acceleration g [3], m/s^2."""
+    """Gravity r = -load M g with the acceleration g [3], m/s^2."""
 
     def __init__(self, body: Body, acceleration=(0, 0, -9.81)):
         self._take(create("flesh_effect", lib.flesh_effect_gravity, body._struct,
@@ -137,10 +137,10 @@ class Gravity(Effect):
 class Spring(Effect):
     """A spring of `stiffness` N/m from the body's point nearest to `point` [3] m at rest to a moving target.
 
-    `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s. It pulls
-    the point without turning the body, by all nodes within `radius` m, which carry the point; at most 1200. 0: by the
-    nodes of the point's tet alone, whose dent deepens as the mesh is refined; None: a twentieth of the body's longest
-    side.
+    `target` is a Motion whose translation is the target's position, or a fixed position [3] m; start <= t < until, s.
+    The spring pulls the point without a torque about it, through all nodes within `radius` m, which carry the point; at
+    most 1200. 0: through the nodes of the point's tet only, whose displacement grows as the mesh is refined; None: a
+    twentieth of the body's longest side.
     """
 
     def __init__(self, body: Body, point, stiffness: float, target, start: float = 0.0, until: float = np.inf,
@@ -167,7 +167,7 @@ class Damping(Effect):
 
 
 class SettlingDamping(Effect):
-    """Winds a motion down: r = rate w M v, rate in 1/s, w from 0 to 1 as the speed goes from speed/2 to speed m/s."""
+    """Artificial damping: r = rate w M v, rate in 1/s; w rises from 0 to 1 between speed/2 and speed, m/s."""
 
     def __init__(self, body: Body, rate: float, speed: float = 0.0, start: float = 0.0, until: float = np.inf):
         self._take(create("flesh_effect", lib.flesh_effect_settling_damping, body._struct, float(rate), float(speed),
@@ -182,7 +182,7 @@ class Viscosity(Effect):
 
 
 class Force(Effect):
-    """A dead load of `force` [3] N in all, shared evenly by `nodes` [count]."""
+    """A dead load: a total force of `force` [3] N, shared evenly by `nodes` [count]."""
 
     def __init__(self, body: Body, nodes, force, amplitude: Optional[Amplitude] = None):
         chosen = integers(nodes, (None,), "nodes")
@@ -209,9 +209,9 @@ class Pressure(Effect):
 
 
 class Drag(Effect):
-    """Air or water of `density`, kg/m^3, and `velocity` [3] m/s presses on those of `triangles` that go against it.
+    """Drag: a fluid of `density`, kg/m^3, and `velocity` [3] m/s presses on `triangles` that move against it.
 
-    The pressure is coefficient density/2 s^2, s > 0 the normal speed of a face against the stream.
+    The pressure is coefficient * density/2 * s^2, s > 0 the normal speed of a face against the stream.
     """
 
     def __init__(self, body: Body, triangles, density: float, velocity=(0.0, 0.0, 0.0), coefficient: float = 1.0):
@@ -221,7 +221,7 @@ class Drag(Effect):
 
 
 class Buoyancy(Effect):
-    """The pressure of a fluid of `density`, kg/m^3, below `level`, m, counted against `acceleration` [3] m/s^2."""
+    """Pressure of a fluid of `density`, kg/m^3, below `level`, m, a height against `acceleration` [3] m/s^2."""
 
     def __init__(self, body: Body, level: float, density: float = 1000.0, acceleration=(0.0, 0.0, -9.81)):
         self._take(create("flesh_effect", lib.flesh_effect_buoyancy, body._struct, float(level), float(density),
@@ -229,13 +229,13 @@ class Buoyancy(Effect):
 
 
 class Weld(Effect):
-    """Ties the surfaces `first` and `second` [count, 3], triangles of meshes that need not match, that face each other.
+    """Ties two facing surfaces `first` and `second` [count, 3], triangles of meshes that need not match.
 
     Args:
-        distance: m, within which they do at rest, apart or overlapping.
+        distance: m, largest distance between them at rest, apart or overlapping.
         stiffness: Pa/m; None: 30 times 3 mu over an edge of the softer side.
-        breaks_at: Pa; common parts of two triangles break where the root of tension^2 + shear^2 exceeds it at the end
-            of a step; None: they hold.
+        breaks_at: Pa; the overlap of two triangles breaks if the root of tension^2 + shear^2 exceeds it at the end of
+            a step; None: nothing breaks.
     """
 
     def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None,
@@ -249,13 +249,13 @@ class Weld(Effect):
 
 
 class Joint(Effect):
-    """Two groups of nodes that turn about a point (ball) or an axis (hinge).
+    """A joint of two groups of nodes, which rotate about a point (ball) or an axis (hinge).
 
     Args:
         first, second: [count] the groups; each node is coupled with every other.
         point: [3] m, position of the joint at rest.
-        stiffness: N/m, against parting; of a hinge half of it at either end of the axis.
-        axis: [3] m, of a hinge, as long as the hinge is, the point in its middle; None: a ball.
+        stiffness: N/m, against separation; a hinge has half of it at either end of the axis.
+        axis: [3] m, from one end of a hinge to the other, with the point in the middle; None: a ball.
     """
 
     def __init__(self, body: Body, first, second, point, stiffness: float, axis=None):
@@ -270,9 +270,9 @@ class JointSpring(Effect):
 
     Args:
         first, second: [count] the groups; each node is coupled with every other.
-        first_point, second_point: [3] m, at rest, what each group carries along.
+        first_point, second_point: [3] m, at rest, the point that each group carries along.
         stiffness: N/m.
-        length: m, at which it has no force; None: the distance at rest; 0: the points are drawn together.
+        length: m, at which the spring has no force; None: the distance at rest; 0: the points are drawn together.
     """
 
     def __init__(self, body: Body, first, second, first_point, second_point, stiffness: float,
@@ -297,13 +297,13 @@ def _contact_options(stiffness, thickness, friction, slip_speed):
 
 
 class Contact(Effect):
-    """Keeps a body out of an obstacle, which it takes.
+    """Keeps a body out of an obstacle, and takes ownership of the obstacle.
 
     Args:
         stiffness: Pa; None: three times the body's largest shear modulus.
-        thickness: m, distance at which the push begins; None: 1/20 of the mean surface edge.
+        thickness: m, distance at which the force begins; None: 1/20 of the mean surface edge.
         friction: Coulomb's coefficient.
-        slip_speed: m/s, below which friction is viscous.
+        slip_speed: m/s, slip speed below which friction is viscous.
     """
 
     def __init__(self, body: Body, obstacle: Obstacle, stiffness: Optional[float] = None,
@@ -320,12 +320,12 @@ class SurfaceContact(Effect):
     """Keeps the surfaces of a body's parts out of each other and out of themselves.
 
     Args:
-        pairs: [count, 2] numbers of parts that may touch, twice the same for one that touches itself; None: all parts,
-            themselves included. A body without parts is part 0.
-        stiffness, thickness, friction, slip_speed: as of `Contact`.
-        separates: surfaces that go through each other at the start do not touch until they are apart
-            (`Integrator.separation`); else they are refused.
-        adaptive: the stiffness follows the pressures from step to step, from that given on.
+        pairs: [count, 2] numbers of parts that may touch, the same twice for a part that touches itself; None: all
+            pairs, each part with itself included. A body without parts is part 0.
+        stiffness, thickness, friction, slip_speed: as for `Contact`.
+        separates: surfaces that overlap at the start are ignored until they are apart (`Integrator.separation`); else
+            such a start is refused.
+        adaptive: the stiffness adapts to the pressures from step to step, beginning with `stiffness`.
     """
 
     def __init__(self, body: Body, pairs=None, stiffness: Optional[float] = None, thickness: Optional[float] = None,

@@ -1,9 +1,8 @@
 """errors.py: an exception for every status of the library, with the library's own sentence.
 
 A sentence says where, what, and what would be valid: `scene.yaml:12:9: body.material.poisson is 0.6; it must be a
-number in (-1, 0.5]`. In a function of your own that the library calls (an effect, an energy density), raising one of the
-recoverable ones returns its status, so that a shorter step is tried; any other exception ends the call and comes out
-of it."""
+number in (-1, 0.5]`. If a function of your own that the library calls (an effect, an energy density) raises a
+recoverable error, the library tries a shorter step; any other exception ends the call, which raises it."""
 from ._library import lib, text
 
 __all__ = ["Error", "RecoverableError", "UndefinedError", "NonFiniteError", "NotConvergedError", "NotPositiveError",
@@ -12,10 +11,10 @@ __all__ = ["Error", "RecoverableError", "UndefinedError", "NonFiniteError", "Not
 
 
 class Error(Exception):
-    """What the library refuses or could not do.
+    """Base of all errors: the library refused a call, or failed.
 
     Attributes:
-        status: the flesh_status, an int; 0 where the failure was found before the library was called.
+        status: the flesh_status, an int; 0 if the failure was found before the library was called.
     """
     status = 0
 
@@ -70,7 +69,7 @@ class FileError(Error, OSError):
 
 
 class SolveError(Error):
-    """The nonlinear solve failed; Integrator.failure has everything that is known."""
+    """The nonlinear solve failed; Integrator.failure has the details."""
     status = lib.FLESH_ERR_SOLVE
 
 
@@ -118,7 +117,7 @@ _BY_STATUS = {cls.status: cls for cls in _classes(Error) if cls.status}
 
 
 def by_status(status: int) -> type:
-    """The class of a status; Error for one that has none.
+    """Returns the class of a status; Error for a status without one.
 
     >>> by_status(-3).__name__
     'FileError'
@@ -127,8 +126,8 @@ def by_status(status: int) -> type:
 
 
 def of(status):
-    """The exception of a status that a call of the library has just returned in this thread.
+    """Returns the exception for a status that a call of the library has just returned in this thread.
 
-    Positive ones mostly come without a sentence: the thread's last would be that of an earlier failure."""
+    Positive statuses mostly have no sentence: the thread's last sentence would be that of an earlier failure."""
     sentence = text(lib.flesh_error_text()) if status < 0 else ""
     return by_status(status)(sentence or text(lib.flesh_status_text(status)), status)

@@ -1,4 +1,4 @@
-"""fibre.py: how hard muscle fibres pull, and the effect of those in a body."""
+"""fibre.py: tension of muscle fibres, and the effect of fibres in a body."""
 from typing import NamedTuple, Optional
 
 from ._arrays import Field, Names, Options, doubles, integers, pointer
@@ -16,14 +16,14 @@ FIBRE_CURVES = tuple(_CURVES.words)
 
 
 class FibreTension(NamedTuple):
-    """Of a fibre at a stretch, by volume and area of the rest shape."""
+    """Energy, tension and stiffness of a fibre at a stretch, per volume and area of the rest shape."""
     energy: float  # J/m^3
     tension: float  # Pa
-    stiffness: float  # Pa, the tension's derivative by the stretch
+    stiffness: float  # Pa, the tension's derivative with respect to the stretch
 
 
 class Fibre(Options):
-    """The tension of a muscle fibre over its stretch; other members begin with the curve's published passive part.
+    """Tension of a muscle fibre over its stretch; by default the other members are the curve's published passive part.
 
     Args:
         curve: one of FIBRE_CURVES.
@@ -31,13 +31,13 @@ class Fibre(Options):
         values: the other members by name.
     """
     _ctype = "flesh_fibre"
-    curve: str = Field("of the tension over the stretch", _CURVES)
+    curve: str = Field("curve of the tension over the stretch", _CURVES)
     peak_stress: float = Field("Pa, fully active at the optimal stretch, per area of the deformed shape")
-    optimal_stretch: float = Field("at which it is strongest")
+    optimal_stretch: float = Field("stretch at which the active tension is largest")
     passive_stress: float = Field("Pa, c1 of c1 (exp(c2 (l-1)) - 1), l the stretch over the optimal one; 0: none")
     passive_exponent: float = Field("c2")
     passive_limit: float = Field("l - 1 from which the passive part is linear")
-    max_shortening_velocity: float = Field("1/s, in optimal lengths, at full activation; 0: speeds change nothing")
+    max_shortening_velocity: float = Field("1/s, in optimal lengths, at full activation; 0: no effect of speed")
 
     def __init__(self, curve: str = "blemker", peak_stress: float = 3e5, **values: float):
         self._begin = (_CURVES.value(curve, "curve"), float(peak_stress))
@@ -47,19 +47,19 @@ class Fibre(Options):
         call(lib.flesh_fibre_default, *self._begin, self._struct)
 
     def tension(self, stretch: float, activation: float = 1.0) -> FibreTension:
-        """Energy, tension and stiffness at a stretch."""
+        """Returns energy, tension and stiffness at a stretch."""
         values = ffi.new("double[3]")
         call(lib.flesh_fibre_tension, self._struct, float(activation), float(stretch), values)
         return FibreTension(*values)
 
 
 class Muscle(Effect):
-    """Fibres that pull along themselves in the tets `tets` [count] (ascending; None: all).
+    """Muscle fibres that pull along their direction in the tets `tets` [count] (ascending; None: all).
 
     Args:
         fibres: [count, 3] directions at rest, of any length; or one [3] for all.
-        fibre: its tension.
-        activation: active part, 0 to 1, in time; None: 1.
+        fibre: the tension of the fibres.
+        activation: active fraction, 0 to 1, in time; None: 1.
     """
 
     def __init__(self, body: Body, fibres, fibre: Fibre, activation: Optional[Amplitude] = None, tets=None):

@@ -1,4 +1,4 @@
-"""frame.py: a frame of a run, as flesh writes it for ParaView, as numpy arrays."""
+"""frame.py: a frame that flesh wrote for ParaView, as numpy arrays."""
 import os
 import xml.etree.ElementTree as ElementTree
 from typing import Dict
@@ -14,14 +14,14 @@ _MARK = b'<AppendedData encoding="raw">\n_'
 
 
 class Frame:
-    """A .vtu file of flesh: what its nodes and tets have, by name.
+    """A .vtu file of flesh: arrays of its nodes and tets, by name.
 
     Attributes:
         positions: [nodes, 3] m.
-        tets: [tets, 4] or [tets, 10] nodes in VTK's order; -1 six times in tets of four nodes beside others of ten.
+        tets: [tets, 4] or [tets, 10] nodes in VTK's order; -1 six times in four-node tets of a mesh with ten-node tets.
         nodes: arrays at nodes: displacement [nodes, 3] m, velocity [nodes, 3] m/s, and output.fields.
         cells: arrays of tets: J [tets], region [tets], and output.fields; those at points are [tets, points, ...].
-        units: by name, of what has one: {"stress": "Pa"}.
+        units: units of arrays by name: {"stress": "Pa"}.
     """
     positions: np.ndarray
     tets: np.ndarray
@@ -34,7 +34,7 @@ class Frame:
 
     @classmethod
     def read(cls, path) -> "Frame":
-        """Reads a frame; its arrays are copies. FileError where the file is none of flesh's."""
+        """Reads a frame; its arrays are copies. FileError if flesh did not write the file."""
         path = os.fspath(path)
         try:
             with open(path, "rb") as file:
@@ -101,7 +101,7 @@ class Frame:
 
 
 def _tets(cells, nodes):
-    """[tets, 4] or [tets, 10] nodes from VTK's list; -1 six times in tets of four beside others of ten."""
+    """Returns [tets, 4] or [tets, 10] nodes from VTK's list; -1 six times in tets of four beside others of ten."""
     connectivity, ends, kinds = (cells[name] for name in ("connectivity", "offsets", "types"))
     sizes = np.where(kinds == 24, 10, 4)
     if connectivity.ndim != 1 or not np.isin(kinds, (10, 24)).all() or not np.array_equal(np.cumsum(sizes), ends) or \

@@ -16,30 +16,29 @@ __all__ = ["Integrator", "InternalStep", "equilibrium"]
 
 
 class InternalStep(NamedTuple):
-    """One internal step of steps that errors choose. The arrays are the library's: copy what is to last."""
-    t: float  # its end, s
-    h: float  # its length, s
+    """One internal step of a method with error control. The arrays are the library's: copy them to keep them."""
+    t: float  # s, end of the step
+    h: float  # s, length of the step
     order: int
-    rejected: int  # attempts thrown away before it because they erred too much
-    convergence_failures: int  # and because Newton did not converge
+    rejected: int  # attempts before it that were rejected by their error
+    convergence_failures: int  # attempts before it whose Newton iteration did not converge
     x: np.ndarray  # [nodes, 3] m
     v: np.ndarray  # [nodes, 3] m/s
 
 
 class Integrator(Handle):
-    """Takes states of a system forward in time; belongs to one thread at a time.
+    """Advances states of a system in time; belongs to one thread at a time.
 
-    Ctrl-C ends a step: KeyboardInterrupt is raised and the state is that of the last part that was finished.
+    Ctrl-C ends a step: KeyboardInterrupt is raised and the state is that of the last finished part of the step.
 
     Args:
-        system: is finished if it was not.
+        system: the system; it is finished if it was not.
         method: one of METHODS: "backward-euler", "bdf2", ..., "static".
-        options: how solves go; SolverOptions() by default.
-        method_options: of newmark, hht, generalized-alpha and runge-kutta.
-        adaptive: of methods whose steps their error chooses.
-        observe: called with every InternalStep of these.
-        stop: called often while a step is made, without arguments; to return something true ends the step with
-            StoppedError.
+        options: options of solves; SolverOptions() by default.
+        method_options: parameters of newmark, hht, generalized-alpha and runge-kutta.
+        adaptive: options of error control and of ida.
+        observe: called with every InternalStep of methods with error control.
+        stop: called often during a step, without arguments; a true result ends the step with StoppedError.
     """
 
     def __init__(self, system: System, method: str = "backward-euler", options: Optional[SolverOptions] = None, *,
@@ -62,12 +61,12 @@ class Integrator(Handle):
 
     @property
     def system(self) -> System:
-        """What it integrates."""
+        """The system that is integrated."""
         return self._system
 
     @property
     def stop(self) -> Optional[Callable]:
-        """What is asked while a step is made, and by derivatives of a Trajectory; None: only Ctrl-C ends them."""
+        """Function called during a step, and by derivatives of a Trajectory; None: only Ctrl-C ends them."""
         return self._asked[0]
 
     @stop.setter
@@ -82,7 +81,7 @@ class Integrator(Handle):
         call(lib.flesh_integrator_set_method_options, self._pointer, options._struct)
 
     def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:
-        """Replaces the defaults of steps that errors choose; `observe` is called with every InternalStep."""
+        """Replaces the default options of error control; `observe` is called with every InternalStep."""
         copy = AdaptiveOptions._copy(options._struct)
         function = ffi.NULL
         if observe is not None:
@@ -94,7 +93,7 @@ class Integrator(Handle):
             function = _callbacks.status_callback("int(void *, const flesh_internal_step *)", observed)
         copy._struct.observe = function
         call(lib.flesh_integrator_set_adaptive, self._pointer, copy._struct)
-        self._observe = function  # after the call: until then the library has the one before
+        self._observe = function  # set after the call: until then the library uses the previous one
 
     @property
     def method(self) -> str:
@@ -102,12 +101,12 @@ class Integrator(Handle):
         return METHOD_NAMES.word(lib.flesh_integrator_method(self._pointer))
 
     def step(self, state: State, h: float) -> SolveStats:
-        """Takes the state from t to t + h s, in place; statics: to equilibrium at t + h.
+        """Advances the state from t to t + h s, in place; statics: to equilibrium at t + h.
 
         Raises:
             SolveError, IntegratorError, EnergyError, ...: the step could not be made; the state is that of the last
-                success, t included, and `failure` has everything that is known.
-            KeyboardInterrupt: Ctrl-C; likewise.
+                success, t included, and `failure` has the details.
+            KeyboardInterrupt: Ctrl-C; the state is as above.
         """
         stats = SolveStats()
         call(lib.flesh_integrator_step, self._pointer, state._checked(self.system.mesh.node_count), float(h),
@@ -116,7 +115,7 @@ class Integrator(Handle):
 
     @property
     def warning(self) -> Optional[str]:
-        """What a user should know about the steps so far although none failed; None when nothing."""
+        """A warning about the steps so far, although none failed; None if there is none."""
         return text(lib.flesh_integrator_warning(self._pointer))
 
     @property
@@ -126,33 +125,33 @@ class Integrator(Handle):
 
     @property
     def separation(self) -> Separation:
-        """How far surfaces that went through each other at the start are apart (SurfaceContact's `separates`)."""
+        """Progress of the separation of surfaces that overlapped at the start (SurfaceContact's `separates`)."""
         return Separation(ffi.new("flesh_separation *", lib.flesh_integrator_separation(self._pointer)))
 
     def set_max_energy_gain(self, gain: float) -> None:
-        """The gain (see EnergyBalance) from which on a step ends with EnergyError; inf: never."""
+        """Sets the gain (see EnergyBalance) above which a step ends with EnergyError; inf: no limit."""
         call(lib.flesh_integrator_set_max_energy_gain, self._pointer, float(gain))
 
     def energies(self, state: State) -> Optional[np.ndarray]:
-        """[effects] J at the state that the last step has led to; None where they are not known there."""
+        """Returns [effects] J at the state to which the last step has led; None if they are not known there."""
         values = call_value(lib.flesh_integrator_energies, self._pointer, state._checked(self.system.mesh.node_count))
         return view(values, (self.system.effect_count,), "double", self).copy() if values else None
 
     @property
     def progress(self) -> Progress:
-        """Where a step that is being made stands; for a `stop` to ask."""
+        """Progress of the current step, for a `stop` function."""
         return Progress(ffi.new("flesh_progress *", lib.flesh_integrator_progress(self._pointer)))
 
     @property
     def failure(self) -> Failure:
-        """Of the last failed step."""
+        """Details of the last failed step."""
         return Failure(lib.flesh_integrator_failure(self._pointer))
 
     def save(self) -> bytes:
-        """What the integrator remembers between steps, the state not included.
+        """Returns the integrator's memory between steps, without the state.
 
-        Another Integrator of the same system, method and options that loads it, with the state, goes on with the same
-        bits where `saves_all`.
+        Another Integrator of the same system, method and options that loads it and gets the state continues bitwise
+        identically if `saves_all`.
         """
         size = ffi.new("size_t *")
         call(lib.flesh_integrator_save, self._pointer, 0, ffi.NULL, size)
@@ -161,18 +160,18 @@ class Integrator(Handle):
         return bytes(data)
 
     def load(self, data: bytes) -> None:
-        """Takes over what an integrator saved; between steps, after the options are set.
+        """Loads memory that an integrator saved. Call it between steps, after setting the options.
 
         Raises:
-            FileError: no saved history, a damaged one, or one of another version or kind of machine.
-            ArgumentError: one of another method, mesh, other effects, solvers or instructions.
+            FileError: no saved memory, damaged, or of another version or kind of machine.
+            ArgumentError: saved with another method, mesh, other effects, solvers or instructions.
         """
         call(lib.flesh_integrator_load, self._pointer, ffi.from_buffer(data), len(data))
 
     @property
     def saves_all(self) -> bool:
-        """Whether what would be saved now is all that the next step depends on: not while IDA steps, whose history it
-        does not take back; what is loaded then agrees within the tolerance of AdaptiveOptions."""
+        """Whether the memory that would be saved now is all that the next step depends on. Not while IDA steps, as its
+        history cannot be restored; a loaded integrator then agrees within the tolerance of AdaptiveOptions."""
         return bool(lib.flesh_integrator_saves_all(self._pointer))
 
     @property
@@ -188,7 +187,7 @@ class Integrator(Handle):
 
 def equilibrium(system: System, start: Optional[State] = None, options: Optional[SolverOptions] = None,
                 t: float = 0.0) -> State:
-    """The equilibrium of a system at t s, as a new state; begins at `start`, by default the mesh's shape.
+    """Returns the equilibrium of a system at t s, a new state; the solve begins at `start`, by default the rest shape.
 
     Raises:
         SolveError: none was found.

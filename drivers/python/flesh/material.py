@@ -1,4 +1,4 @@
-"""material.py: energy densities psi, built-in or of one's own, and what follows from them at a deformation gradient."""
+"""material.py: energy densities psi, built-in or your own, and stresses and Hessians at a deformation gradient."""
 from typing import Callable, NamedTuple, Optional
 
 import numpy as np
@@ -26,12 +26,12 @@ FORM_CONSTANTS = tuple(name for name, _type in ffi.typeof("flesh_material_given"
 class Psi(Record):
     """psi and its derivatives with respect to I_C = tr(F^T F) and J = det F, J/m^3."""
     _ctype = "flesh_psi"
-    value: float = Field("psi")
+    value: float = Field("value of psi")
     I: float = Field("d psi / d I_C")
     J: float = Field("d psi / d J")
-    II: float = Field("second derivative by I_C twice")
-    IJ: float = Field("by I_C and J")
-    JJ: float = Field("by J twice")
+    II: float = Field("second derivative with respect to I_C")
+    IJ: float = Field("mixed second derivative with respect to I_C and J")
+    JJ: float = Field("second derivative with respect to J")
 
 
 class SmallStrain(NamedTuple):
@@ -42,7 +42,7 @@ class SmallStrain(NamedTuple):
 
 
 class EigenPairs(NamedTuple):
-    """Of the Hessian d vec(P) / d vec(F)."""
+    """Eigenpairs of the Hessian d vec(P) / d vec(F)."""
     values: np.ndarray  # [9] Pa: three of scaling, three twists, three flips
     vectors: np.ndarray  # [9, 3, 3] unit eigenvectors Q_k
 
@@ -62,13 +62,13 @@ class Material(Const):
 
     Args:
         form: "Neo", "A" ... "S", "Fung", "StVK", or a full name ("stable-neo-hookean"); see FORMS.
-        constants: "matched" (default where the form has matched ones), "raw" or "as_e".
+        constants: "matched" (default if the form has matched ones), "raw" or "as_e".
         young: Young's modulus of small strain, Pa.
         poisson: Poisson's ratio of small strain, in (-1, 0.5]; 0.5 on ten-node tets, for forms with a volume term.
         mu: Lame's mu of small strain, Pa.
         lambda_: Lame's lambda of small strain, Pa.
-        form_constants: what the form has beyond them: exponent=0.5 (b of Fung's), links=8 (N of Arruda & Boyce's);
-            see flesh.FORM_CONSTANTS.
+        form_constants: further constants of the form: exponent=0.5 (b of Fung), links=8 (N of Arruda & Boyce); see
+            flesh.FORM_CONSTANTS.
 
     Raises:
         ArgumentError: constants that the form cannot have, with the limit.
@@ -87,7 +87,7 @@ class Material(Const):
             if value is not None:
                 setattr(given, name, float(value))
         if constants is None:
-            # As in a scene: matched where the form can be; a trial with any valid constants shows that.
+            # As in a scene: matched if the form can be, which a trial with any valid constants shows.
             constants = "raw" if lib.flesh_material_from_young(energy, lib.FLESH_CONSTANTS_MATCHED, 1, 0.25,
                                                                self._struct) else "matched"
         how = _one_of("flesh_constants", constants, lib.flesh_constants_from_name, "constants")
@@ -96,7 +96,7 @@ class Material(Const):
 
     @classmethod
     def from_lame(cls, form: str, constants: str, mu: float, lambda_: float) -> "Material":
-        """From the small-strain constants mu and lambda, Pa."""
+        """Makes a material from the small-strain constants mu and lambda, Pa."""
         made = cls.__new__(cls)
         made._struct, made._keep = ffi.new("flesh_material *"), ()
         call(lib.flesh_material_from_lame, _one_of("flesh_energy", form, lib.flesh_energy_from_name, "form"),
@@ -106,7 +106,7 @@ class Material(Const):
 
     @classmethod
     def from_young(cls, form: str, constants: str, young: float, poisson: float) -> "Material":
-        """From Young's modulus, Pa, and Poisson's ratio."""
+        """Makes a material from Young's modulus, Pa, and Poisson's ratio."""
         made = cls.__new__(cls)
         made._struct, made._keep = ffi.new("flesh_material *"), ()
         call(lib.flesh_material_from_young, _one_of("flesh_energy", form, lib.flesh_energy_from_name, "form"),
@@ -117,15 +117,15 @@ class Material(Const):
     @classmethod
     def from_psi(cls, psi: Callable, mu: float = float("nan"), lambda_: float = float("nan"),
                  volume: Optional[Callable] = None) -> "Material":
-        """A material of your own psi(I_C, J).
+        """Makes a material of your own psi(I_C, J).
 
         Args:
             psi: returns (value, I, J, II, IJ, JJ), psi and its derivatives as in Psi, J/m^3; raises UndefinedError
-                where the form has no value. Must depend on its arguments alone: it is called from several threads,
-                once for every tet and point. A compiled function (a ctypes or cffi function pointer with the C
-                signature flesh_psi_function) is taken as it is and costs what a built-in form does.
-            mu: for reading, Pa.
-            lambda_: says that psi contains lambda U(J), Pa, of which ten-node tets take a mean.
+                if the form has no value. Must depend on its arguments only: it is called from several threads, once
+                for every tet and point. A compiled function (a ctypes or cffi function pointer with the C signature
+                flesh_psi_function) is called directly and costs as much as a built-in form.
+            mu: Pa, stored for psi to read.
+            lambda_: Pa; if given, psi contains lambda U(J), of which ten-node tets take a mean.
             volume: U(J), returns (value, J, JJ), U and its first and second derivatives, with J 0 and JJ 1 at J = 1; may
                 be compiled (flesh_volume_function). None: U = (J-1)^2/2.
         """
@@ -169,7 +169,7 @@ class Material(Const):
 
     @property
     def alpha(self) -> float:
-        """Rest offset of J that follows from mu and lambda; 1 where the form has none."""
+        """Rest offset of J that follows from mu and lambda; 1 if the form has none."""
         return self._struct.alpha
 
     for _name in FORM_CONSTANTS:
@@ -178,33 +178,33 @@ class Material(Const):
 
     @property
     def incompressible(self) -> bool:
-        """Poisson's ratio is 1/2: pressures are multipliers of the tets, and psi is that of the penalty."""
+        """Whether Poisson's ratio is 1/2: pressures are then multipliers of the tets, and psi includes a penalty."""
         return bool(self._struct.incompressible)
 
     @property
     def young(self) -> float:
-        """Young's modulus as it was given, Pa; NaN where mu and lambda were."""
+        """Young's modulus as given, Pa; NaN if mu and lambda were given."""
         return self._struct.young
 
     @property
     def poisson(self) -> float:
-        """Poisson's ratio as it was given; NaN where mu and lambda were."""
+        """Poisson's ratio as given; NaN if mu and lambda were given."""
         return self._struct.poisson
 
     def psi(self, I_C: float, J: float) -> Psi:
-        """psi and its derivatives at one (I_C, J). UndefinedError where it has none."""
+        """Returns psi and its derivatives at one (I_C, J). UndefinedError if it has none."""
         out = Psi()
         call(self._struct.psi, float(I_C), float(J), self._struct, out._struct)
         return out
 
     def small_strain(self) -> SmallStrain:
-        """mu and lambda of the linearisation at F = I and the stress there, Pa."""
+        """Returns mu and lambda of the linearisation at F = I and the stress there, Pa."""
         out = ffi.new("double[3]")
         call(lib.flesh_material_small_strain, self._struct, out, out + 1, out + 2)
         return SmallStrain(*out)
 
     def rest_ratio(self) -> float:
-        """J* at which a free body is at rest; UndefinedError where there is none."""
+        """Returns J*, at which a free body is at rest; UndefinedError if there is none."""
         out = ffi.new("double *")
         call(lib.flesh_material_rest_ratio, self._struct, out)
         return out[0]
@@ -218,23 +218,23 @@ class Material(Const):
         return out
 
     def energy(self, F) -> np.ndarray:
-        """psi(F), J/m^3, of deformation gradients F [..., 3, 3]; [...]."""
+        """Returns psi(F) [...], J/m^3, for deformation gradients F [..., 3, 3]."""
         return self._each(lib.flesh_material_energy, F, ())[()]
 
     def stress(self, F) -> np.ndarray:
-        """First Piola-Kirchhoff stress P [..., 3, 3], Pa, of F [..., 3, 3]."""
+        """Returns the first Piola-Kirchhoff stress P [..., 3, 3], Pa, for F [..., 3, 3]."""
         return self._each(lib.flesh_material_stress, F, (3, 3))
 
     def hessian(self, F) -> np.ndarray:
-        """d vec(P) / d vec(F) [..., 9, 9], Pa, of F [..., 3, 3]; vec goes row by row."""
+        """Returns d vec(P) / d vec(F) [..., 9, 9], Pa, for F [..., 3, 3]; vec is row-major."""
         return self._each(lib.flesh_material_hessian, F, (9, 9))
 
     def hessian_projected(self, F) -> np.ndarray:
-        """The Hessian [..., 9, 9] with its negative eigenvalues set to zero, Pa."""
+        """Returns the Hessian [..., 9, 9] with its negative eigenvalues set to zero, Pa."""
         return self._each(lib.flesh_material_hessian_projected, F, (9, 9))
 
     def eigen(self, F) -> EigenPairs:
-        """The nine eigenpairs of the Hessian in closed form, of one F [3, 3]."""
+        """Returns the nine eigenpairs of the Hessian in closed form, for one F [3, 3]."""
         values, vectors = np.empty(9), np.empty((9, 3, 3))
         call(lib.flesh_material_eigen, self._struct, pointer(doubles(F, (3, 3), "F")), pointer(values), pointer(vectors))
         return EigenPairs(values, vectors)
@@ -244,7 +244,7 @@ class Material(Const):
 
 
 def _compiled(function, kind):
-    """The C function of this kind that a compiled function is; None for one of Python."""
+    """Returns a compiled function as a C function of this kind; None for a Python function."""
     if isinstance(function, ffi.CData):
         return ffi.cast(kind, function)
     if hasattr(function, "_objects") or type(function).__name__ == "CFunctionType":
@@ -254,7 +254,7 @@ def _compiled(function, kind):
 
 
 def _volume_function(volume):
-    """The C function of a volume part U, and what must live as long."""
+    """Returns the C function of a volume part U, and the objects that must live as long."""
     compiled = _compiled(volume, "flesh_volume_function")
     if compiled is not None:
         return compiled, (volume,)
@@ -272,7 +272,7 @@ def _volume_function(volume):
 
 
 def _psi_function(psi):
-    """The C function of a psi, and what must live as long."""
+    """Returns the C function of a psi, and the objects that must live as long."""
     compiled = _compiled(psi, "flesh_psi_function")
     if compiled is not None:
         return compiled, (psi,)

@@ -12,11 +12,11 @@ __all__ = ["Mesh", "MeshInfo", "MeshParents", "Jacobians", "NamedSet"]
 
 
 class MeshInfo(Record):
-    """What was found while a mesh was made, and what its shape is like. Lengths in m, volumes in m^3."""
+    """Findings from the making of a mesh, and measures of its shape. Lengths in m, volumes in m^3."""
     _ctype = "flesh_mesh_info"
     nodes: int = Field("number of nodes")
     tets: int = Field("number of tets")
-    triangles: int = Field("of the surface")
+    triangles: int = Field("triangles of the surface")
     flipped: int = Field("tets whose winding was inverted and has been flipped")
     unused_nodes: int = Field("nodes that no tet uses")
     regions: int = Field("distinct region tags")
@@ -26,46 +26,46 @@ class MeshInfo(Record):
     edge_min: float = Field("shortest edge between corners, m")
     edge_mean: float = Field("mean edge, m")
     edge_max: float = Field("longest edge, m")
-    radius_ratio_min: float = Field("least 3 * inradius / circumradius; 1 for a regular tet")
+    radius_ratio_min: float = Field("smallest 3 * inradius / circumradius; 1 for a regular tet")
     radius_ratio_mean: float = Field("mean of that")
     worst_tet: int = Field("the tet with radius_ratio_min")
-    order: int = Field("1, or 2 where tets have ten nodes")
-    quadratic: int = Field("tets of ten nodes")
+    order: int = Field("1, or 2 if tets have ten nodes")
+    quadratic: int = Field("number of ten-node tets")
     curved: int = Field("tets with a curved edge")
-    scaled_jacobian_min: float = Field("smallest over largest Jacobian of a tet's map, 1 where all edges are straight")
+    scaled_jacobian_min: float = Field("smallest over largest Jacobian of a tet's map, 1 if all edges are straight")
     most_bent_tet: int = Field("the tet with scaled_jacobian_min")
 
 
 class Jacobians(NamedTuple):
-    """J = det F of the tets of a mesh: the least values at points of quadrature, or lower bounds in whole tets."""
+    """J = det F of the tets of a mesh: the smallest values at quadrature points, or lower bounds in whole tets."""
     J: np.ndarray  # [tets]
-    least: float  # the smallest; NaN where one is NaN
+    least: float  # the smallest; NaN if one is NaN
     worst: int  # its tet
-    not_positive: int  # tets without J > 0: inverted ones, where J is that of points of quadrature
+    not_positive: int  # number of tets without J > 0: inverted tets, if J is that of quadrature points
 
 
 class MeshParents(NamedTuple):
-    """Where the tets and nodes of a refined mesh lie in the one that it was made of."""
-    tet: np.ndarray  # [tets] the coarser mesh's tet that each is a part of, rising
-    node_tet: np.ndarray  # [nodes] a tet of the coarser mesh that has the node in it; -1: none has
-    place: np.ndarray  # [nodes, 4] the node's barycentric coordinates there
+    """Places of a refined mesh's tets and nodes in the mesh from which it was made."""
+    tet: np.ndarray  # [tets] the coarser mesh's tet of which each is a part, ascending
+    node_tet: np.ndarray  # [nodes] a tet of the coarser mesh that contains the node; -1: none does
+    place: np.ndarray  # [nodes, 4] the node's barycentric coordinates in that tet
 
 
 class NamedSet(NamedTuple):
     """A named set of a mesh; a scene's `set: NAME` selects its nodes and those of its tets."""
-    nodes: np.ndarray  # numbers, rising
+    nodes: np.ndarray  # numbers, ascending
     tets: np.ndarray
 
 
 class Mesh(Const):
     """A mesh of tets with four nodes (order 1) or ten (order 2, where some may have four); const once made.
 
-    Arrays that it hands out are views that cannot be written to and keep the mesh alive.
+    Its arrays are views that cannot be written to and keep the mesh alive.
 
     Args:
         positions: [nodes, 3] rest positions, m.
-        tets: [tets, 4] or [tets, 10] node indices from 0; of ten the last six lie on the edges 01, 12, 02, 03, 13, 23;
-            with -1 six times there a tet has four nodes.
+        tets: [tets, 4] or [tets, 10] node indices from 0; the last six of ten are on the edges 01, 12, 02, 03, 13, 23;
+            a tet with six times -1 there has four nodes.
         regions: [tets] tags, or None for 0 everywhere.
 
     Raises:
@@ -85,7 +85,7 @@ class Mesh(Const):
                           pointer(tags, "int")))
 
     def _take(self, made, owner=None):
-        """Owns `made`, or with `owner` keeps that alive which does."""
+        """Owns `made`, or, with `owner`, keeps its owner alive."""
         if owner is None:
             self._pointer = owned("flesh_mesh", made, lib.flesh_mesh_destroy, holder=self)
         else:
@@ -99,7 +99,7 @@ class Mesh(Const):
 
     @classmethod
     def box(cls, cells, size, origin=(0, 0, 0)) -> "Mesh":
-        """A regular grid of cells[0] x cells[1] x cells[2] boxes of six tets each, filling `size` [3] m from `origin`.
+        """Makes a grid of cells[0] x cells[1] x cells[2] boxes of six tets each, which fills `size` [3] m from `origin`.
 
         Node (i, j, k) has the number (k*(ny+1) + j)*(nx+1) + i.
         """
@@ -117,24 +117,25 @@ class Mesh(Const):
         return cls._of(create("flesh_mesh", lib.flesh_mesh_read, path_bytes(path)))
 
     def write(self, path) -> None:
-        """Writes .node/.ele (TetGen), .msh (Gmsh 4.1) or .mesh (Medit) by the suffix; whole or not at all."""
+        """Writes .node/.ele (TetGen), .msh (Gmsh 4.1) or .mesh (Medit) by the suffix; never a partial file."""
         call(lib.flesh_mesh_write, self._pointer, path_bytes(path))
 
     def raise_order(self) -> "Mesh":
-        """The mesh of order 2 that has a node in the middle of each edge of this one of order 1."""
+        """Returns the mesh of order 2 with a node in the middle of each edge of this mesh, which has order 1."""
         return self._of(create("flesh_mesh", lib.flesh_mesh_raise_order, self._pointer))
 
     def lower_order(self) -> "Mesh":
-        """The mesh of order 1 that has the corners of this one of order 2."""
+        """Returns the mesh of order 1 with the corners of this mesh, which has order 2."""
         return self._of(create("flesh_mesh", lib.flesh_mesh_lower_order, self._pointer))
 
     def refine(self) -> "Mesh":
-        """The mesh whose tets are those of this one cut into eight each; its nodes stay and come first."""
+        """Returns the mesh with each tet of this mesh cut into eight; the nodes keep their numbers."""
         return self._of(create("flesh_mesh", lib.flesh_mesh_refine, self._pointer))
 
     def refine_marked(self, halvings) -> Tuple["Mesh", MeshParents]:
-        """The mesh with tet t halved halvings[t] times at least and others where faces would not fit, and where its tets
-        and nodes lie in this one. However often a mesh is refined so, its tets have a fixed number of shapes.
+        """Returns the mesh with tet t bisected at least halvings[t] times, and others where faces would not fit, and the
+        places of its tets and nodes in this mesh. However often a mesh is so refined, its tets have a fixed number of
+        shapes.
 
         Args:
             halvings: [tets], 0 to 255.
@@ -154,7 +155,7 @@ class Mesh(Const):
         return self._of(made[0]), parents
 
     def transfer(self, parents: MeshParents, field) -> np.ndarray:
-        """Takes `field` [nodes, ...] to the refined mesh with these parents, by the shape functions of this one."""
+        """Transfers `field` [nodes, ...] to the refined mesh with these parents, by the shape functions of this mesh."""
         width = max(int(np.size(field)) // self.node_count, 1)
         values = doubles(np.reshape(field, (-1, width)), (self.node_count, width), "field")
         tet, node_tet = integers(parents.tet, (None,), "tet"), integers(parents.node_tet, (None,), "node_tet")
@@ -176,7 +177,7 @@ class Mesh(Const):
 
     @property
     def order(self) -> int:
-        """1: four nodes a tet; 2: ten, of some at least."""
+        """1: four-node tets; 2: ten-node tets, at least some."""
         return lib.flesh_mesh_order(self._pointer)
 
     def _view(self, address, shape, kind):
@@ -194,7 +195,7 @@ class Mesh(Const):
 
     @property
     def tet_edges(self) -> Optional[np.ndarray]:
-        """[tets, 6] nodes on the edges 01, 12, 02, 03, 13, 23, -1 of tets of four nodes; None at order 1."""
+        """[tets, 6] nodes on the edges 01, 12, 02, 03, 13, 23, -1 for four-node tets; None at order 1."""
         edges = lib.flesh_mesh_tet_edges(self._pointer)
         return self._view(edges, (self.tet_count, 6), "int") if edges else None
 
@@ -205,7 +206,7 @@ class Mesh(Const):
 
     @property
     def tet_curved(self) -> np.ndarray:
-        """[tets] 1 where an edge's node is off its middle."""
+        """[tets] 1 if the node of one of its edges is off the edge's middle."""
         return self._view(lib.flesh_mesh_tet_curved(self._pointer), (self.tet_count,), "uint8_t")
 
     @property
@@ -220,7 +221,7 @@ class Mesh(Const):
 
     @property
     def sets(self) -> Dict[str, NamedSet]:
-        """The named sets of the file that it was read from, by their names."""
+        """Named sets of the file from which the mesh was read, by name."""
         found = {}
         for k in range(lib.flesh_mesh_set_count(self._pointer)):
             one = lib.flesh_mesh_set_at(self._pointer, k)
@@ -231,19 +232,19 @@ class Mesh(Const):
 
     @property
     def surface(self) -> np.ndarray:
-        """[triangles, 3] boundary triangles, outward by the right-hand rule; four flat ones a face of six nodes."""
+        """[triangles, 3] boundary triangles, outward by the right-hand rule; four for each face of a ten-node tet."""
         count = ffi.new("int *")
         corners = lib.flesh_mesh_surface(self._pointer, count)
         return self._view(corners, (count[0], 3), "int")
 
     @property
     def surface_tets(self) -> np.ndarray:
-        """[triangles] the tet behind each boundary triangle."""
+        """[triangles] the tet of each boundary triangle."""
         return self._view(lib.flesh_mesh_surface_tets(self._pointer), (len(self.surface),), "int")
 
     @property
     def node_used(self) -> np.ndarray:
-        """[nodes] 1 where some tet uses the node, else 0."""
+        """[nodes] 1 if some tet uses the node, else 0."""
         return self._view(lib.flesh_mesh_node_used(self._pointer), (self.node_count,), "uint8_t")
 
     @property
@@ -254,7 +255,7 @@ class Mesh(Const):
         return info
 
     def nodes_in_box(self, low, high) -> np.ndarray:
-        """[count] nodes whose rest positions lie in the box from `low` [3] to `high` [3], m, its faces included."""
+        """Returns nodes [count] with rest positions in the box from `low` [3] to `high` [3], m, its faces included."""
         x = self.positions
         return np.flatnonzero(((x >= np.asarray(low)) & (x <= np.asarray(high))).all(axis=1)).astype(np.intc)
 
@@ -262,7 +263,7 @@ class Mesh(Const):
         return doubles(x, (self.node_count, 3), "x")
 
     def volume(self, x) -> float:
-        """Volume with the nodes at `x` [nodes, 3], m^3: the sum of the signed volumes of the tets."""
+        """Returns the sum of the signed volumes of the tets, m^3, with the nodes at `x` [nodes, 3]."""
         return lib.flesh_mesh_volume(self._pointer, pointer(self._at(x)))
 
     def _jacobians(self, function, x):
@@ -272,15 +273,15 @@ class Mesh(Const):
         return Jacobians(J, least, worst[0], not_positive[0])
 
     def jacobians(self, x) -> Jacobians:
-        """The least J = det F at a point of quadrature of every tet, with the nodes at `x` [nodes, 3]."""
+        """Returns the smallest J = det F at a quadrature point of every tet, with the nodes at `x` [nodes, 3]."""
         return self._jacobians(lib.flesh_mesh_jacobians, x)
 
     def jacobian_bounds(self, x) -> Jacobians:
-        """A lower bound of J = det F anywhere in every tet; with four nodes J itself."""
+        """Returns a lower bound of J = det F anywhere in every tet; J itself for four-node tets."""
         return self._jacobians(lib.flesh_mesh_jacobian_bounds, x)
 
     def mean_jacobians(self, x) -> np.ndarray:
-        """[tets] The mean of J = det F over the points of quadrature of every tet."""
+        """Returns the mean of J = det F over the quadrature points of every tet, [tets]."""
         J = np.empty(self.tet_count)
         lib.flesh_mesh_mean_jacobians(self._pointer, pointer(self._at(x)), pointer(J))
         return J
@@ -289,13 +290,13 @@ class Mesh(Const):
         return doubles(density if np.ndim(density) else np.full(self.tet_count, density), (self.tet_count,), "density")
 
     def lumped_mass(self, density) -> np.ndarray:
-        """[nodes] lumped mass, kg, of a density [tets] or one for all, kg/m^3."""
+        """Returns the lumped mass [nodes], kg, for a density [tets] or one for all, kg/m^3."""
         mass = np.empty(self.node_count)
         lib.flesh_mesh_lumped_mass(self._pointer, pointer(self._densities(density)), pointer(mass))
         return mass
 
     def consistent_mass_times(self, density, x) -> np.ndarray:
-        """[nodes, 3] M x with the consistent mass of a density [tets] or one for all, kg/m^3; x [nodes, 3]."""
+        """Returns M x [nodes, 3] with the consistent mass for a density [tets] or one for all, kg/m^3; x [nodes, 3]."""
         y = np.empty((self.node_count, 3))
         lib.flesh_mesh_consistent_mass_times(self._pointer, pointer(self._densities(density)), pointer(self._at(x)),
                                              pointer(y))

@@ -23,8 +23,8 @@ class Motion(Const):
     Args:
         keyframes: rows (t, translation [3] m) or (t, translation [3] m, rotation vector [3] rad), t in s ascending.
             For a spring's target the translation is its position.
-        centre: [3] of the rotations, m.
-        smooth: cubic easing, at rest at every keyframe, instead of straight lines.
+        centre: [3] m, centre of the rotations.
+        smooth: cubic easing, at rest at every keyframe, instead of linear interpolation.
     """
 
     def __init__(self, keyframes, centre=(0, 0, 0), smooth=False):
@@ -42,17 +42,17 @@ class Motion(Const):
 
     @classmethod
     def fixed(cls, place) -> "Motion":
-        """One that stays at `place` [3], m."""
+        """Returns a motion that stays at `place` [3], m."""
         return cls([(0, place)])
 
 
 class Amplitude(Const):
-    """How much of a load acts: a factor through points, constant before the first and after the last.
+    """Amplitude of a load: a factor interpolated between points, constant before the first and after the last.
 
     Args:
         points: rows (t, value), t in s ascending; none: 1.
         smooth: cubic easing between them.
-        start, until: it acts while start <= t < until, s.
+        start, until: s; the load acts while start <= t < until.
     """
 
     def __init__(self, points=(), smooth=False, start: float = -np.inf, until: float = np.inf):
@@ -63,7 +63,7 @@ class Amplitude(Const):
 
 
 class Obstacle(Handle):
-    """What a body cannot enter. Made by `plane`, `sphere`, `capsule` or `mesh`; a contact takes it.
+    """A region that a body cannot enter. Made by `plane`, `sphere`, `capsule` or `mesh`; a contact takes ownership.
 
     Raises:
         ArgumentError: a number that is not finite, a radius that is not positive, a normal that is zero.
@@ -88,37 +88,37 @@ class Obstacle(Handle):
 
     @classmethod
     def plane(cls, point, normal) -> "Obstacle":
-        """The half-space below a plane through `point` [3] m, whose `normal` [3] points to where the body is."""
+        """Makes the half-space below a plane through `point` [3] m, whose `normal` [3] points towards the body."""
         return cls._make(lib.flesh_obstacle_plane, pointer(doubles(point, (3,), "point")),
                          pointer(doubles(normal, (3,), "normal")))
 
     @classmethod
     def sphere(cls, centre, radius) -> "Obstacle":
-        """A ball: centre [3] and radius in m."""
+        """Makes a ball: centre [3] and radius in m."""
         return cls._make(lib.flesh_obstacle_sphere, pointer(doubles(centre, (3,), "centre")), float(radius))
 
     @classmethod
     def capsule(cls, a, b, radius) -> "Obstacle":
-        """All points nearer than `radius` m to the segment from a [3] to b [3] m."""
+        """Makes the set of all points closer than `radius` m to the segment from a [3] to b [3] m."""
         return cls._make(lib.flesh_obstacle_capsule, pointer(doubles(a, (3,), "a")), pointer(doubles(b, (3,), "b")),
                          float(radius))
 
     @classmethod
     def mesh(cls, positions, triangles) -> "Obstacle":
-        """A surface: positions [nodes, 3] m, triangles [triangles, 3]; met from both sides."""
+        """Makes a surface: positions [nodes, 3] m, triangles [triangles, 3]; both sides are obstacles."""
         x = doubles(positions, (None, 3), "positions")
         corners = integers(triangles, (None, 3), "triangles")
         return cls._make(lib.flesh_obstacle_mesh, len(x), pointer(x), len(corners), pointer(corners, "int"))
 
     def move(self, motion: Motion) -> "Obstacle":
-        """Lets it follow a motion; returns itself. Before a contact has taken it."""
+        """Makes the obstacle follow a motion; returns itself. Call it before a contact takes the obstacle."""
         if self._owner is not None:
             raise ArgumentError("a contact has taken this obstacle; let it move before that")
         call(lib.flesh_obstacle_move, self._pointer, motion._struct)
         return self
 
     def _give(self, owner):
-        """The pointer for a function that takes it; from then on it is `owner`'s."""
+        """Returns the pointer for a function that takes ownership; from then on it is `owner`'s."""
         if self._owner is not None:
             raise ArgumentError("a contact has taken this obstacle already; each needs its own")
         pointer_ = self._pointer
@@ -127,7 +127,7 @@ class Obstacle(Handle):
         return ffi.new("flesh_obstacle **", pointer_)
 
     def surface(self, t=0.0, centre=(0, 0, 0), extent=1.0) -> Triangles:
-        """Its triangles at time t s, for pictures; a plane is a square of side 2*extent m at the foot of `centre`."""
+        """Returns triangles at time t s, for pictures; a plane is a square of side 2*extent m around `centre`."""
         made = owned("flesh_surface", create("flesh_surface", lib.flesh_obstacle_surface, self._pointer, float(t),
                                              pointer(doubles(centre, (3,), "centre")), float(extent)),
                      lib.flesh_surface_destroy)

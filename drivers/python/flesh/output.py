@@ -24,19 +24,19 @@ class StepRecord(NamedTuple):
     step: int
     t: float  # s
     h: float  # s; 0 at the start
-    last: bool  # the run ends here
+    last: bool  # whether the run ends with this step
     x: np.ndarray  # [nodes, 3] m
     v: np.ndarray  # [nodes, 3] m/s
-    tet_J_mean: np.ndarray  # [tets] mean of J = det F over the tet's points of quadrature
-    tet_J_min: np.ndarray  # [tets] least J at a point of quadrature
+    tet_J_mean: np.ndarray  # [tets] mean of J = det F over the tet's quadrature points
+    tet_J_min: np.ndarray  # [tets] smallest J at a quadrature point
     energies: np.ndarray  # [effects] J
-    rest_energies: np.ndarray  # [effects] J, of those whose energy at rest is only the formula's constant; else 0
+    rest_energies: np.ndarray  # [effects] J, energies at rest that are only the formula's constant; else 0
     volume: float  # m^3
     rest_volume: float  # m^3
-    J_min: float  # the least of tet_J_min
+    J_min: float  # smallest of tet_J_min
     J_min_tet: int
     J_bound: float  # lower bound of J anywhere in a tet
-    inverted: int  # tets with J <= 0 at a point of quadrature
+    inverted: int  # number of tets with J <= 0 at a quadrature point
     stats: SolveStats
 
     @classmethod
@@ -53,15 +53,15 @@ class StepRecord(NamedTuple):
 
 
 class _File(Handle):
-    """Something that writes while a run goes on: an observer, and a context that closes it."""
+    """A file that is written during a run: an observer, and a context that closes it."""
     _close = _observe = None
-    _runs = 0  # that write it now
+    _runs = 0  # number of runs that write it now
 
     def _open(self, kind, function, *arguments):
         self._kind, self._pointer = kind, create(kind, function, *arguments)
 
     def close(self) -> None:
-        """Completes the files. FileError when not all could be written, ArgumentError while a run writes them."""
+        """Completes the files. FileError if not all could be written, ArgumentError while a run writes them."""
         if self._pointer:
             call(type(self)._close, self._given_up())
 
@@ -84,7 +84,7 @@ class _File(Handle):
 
 
 class History(_File):
-    """history.csv: a header and a row per step, flushed as it is written. Hand it to run() or steps()."""
+    """history.csv: a header and a row per step, flushed as it is written. Pass it to run() or steps()."""
     _close, _observe = lib.flesh_history_close, lib.flesh_history_observe
 
     def __init__(self, path, system: System):
@@ -101,14 +101,14 @@ PLACES = Flags("flesh_field_place", "FLESH_AT_")
 
 
 class Probe(NamedTuple):
-    """A place of which a run writes what happens there: a point of the body at rest, or nodes."""
+    """A place whose quantities a run writes: a point of the body at rest, or nodes."""
     name: str
-    quantities: Sequence[str]  # of position, velocity, reaction, J, stretch, stress, energy, contact_force
+    quantities: Sequence[str]  # some of position, velocity, reaction, J, stretch, stress, energy, contact_force
     point: Optional[Sequence[float]] = None  # [3] m, at rest
-    nodes: Sequence[int] = ()  # where there is no point
-    about: Optional[Sequence[float]] = None  # [3] m, what moments are about; by default the nodes' mean at rest
-    holder: int = 0  # reaction of one pin or prescribed motion alone, counted from 1 as they were added; 0: of all
-    contact: int = 0  # contact force of the system's effect contact - 1 alone; 0: of all contacts
+    nodes: Sequence[int] = ()  # if there is no point
+    about: Optional[Sequence[float]] = None  # [3] m, centre of moments; default: the nodes' mean at rest
+    holder: int = 0  # number of the pin or prescribed motion, from 1 as added, whose reaction is written; 0: of all
+    contact: int = 0  # contact force of the system's effect contact - 1 only; 0: of all contacts
 
     @classmethod
     def _of(cls, row):
@@ -120,7 +120,7 @@ class Probe(NamedTuple):
 
 class Probes(_File):
     """probes.csv: a header and a row per step. `method` is the run's. ArgumentError for a point outside the body, and
-    for quantities that a place has not."""
+    for quantities that a place does not have."""
     _close, _observe = lib.flesh_probes_close, lib.flesh_probes_observe
 
     def __init__(self, path, body: Body, system: System, method: str, probes: Sequence[Probe]):
@@ -150,12 +150,12 @@ class Frames(_File):
 
     def set_fields(self, body: Body, system: System, method: str, fields: Sequence[str],
                    at: Sequence[str] = ("nodes", "tets")) -> None:
-        """What frames have besides displacement, velocity and the smallest J of each tet, as output.fields of a scene.
+        """Sets further fields beside displacement, velocity and the smallest J of each tet, as a scene's output.fields.
 
         Args:
             method: the run's.
-            fields: of J, stretch, stress, von_mises, pressure, energy_density, reaction, contact_force.
-            at: of nodes, tets, points (of quadrature).
+            fields: some of J, stretch, stress, von_mises, pressure, energy_density, reaction, contact_force.
+            at: some of nodes, tets, points (of quadrature).
         """
         call(lib.flesh_frames_set_fields, self._pointer, body._struct, system._ready(),
              METHOD_NAMES.value(method, "method"), FIELDS.value(fields, "fields"), PLACES.value(at, "at"))
@@ -163,7 +163,7 @@ class Frames(_File):
 
 
 class SkinFrames(_File):
-    """The skin as it moves: `formats` are some of "obj", "pc2" (Blender's Mesh Cache) and "vtu"."""
+    """Frames of the moving skin: `formats` are some of "obj", "pc2" (Blender's Mesh Cache) and "vtu"."""
     _close, _observe = lib.flesh_skin_frames_close, lib.flesh_skin_frames_observe
 
     def __init__(self, directory, skin: Skin, surface: Surface, formats=("vtu",), every: int = 1):
@@ -175,7 +175,7 @@ class SkinFrames(_File):
 
 
 class _Run:
-    """The options of one run, with what must live as long."""
+    """The options of one run, and the objects that must live as long."""
 
     def __init__(self, integrator, state, h, end, observers, stop):
         system = integrator.system
@@ -199,7 +199,7 @@ class _Run:
         self.steps = ffi.new("int *")
         self.arguments = (system._ready(), integrator._pointer, self.options,
                           state._checked(system.mesh.node_count), self.steps)
-        self.shown = state._shown  # the arrays that the run changes, whatever becomes of the state's attributes
+        self.shown = state._shown  # the arrays that the run changes, even if the state's attributes are replaced
 
     def _told(self, observer, system):
         def observed(_data, record):
@@ -225,27 +225,27 @@ class _Run:
 def run(integrator: Integrator, state: State, h: float, end: float,
         observers: Iterable[Callable[[StepRecord], None]] = (), stop: Optional[Callable] = None, *,
         taken: int = 0, begin: Optional[float] = None) -> int:
-    """Steps of h s from state.t to `end` s, the last one shortened to hit it; returns the number of steps.
+    """Makes steps of h s from state.t to `end` s, the last one shortened to end there; returns the number of steps.
 
     A static integrator on a system that does not move makes one solve, to `end`. The state changes in place and is
     always that of the last success, also after an exception or Ctrl-C.
 
     Args:
         observers: History, Frames, SkinFrames or functions of a StepRecord; called with the start, then with every step.
-        stop: asked between and within steps, without arguments; something true ends the run with StoppedError.
-        taken, begin: the rest of a run that began at `begin` s and has taken so many steps to the state, which observers
-            have been told of: with an integrator that has loaded what that run's saved there, it has the bits of the
-            whole run.
+        stop: called between and within steps, without arguments; a true result ends the run with StoppedError.
+        taken, begin: to continue a run that began at `begin` s and has taken so many steps to the state, which observers
+            have already seen. The result is bitwise that of the whole run if the integrator has loaded what that run's
+            integrator saved there.
     """
     return _Run(integrator, state, h, end, list(observers), stop).go(taken, begin)
 
 
 def steps(integrator: Integrator, state: State, h: float, end: float,
           observers: Iterable = ()) -> Iterator[StepRecord]:
-    """The same run as an iterator of StepRecords, the first of which is the start.
+    """Makes the same run as an iterator of StepRecords, the first of which is the start.
 
-    The run waits while the loop's body works, so that it may look at `state`; to leave the loop ends the run. The
-    library's own loop runs in a thread of its own meanwhile, in which effects written in Python are called.
+    The run waits while the loop's body works, which may read `state`; leaving the loop ends the run. The library's own
+    loop runs in a separate thread, in which effects written in Python are called.
     """
     return _Steps(integrator, state, h, end, list(observers)).records()
 

@@ -15,13 +15,13 @@ __all__ = ["OwnEffect", "PointView"]
 
 
 class PointView:
-    """Where an effect is evaluated. Its arrays are the library's, for the time of the call: copy what is to last.
+    """The point at which an effect is evaluated. Its arrays are valid during the call: copy them to keep them.
 
     Attributes:
         t, load: s; the factor of external loads.
         x, v, a: [nodes, 3] m, m/s, m/s^2.
-        lagged: a Lagged, where the forces last balanced.
-        frozen: a Frozen, where what has no potential is frozen.
+        lagged: a Lagged, the state at which the forces last balanced.
+        frozen: a Frozen, the state at which terms without a potential are frozen.
         internal: [internal_count] the effect's internal variables.
     """
     __slots__ = ("t", "load", "x", "v", "a", "lagged", "frozen", "internal")
@@ -45,7 +45,7 @@ _TRAITS = {"passive": "FLESH_IS_PASSIVE", "is_follower_load": "FLESH_IS_FOLLOWER
            "depends_on_position_only": "FLESH_DEPENDS_ON_POSITION_ONLY",
            "is_sum_over_tets": "FLESH_IS_SUM_OVER_TETS"}
 
-# The operations that a class may define, by the table of the library they stand in.
+# Operations that a class may define, by their table in the library.
 _CORE = ("residual", "jacobian", "potential", "energy")
 _TIME = ("next_event", "carry")
 _BARRIER = ("max_feasible_step", "push_out", "tunnelled", "check", "clearance", "approach")
@@ -57,7 +57,7 @@ def _member_type(struct, name):
 
 
 class OwnEffect(Effect):
-    """An effect of your own: derive from it, define `residual` and what else it has, and add it to a system.
+    """Base of effects of your own: derive from it, define `residual` and other operations, and add it to a system.
 
         class Wind(flesh.OwnEffect):
             name, role = "wind", "load"
@@ -68,37 +68,37 @@ class OwnEffect(Effect):
 
     A derived class may define, beside `residual`:
 
-        jacobian(self, point, shift): of every cell the matrix [count, 3k, 3k], N/m: shift.x dr/dx + shift.v dr/dv +
+        jacobian(self, point, shift): for every cell the matrix [count, 3k, 3k], N/m: shift.x dr/dx + shift.v dr/dv +
             shift.a dr/da of its k nodes, symmetric; without `cells` the diagonal blocks [nodes, 3, 3]
         potential(self, point, shift): phi with d phi = r . du, J, or an array of terms that are summed
         energy(self, point): the physical energy, J
-        next_event(self, t): first time after t at which it stops being smooth, s. One that changes with time has such a
-            time, if only 0 where t < 0; without one it is constant to statics, which is then one equilibrium
-        carry(self, point, t_from, t_to): [nodes, 3] m, how far what it stands for is carried; None: it stands still
-        max_feasible_step(self, t_from, x_from, t_to, x_to): the share of a straight step that is feasible
-        push_out(self, t_from, x_from, t_to, x_to): x_to [nodes, 3] with the nodes moved that cannot get there
+        next_event(self, t): first time after t at which the effect is not smooth, s. An effect that changes with time
+            must have one, for example 0 for t < 0; without one it is constant, and statics finds one equilibrium
+        carry(self, point, t_from, t_to): [nodes, 3] m, displacement of a moving obstacle or the like; None: no motion
+        max_feasible_step(self, t_from, x_from, t_to, x_to): the fraction of a straight step that is feasible
+        push_out(self, t_from, x_from, t_to, x_to): x_to [nodes, 3] with those nodes moved that cannot be reached
         tunnelled(self, t_from, x_from, t_to, x_to): whether the body must have gone through something
-        check(self, t, x): raises ArgumentError where the body cannot be
-        clearance(self, t, x): how much farther than where it is felt the body is, m
-        approach(self, t_from, t_to, low, high): how far it is carried, as seen from a box, at most, m
+        check(self, t, x): raises ArgumentError if the body cannot be at x
+        clearance(self, t, x): lower bound of the body's distance beyond the effect's reach, m
+        approach(self, t_from, t_to, low, high): upper bound of the obstacle's displacement anywhere in a box, m
         report(self, point): a number for each of `report_names`
-        stress(self, t, tet, F): where its force is that of a stress in the tets, a function of shape and time: the
+        stress(self, t, tet, F): if the force is that of a stress in the tets, a function of shape and time: the
             Kirchhoff stress J sigma [3, 3], Pa, at a place of a tet with the deformation gradient F [3, 3]; frames and
             probes add it to the elastic one
-        update(self, point): at the end of an accepted step, the new internal variables [internal_count], where
-            point.internal are those that it held
-        tell(self, internal): a sentence on what they say at a run's end, "" for none
+        update(self, point): the new internal variables [internal_count] at the end of an accepted step;
+            point.internal are those within the step
+        tell(self, internal): a sentence about the internal variables at a run's end, "" for none
 
-    Raising UndefinedError or NonFiniteError in them lets the library try a shorter step. Any other exception ends the
-    call and comes out of it. They are called in the thread that steps, with the interpreter's lock.
+    If an operation raises UndefinedError or NonFiniteError, the library tries a shorter step. Any other exception ends
+    the call, which raises it. Operations are called in the thread that steps, with the interpreter's lock.
 
     Class attributes: `name`; `role`, one of flesh.ROLES; `passive`, `is_follower_load`, `freezes`,
     `depends_on_position_only` (see include/flesh/effect.h); `report_names`, columns of histories;
-    `internal_count`, how many internal variables it has, all 0 at first, which a step holds constant.
+    `internal_count`, the number of internal variables, which are 0 at first and constant within a step.
 
     Args:
-        mesh: of the body.
-        cells: [count, k] the nodes that the Jacobian couples; None: only diagonal blocks.
+        mesh: the body's mesh.
+        cells: [count, k] nodes that the Jacobian couples; None: only diagonal blocks.
     """
     name: str = "own"
     role: str = "other"
@@ -176,7 +176,7 @@ class OwnEffect(Effect):
         nodes = integers(cells, (None, self._width), "cells")
         if not nodes.size or nodes.min() < 0 or nodes.max() >= self._nodes:
             raise ArgumentError(f"cells must be [count, k] node numbers from 0 to {self._nodes - 1}")
-        # The library's cells have their nodes ascending; the matrices come in the order given.
+        # The library's cells have ascending nodes; the class's matrices have the order of its cells.
         self._order = np.argsort(nodes, axis=1, kind="stable")
         self._cell_nodes = np.ascontiguousarray(np.take_along_axis(nodes, self._order, 1))
         if (np.diff(self._cell_nodes, axis=1) == 0).any():
@@ -189,14 +189,14 @@ class OwnEffect(Effect):
 
     @classmethod
     def tet_cells(cls, mesh: Mesh) -> np.ndarray:
-        """[tets, 4] or [tets, 10] ascending nodes of every tet: the cells of an effect that goes tet by tet."""
+        """Returns [tets, 4] or [tets, 10] ascending nodes of every tet: the cells of a sum over tets."""
         cells = ffi.new("flesh_cells *")
         _callbacks.call(lib.flesh_cells_of_tets, mesh._pointer, cells)
         nodes = view(cells.nodes, (cells.count, cells.nodes_per_cell), "int", None).copy()
         lib.flesh_cells_clear(cells)
         return nodes
 
-    # What the library calls: `_effect` is this one.
+    # Callbacks of the library: `_effect` is this effect.
 
     def _array(self, address, writable=False):
         return view(address, (self._nodes, 3), "double", None, read_only=not writable)

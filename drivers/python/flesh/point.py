@@ -1,4 +1,4 @@
-"""point.py: where effects are evaluated, how the unknown moves that, and threads."""
+"""point.py: points at which effects are evaluated, how the unknown moves them, and threads."""
 from typing import Callable, NamedTuple, Optional
 
 import numpy as np
@@ -15,7 +15,7 @@ __all__ = ["Shift", "Lagged", "Frozen", "Point", "Threads"]
 class Shift(NamedTuple):
     """How the unknown u moves a point: dx = x du, dv = v du, da = a du.
 
-    Statics (1, 0, 0); backward Euler with the step h (1, 1/h, 1/h^2). `filter` says what becomes of negative
+    Statics (1, 0, 0); backward Euler with the step h (1, 1/h, 1/h^2). `filter` is the treatment of negative
     eigenvalues: "none", "clamp" or "absolute".
     """
     x: float = 1.0
@@ -25,7 +25,7 @@ class Shift(NamedTuple):
 
     @classmethod
     def backward_euler(cls, h: float, filter: str = "none") -> "Shift":
-        """Of a step of h s."""
+        """Returns the shift of a step of h s."""
         return cls(1.0, 1 / h, 1 / h**2, filter)
 
     def _struct(self):
@@ -34,7 +34,7 @@ class Shift(NamedTuple):
 
 
 class Threads(Handle):
-    """Threads that share out the work of evaluations; count 0: as many as there are processors."""
+    """Threads that share the work of evaluations; count 0: as many as there are processors."""
 
     def __init__(self, count: int = 0):
         self._pointer = owned("flesh_threads", create("flesh_threads", lib.flesh_threads_create, count),
@@ -54,23 +54,23 @@ class Lagged(NamedTuple):
 
 
 class Frozen(NamedTuple):
-    """Where effects freeze what has no potential."""
+    """The state at which effects freeze terms without a potential."""
     x: np.ndarray  # [nodes, 3] m
     v: Optional[np.ndarray]  # [nodes, 3] m/s; None: at rest
 
 
 class Point(Handle):
-    """Where effects are evaluated.
+    """A point at which effects are evaluated.
 
     Args:
         x: [nodes, 3] m.
         v, a: [nodes, 3] m/s, m/s^2; None: zero.
         t: s.
-        load: in [0, 1], scales the external loads.
+        load: factor of the external loads, in [0, 1].
         lagged, frozen: a Lagged and a Frozen; None: the point's own t, x and v.
-        multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
+        multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor of penalties.
         internal: [System.internal_count] internal variables of the effects; None: all 0.
-        threads: who helps; results do not depend on it.
+        threads: threads to use; results do not depend on them.
     """
 
     def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *,
@@ -81,7 +81,7 @@ class Point(Handle):
         self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
         self.t, self.load = float(t), float(load)
         self._nodes, self._threads = len(self.x), threads
-        self._shown = [self.x, self.v, self.a]  # the arrays, however attributes change
+        self._shown = [self.x, self.v, self.a]  # the arrays, even if attributes are replaced
         self._struct = ffi.new("flesh_point *", lib.flesh_point_at(self.t, *map(pointer, self._shown)))
         self._struct.load, self._struct.penalty = self.load, float(penalty)
         if lagged is not None:

@@ -1,6 +1,6 @@
-"""results.py: what the program writes (histories, drift, accuracy, hard cases, sweeps) as tables; and the program.
+"""results.py: the program's results (histories, drift, accuracy, hard cases, sweeps) as tables; and the program.
 
-A table's columns are numpy arrays; to_pandas() gives a pandas.DataFrame where pandas is installed."""
+A table's columns are numpy arrays; to_pandas() gives a pandas.DataFrame if pandas is installed."""
 import csv
 import glob
 import io
@@ -26,7 +26,7 @@ __all__ = ["Table", "RunResult", "DriftResult", "AccuracyResult", "HardcasesResu
 
 
 def _column(values):
-    """Whole numbers, else numbers with NaN for what is empty, else texts."""
+    """Returns a column of whole numbers, else of numbers with NaN for empty cells, else of texts."""
     try:
         if all(isinstance(value, (str, int)) for value in values):
             return np.array([int(value) for value in values], dtype=np.int64)
@@ -51,7 +51,7 @@ class Table(Mapping):
 
     @classmethod
     def read(cls, path) -> "Table":
-        """Reads a CSV file with a header row. FileError where it is none."""
+        """Reads a CSV file with a header row. FileError if it is not one."""
         try:
             rows = list(csv.reader(io.StringIO(_text(os.path.dirname(path), os.path.basename(path)), newline="")))
         except csv.Error as error:
@@ -94,14 +94,14 @@ class Table(Mapping):
         return len(next(iter(self._columns.values()))) if self._columns else 0
 
     def where(self, **values) -> "Table":
-        """The rows whose columns have these values: table.where(energy="S")."""
+        """Returns the rows whose columns have these values: table.where(energy="S")."""
         chosen = np.ones(self.rows, bool)
         for name, value in values.items():
             chosen &= self[name] == value
         return Table({name: column[chosen] for name, column in self._columns.items()})
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """The same as a pandas.DataFrame (Debian's python3-pandas)."""
+        """Returns the table as a pandas.DataFrame (Debian's python3-pandas)."""
         import pandas
         return pandas.DataFrame(dict(self._columns))
 
@@ -137,7 +137,7 @@ class RunResult:
         folder: its path.
         history: Table of history.csv, a row per step.
         probes: Table of probes.csv, a row per step; None where the scene has no probes.
-        result: result.json as a dict: status, figures, provenance.
+        result: result.json as a dict: status, statistics, provenance.
     """
 
     def __init__(self, folder):
@@ -161,11 +161,11 @@ class RunResult:
 
     @property
     def frames(self) -> List[str]:
-        """Paths of its frames in their order."""
+        """Paths of the run's frames, in order."""
         return sorted(glob.glob(os.path.join(glob.escape(self.folder), "frames", "frame_*.vtu")))
 
     def frame(self, index: int = -1) -> Frame:
-        """A frame with its fields as arrays; the last one by default."""
+        """Reads a frame with its fields as arrays; the last one by default."""
         paths = self.frames
         if not -len(paths) <= index < len(paths):
             raise IndexError(f"frame {index} is asked for; the run in {self.folder} wrote {len(paths)}")
@@ -182,7 +182,7 @@ class DriftResult:
 
     @property
     def runs(self) -> Dict[str, RunResult]:
-        """Its runs by the names of their folders."""
+        """The runs, by the names of their folders."""
         folders = sorted(glob.glob(os.path.join(glob.escape(self.folder), "runs", "*")))
         return {os.path.basename(one): RunResult(one) for one in folders
                 if os.path.exists(os.path.join(one, "history.csv"))}
@@ -208,14 +208,14 @@ class HardcasesResult:
 
 
 class SweepResult:
-    """The database of a sweep: `table` has a row per case, with its axes, figures and columns."""
+    """The database of a sweep: `table` has a row per case, with its axes, results and columns."""
 
     def __init__(self, path):
         self.path = os.path.join(path, "sweep.db") if os.path.isdir(path) else os.fspath(path)
         self.table = self.query("SELECT * FROM results")
 
     def query(self, sql: str, parameters=()) -> Table:
-        """What an SQL query returns."""
+        """Returns the result of an SQL query."""
         return Table._of_query(self.path, sql, parameters)
 
     def __repr__(self):
@@ -226,7 +226,7 @@ def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]
     """Runs the program `flesh` with these arguments; returns what it printed.
 
     Raises:
-        ProgramError: it ended with an exit code other than 0, with its own sentence; not where check is False.
+        ProgramError: the exit code was not 0; has the program's own sentence. Not raised if check is False.
     """
     path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), _location.PROGRAM))
     if not _location.PROGRAM:
@@ -275,19 +275,19 @@ def drift(scenes, out, overrides: Optional[Mapping] = None, **options) -> DriftR
 
 
 def accuracy(scene, out, overrides: Optional[Mapping] = None, **options) -> AccuracyResult:
-    """`flesh accuracy`: what accuracy costs: accuracy(path, out, methods=["bdf2"], quick=True)."""
+    """`flesh accuracy`: compares the cost of accuracy: accuracy(path, out, methods=["bdf2"], quick=True)."""
     program("accuracy", scene, *_arguments(out, overrides, options))
     return AccuracyResult(out)
 
 
 def hardcases(out, overrides: Optional[Mapping] = None, **options) -> HardcasesResult:
-    """`flesh hardcases`: the hard cases: hardcases(out, cases="jitter20", quick=True)."""
+    """`flesh hardcases`: runs the hard cases: hardcases(out, cases="jitter20", quick=True)."""
     program("hardcases", *_arguments(out, overrides, options))
     return HardcasesResult(out)
 
 
 def sweep(spec, out, **options) -> SweepResult:
-    """`flesh sweep`: many runs into one database. The spec is a path, or a dict with paths as seen from here."""
+    """`flesh sweep`: makes many runs into one database. The spec is a path, or a dict with paths relative to here."""
     if isinstance(spec, Mapping):
         if "scene" not in spec:
             raise ArgumentError("the sweep has no scene; spec['scene'] must be its path")

@@ -1,4 +1,4 @@
-"""scene.py: scenes: YAML text, a file or a dict, through the reader that the program has."""
+"""scene.py: scenes from YAML text, a file or a dict, by the same reader as the program's."""
 import json
 import math
 import os
@@ -26,7 +26,7 @@ _SKIN_FORMATS = {"obj": lib.FLESH_SKIN_OBJ, "pc2": lib.FLESH_SKIN_PC2, "vtu": li
 
 
 class SceneTime(NamedTuple):
-    """How a scene goes on in time."""
+    """Time settings of a scene."""
     method: str  # "static" when the scene has no inertia
     step: float  # s
     end: float  # s
@@ -36,29 +36,29 @@ class SceneTime(NamedTuple):
 
 
 class Camera(Record):
-    """From where pictures are taken; what is NaN is fitted to what is in them."""
+    """Camera of pictures; members that are NaN are fitted to the body."""
     _ctype = "flesh_camera"
-    up: np.ndarray = Field("[3] points upwards in the picture")
-    azimuth: float = Field("degrees the camera stands turned about `up`")
-    elevation: float = Field("degrees it stands above the horizon")
-    target: np.ndarray = Field("[3] the middle of the picture, m")
-    height: float = Field("of what is seen at the target, m")
-    field_of_view: float = Field("degrees; 0: parallel rays")
+    up: np.ndarray = Field("[3] direction that points upwards in the picture")
+    azimuth: float = Field("camera's position about `up`, degrees")
+    elevation: float = Field("camera's position above the horizon, degrees")
+    target: np.ndarray = Field("[3] centre of the picture, m")
+    height: float = Field("height of the visible region at the target, m")
+    field_of_view: float = Field("degrees; 0: parallel projection")
 
 
 class SceneOutput(NamedTuple):
-    """What a scene's run writes."""
+    """Output settings of a scene."""
     frame_interval: int  # steps between frames; 0: none
     seed: int
     skin_surface: Optional[str]  # absolute path; None: no skin
     skin_formats: List[str]
     camera: Camera
-    fields: Tuple[str, ...]  # of frames, for Frames.set_fields
+    fields: Tuple[str, ...]  # fields of frames, for Frames.set_fields
     fields_at: Tuple[str, ...]
 
 
 def _flow(value):
-    """A value as YAML in one line."""
+    """Returns a value as YAML in one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{json.dumps(str(key))}: {_flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, np.ndarray):
@@ -79,7 +79,7 @@ def _flow(value):
 
 
 def _overrides(given):
-    """[count] and the texts; what cffi must keep alive comes third."""
+    """Returns the count, the texts, and the objects that cffi must keep alive."""
     rows = [f"{key}={_flow(value)}" for key, value in given.items()] if isinstance(given, Mapping) else \
         [given] if isinstance(given, str) else list(given or ())
     texts = [ffi.new("char[]", path_bytes(row)) for row in rows]
@@ -96,7 +96,7 @@ class Scene(Const):
     Args:
         source: a path, or the scene as a dict: {"body": {...}, "effects": [...], "time": {...}}.
         overrides: applied in their order before validation: {"time.method": "bdf2"}, or "path.to.key=value" strings.
-        folder: what relative paths in a dict are relative to.
+        folder: folder to which paths in a dict are relative.
 
     Raises:
         ArgumentError: a bad scene or override, with file, line, column, key, and what is valid.
@@ -127,13 +127,13 @@ class Scene(Const):
 
     @classmethod
     def from_text(cls, yaml: str, overrides=None, folder=os.curdir, name: str = "scene") -> "Scene":
-        """From YAML or JSON text; `name` stands for it in messages."""
+        """Makes a scene from YAML or JSON text; `name` is its name in messages."""
         return cls.__new__(cls)._read(overrides, lib.flesh_scene_read_text, path_bytes(yaml),
                                       path_bytes(_named(name, folder)))
 
     @property
     def warning(self) -> Optional[str]:
-        """Told although the scene was read, such as faces near a surface of `curved` that are not on it; or None."""
+        """A warning about the scene that was read, such as faces near but not on a surface of `curved`; or None."""
         return text(lib.flesh_scene_warning(self._pointer))
 
     @property
@@ -143,23 +143,23 @@ class Scene(Const):
 
     @property
     def materials(self) -> List[Material]:
-        """The body's first, then those of its regions; empty without elasticity."""
+        """Materials: the body's first, then those of its regions; empty without elasticity."""
         rows = lib.flesh_scene_body(self._pointer).materials
         return [Material._copy(rows + k, self) for k in range(lib.flesh_scene_material_count(self._pointer))]
 
     @property
     def body(self) -> Body:
-        """What it is made of, for more effects."""
+        """The body, from which further effects may be made."""
         return Body._of(lib.flesh_scene_body(self._pointer), self.mesh, self.materials, self)
 
     @property
     def system(self) -> System:
-        """The sum of its effects and constraints, finished."""
+        """The system: the sum of the effects and the constraints, finished."""
         return System._of(lib.flesh_scene_system(self._pointer), self)
 
     @property
     def solver(self) -> SolverOptions:
-        """A copy of its solver options."""
+        """A copy of the solver options."""
         return SolverOptions._copy(lib.flesh_scene_solver(self._pointer))
 
     @property
@@ -172,7 +172,7 @@ class Scene(Const):
 
     @property
     def output(self) -> SceneOutput:
-        """What its run writes."""
+        """Output settings of its run."""
         given = lib.flesh_scene_outputs(self._pointer)
         return SceneOutput(given.frame_interval, given.seed, text(given.skin.surface),
                            [name for name, bit in _SKIN_FORMATS.items() if given.skin.formats & bit],
@@ -181,13 +181,13 @@ class Scene(Const):
 
     @property
     def probes(self) -> List[Probe]:
-        """Its output.probes, for Probes."""
+        """The scene's output.probes, for Probes."""
         count = ffi.new("int *")
         rows = lib.flesh_scene_probes(self._pointer, count)
         return [Probe._of(rows[k]) for k in range(count[0])]
 
     def start(self) -> State:
-        """A new state where the scene starts."""
+        """Returns a new state at the scene's start."""
         system = lib.flesh_scene_system(self._pointer)
         counts = lib.flesh_system_multiplier_count(system), lib.flesh_system_internal_count(system)
         multipliers, internal = (np.zeros(count) if count else None for count in counts)
@@ -196,7 +196,7 @@ class Scene(Const):
         return state
 
     def integrator(self, **arguments) -> Integrator:
-        """An integrator with the scene's method and options; keywords are those of Integrator."""
+        """Returns an integrator with the scene's method and options; keywords are those of Integrator."""
         time = self.time
         made = Integrator(self.system, **{"method": time.method, "options": self.solver,
                                           "method_options": time.options, "adaptive": time.adaptive, **arguments})
@@ -204,18 +204,18 @@ class Scene(Const):
         return made
 
     def run(self, observers=(), stop=None) -> State:
-        """Runs it from its start to its end; returns the state there. See flesh.run for the arguments."""
+        """Runs the scene from its start to its end; returns the state there. See flesh.run for the arguments."""
         state, time = self.start(), self.time
         run(self.integrator(), state, time.step, max(time.end, state.t), observers, stop)
         return state
 
     def steps(self, observers=()) -> Iterator[StepRecord]:
-        """The run as an iterator of StepRecords, the first of which is the start."""
+        """Makes the run as an iterator of StepRecords, the first of which is the start."""
         state, time = self.start(), self.time
         return steps(self.integrator(), state, time.step, max(time.end, state.t), observers)
 
     def write(self, path) -> None:
-        """The resolved scene, every key with its value in force, as YAML that repeats the run."""
+        """Writes the resolved scene, every key with its value in force, as YAML that repeats the run."""
         call(lib.flesh_scene_write, self._pointer, path_bytes(path))
 
     def __repr__(self):
@@ -223,7 +223,7 @@ class Scene(Const):
 
 
 def schema(format: str = "markdown") -> str:
-    """The documentation of every key: "markdown", "json" (JSON Schema), "man" or "paths"."""
+    """Returns the documentation of all keys: "markdown", "json" (JSON Schema), "man" or "paths"."""
     out = ffi.new("char **")
     call(lib.flesh_scene_schema, _SCHEMAS.value(format, "format"), out)
     try:

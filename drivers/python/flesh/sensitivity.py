@@ -1,4 +1,4 @@
-"""sensitivity.py: how results depend on what was put in: tangents, adjoints, gradients."""
+"""sensitivity.py: sensitivities of results to inputs: tangents, adjoints, gradients."""
 from typing import TYPE_CHECKING, Callable, NamedTuple, Optional, Sequence
 
 import numpy as np
@@ -19,13 +19,13 @@ __all__ = ["MotionGradient", "Parameter", "Sensitivity", "Trajectory", "Trajecto
 
 
 class Parameter(Handle):
-    """What a result may be differentiated by: a number p that a system is made with.
+    """A parameter for derivatives: a number p with which a system is made.
 
     Args:
-        system: makes the System with p at a value; everything else stays the same, and so do nodes and tets.
-        value: p.
-        difference: how far the systems are from it; by default a millionth of the value, or 1e-6 where that is 0. A
-            wider one may cross kinks, as where contact begins.
+        system: function that makes the System for a value of p; all else, nodes and tets included, stays the same.
+        value: the value of p.
+        difference: step of the differences in p; by default a millionth of the value, or 1e-6 if that is 0. A larger
+            one may cross kinks, for example where contact begins.
     """
 
     def __init__(self, system: Callable[[float], System], value: float, difference: Optional[float] = None):
@@ -41,12 +41,12 @@ class Sensitivity(Handle):
     """Derivatives of an equilibrium of a system, which is linearised and factored once.
 
     Args:
-        system: of the equilibrium.
-        state: the equilibrium, with the multipliers and internal variables that the system has; solve it to a small
-            newton_tolerance, as derivatives are as exact as it.
-        options: how its solves go.
-        tolerance: of solves, over their right-hand sides.
-        lagged: the State before the step, as friction reads it; None: the equilibrium itself.
+        system: the system in equilibrium.
+        state: the equilibrium, with the system's multipliers and internal variables; solve it to a small
+            newton_tolerance, as derivatives are no more accurate than the state.
+        options: options of the solves.
+        tolerance: tolerance of the solves, relative to their right-hand sides.
+        lagged: the State before the step, which friction uses; None: the equilibrium itself.
     """
 
     def __init__(self, system: System, state: State, options: Optional[SolverOptions] = None, *,
@@ -76,19 +76,19 @@ class Sensitivity(Handle):
         return out
 
     def force(self, parameter: Parameter) -> np.ndarray:
-        """[nodes, 3] dr/dp, N per unit of p."""
+        """Returns dr/dp [nodes, 3], N per unit of p."""
         return self._vector(lib.flesh_sensitivity_force, parameter._struct)
 
     def tangent(self, parameter: Parameter) -> np.ndarray:
-        """[nodes, 3] dx/dp."""
+        """Returns dx/dp [nodes, 3]."""
         return self._vector(lib.flesh_sensitivity_tangent, parameter._struct)
 
     def respond(self, force) -> np.ndarray:
-        """[nodes, 3] -K^-1 force: the change of the equilibrium for a change of its residual, as by `tet_forces`."""
+        """Returns -K^-1 force [nodes, 3]: the change of the equilibrium for a change `force` of its residual."""
         return self._vector(lib.flesh_sensitivity_respond, pointer(doubles(force, (self._nodes, 3), "force")))
 
     def adjoint(self, by_x=None, of_residual=None) -> np.ndarray:
-        """[nodes, 3] lambda, with dQ = -lambda . dr for a change dr of the free forces.
+        """Returns lambda [nodes, 3], with dQ = -lambda . dr for a change dr of the free forces.
 
         Q is given by its derivative by_x [nodes, 3], or as a sum of reactions by weights of_residual [nodes, 3].
         """
@@ -96,7 +96,7 @@ class Sensitivity(Handle):
         return self._vector(lib.flesh_sensitivity_adjoint, struct)
 
     def gradient(self, parameters: Sequence[Parameter], by_x=None, of_residual=None) -> np.ndarray:
-        """[parameters] dQ/dp of Q as in `adjoint`, by one solve for all of them."""
+        """Returns dQ/dp [parameters] for a Q as in `adjoint`, by one solve for all parameters."""
         struct, _kept = self._quantity(by_x, of_residual)
         all_of_them = list(parameters)
         gradient = np.empty(len(all_of_them))
@@ -105,7 +105,7 @@ class Sensitivity(Handle):
         return gradient
 
     def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
-        """dx/dp [3*nodes, parameters] as a scipy LinearOperator: by tangents; its transpose by one adjoint."""
+        """Returns dx/dp [3*nodes, parameters] as a scipy LinearOperator: by tangents; its transpose by one adjoint."""
         from scipy.sparse.linalg import LinearOperator
         all_of_them = list(parameters)
         if not all_of_them:
@@ -119,7 +119,7 @@ class Sensitivity(Handle):
 
 
 def _by_tet(low, high, difference):
-    """A flesh_tet_parameter, and what it borrows."""
+    """Returns a flesh_tet_parameter, and the arrays that it borrows."""
     differences = np.ascontiguousarray(np.broadcast_to(np.asarray(difference, dtype=float), (low.mesh.tet_count,)))
     struct = ffi.new("flesh_tet_parameter *", {"bodies": [low._struct, high._struct]})
     struct.difference = pointer(differences)
@@ -127,11 +127,11 @@ def _by_tet(low, high, difference):
 
 
 def tet_forces(low: Body, high: Body, difference, state: State) -> np.ndarray:
-    """[tets, 4 or 10, 3] dr/dp at the nodes of each tet for a constant p of that tet's material, N per unit of p.
+    """Returns dr/dp [tets, 4 or 10, 3], N per unit of p, at the nodes of each tet for a constant p of its material.
 
     Args:
-        low, high: bodies of one mesh, in whose materials the constant differs.
-        difference: [tets] or one for all: p in `high` less p in `low`; 0: of that tet it is no parameter.
+        low, high: bodies of one mesh, whose materials differ in the constant.
+        difference: [tets] or one for all: p in `high` minus p in `low`; 0: the tet's constant is no parameter.
         state: an equilibrium of the body.
     """
     mesh, (struct, _kept) = low.mesh, _by_tet(low, high, difference)
@@ -141,29 +141,29 @@ def tet_forces(low: Body, high: Body, difference, state: State) -> np.ndarray:
 
 
 class MotionGradient(NamedTuple):
-    """Derivatives of a quantity of the end of a motion."""
+    """Derivatives of a quantity of a motion."""
     by_parameters: np.ndarray  # [parameters]
-    by_x: np.ndarray  # [nodes, 3] by the first positions
-    by_v: np.ndarray  # [nodes, 3] by the first velocities
+    by_x: np.ndarray  # [nodes, 3] with respect to the first positions
+    by_v: np.ndarray  # [nodes, 3] with respect to the first velocities
 
 
 class TrajectoryCosts(NamedTuple):
-    """What a trajectory has taken."""
-    parts: int  # of steps that are recorded
-    repeated: int  # parts that gradients have taken again
-    bytes: int  # of recorded parts and checkpoints at the same time, at most
+    """Costs of a trajectory."""
+    parts: int  # number of recorded parts of steps
+    repeated: int  # number of parts that gradients have repeated
+    bytes: int  # largest size of recorded parts and checkpoints together
 
 
 class Trajectory(Handle):
     """Records the steps that an integrator takes from now on, for derivatives of their end by one discrete adjoint.
 
-    Steps end with ArgumentError where they have no sensitivities (a removed tangle, internal variables that change).
+    Steps without sensitivities (a removed tangle, internal variables that change) end with ArgumentError.
 
     Args:
-        integrator: of any method but ida; solve to a small newton_tolerance.
-        tolerance: of the adjoint's solves, over their right-hand sides.
-        states: how much memory it may take, in states of the body (x and v), at least 20; steps that do not fit in are
-            taken again from checkpoints, with the same bits.
+        integrator: an integrator of any method but ida; solve to a small newton_tolerance.
+        tolerance: tolerance of the adjoint's solves, relative to their right-hand sides.
+        states: memory to use, in states of the body (x and v), at least 20; steps that do not fit are repeated from
+            checkpoints, bitwise the same.
     """
 
     def __init__(self, integrator: Integrator, tolerance: float = 1e-10, states: int = lib.FLESH_TRAJECTORY_STATES):
@@ -173,16 +173,16 @@ class Trajectory(Handle):
 
     @property
     def costs(self) -> TrajectoryCosts:
-        """What recording and gradients have taken so far."""
+        """Costs of recording and gradients so far."""
         costs = lib.flesh_trajectory_get_costs(self._pointer)
         return TrajectoryCosts(costs.parts, costs.repeated, costs.bytes)
 
     def gradient(self, parameters: Sequence[Parameter] = (), by_x=None, by_v=None,
                  over: str = "end") -> MotionGradient:
-        """Derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0).
+        """Returns derivatives of a quantity Q of the last state, given by dQ/dx and dQ/dv [nodes, 3] (None: 0).
 
-        Over time, `over` "mean" or "integral", they are those of a linear function of the state, of whose values at the
-        steps' ends Q is the mean or the integral by the trapezoidal rule.
+        With `over` "mean" or "integral", Q is the mean over time or the integral, by the trapezoidal rule, of a linear
+        function of the state, and dQ/dx and dQ/dv are the derivatives of that function.
         """
         shape, all_of_them = (self._nodes, 3), list(parameters)
         gradient, start = np.empty(len(all_of_them)), np.empty((2, *shape))
@@ -198,12 +198,12 @@ class Trajectory(Handle):
 
     def tet_gradient(self, low: Body, high: Body, difference,
                      visit: Callable[[float, np.ndarray, np.ndarray], None]) -> np.ndarray:
-        """[tets] dQ/dp for a constant p of each tet's material, as of a map, by one adjoint.
+        """Returns dQ/dp [tets] for a constant p of each tet's material, by one adjoint.
 
         Args:
-            low, high, difference: as of `tet_forces`.
+            low, high, difference: as for `tet_forces`.
             visit: visit(t, by_x, by_v) adds dQ/dx and dQ/dv of the state at t to arrays [nodes, 3], from the last state
-                to the first. The arrays are the library's: copy what is to last.
+                to the first. The arrays are the library's: copy them to keep them.
         """
         struct, _kept = _by_tet(low, high, difference)
 
@@ -215,13 +215,13 @@ class Trajectory(Handle):
         return gradient
 
     def tangent(self, parameter: Parameter) -> "tuple[np.ndarray, np.ndarray]":
-        """dx/dp and dv/dp [nodes, 3] of the last state, by one linear solve for each solve of a stage."""
+        """Returns dx/dp and dv/dp [nodes, 3] of the last state, by one linear solve for each solve of a stage."""
         dx, dv = np.empty((2, self._nodes, 3))
         call(lib.flesh_trajectory_tangent, self._pointer, parameter._struct, pointer(dx), pointer(dv))
         return dx, dv
 
     def tangents(self, parameter: Parameter, start=None) -> "list[tuple[float, np.ndarray, np.ndarray]]":
-        """(t, dx/dp, dv/dp) of every state, from the first one on, at the cost of `tangent`.
+        """Returns (t, dx/dp, dv/dp) of every state, from the first one on, at the cost of `tangent`.
 
         start: [2, nodes, 3] the derivatives of the first state's positions and velocities; None: 0.
         """
@@ -230,7 +230,7 @@ class Trajectory(Handle):
         return kept
 
     def _visit(self, parameters, start, visit):
-        """Has visit(k, t, [dx, dv]) see all states, by parameters that share what is factored."""
+        """Calls visit(k, t, [dx, dv]) for all states and parameters, which share factorisations."""
         shape = (2, self._nodes, 3)
         structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in parameters])
 
@@ -242,7 +242,7 @@ class Trajectory(Handle):
         call(lib.flesh_trajectory_tangents, self._pointer, len(parameters), structs, begin, visited, ffi.NULL)
 
     def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":
-        """d(x, v)/dp [6*nodes, parameters] of the last state as a scipy LinearOperator.
+        """Returns d(x, v)/dp [6*nodes, parameters] of the last state as a scipy LinearOperator.
 
         Products are by tangents; those of its transpose by one adjoint.
         """
@@ -251,7 +251,7 @@ class Trajectory(Handle):
         if not all_of_them:
             raise ArgumentError("parameters is empty; an operator needs at least one")
         def along(p):
-            last = {}  # of each parameter
+            last = {}  # by parameter
             self._visit(all_of_them, None, lambda k, _t, both: last.update({k: both}))
             return sum(amount * np.ravel(last[k]) for k, amount in enumerate(np.ravel(p)))
 

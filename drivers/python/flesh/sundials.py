@@ -1,5 +1,5 @@
-"""sundials.py: a system as the equations that a solver of one's own takes: KINSOL's r(u) = 0, IDA's F(t, y, y') = 0
-and the y' = f(t, y) of CVODE, ARKODE or scipy.integrate.
+"""sundials.py: a system's equations for a solver of your own: KINSOL's r(u) = 0, IDA's F(t, y, y') = 0, and the
+y' = f(t, y) of CVODE, ARKODE or scipy.integrate.
 
 These are the library's own functions for SUNDIALS, with numpy arrays for its vectors and scipy.sparse for its matrices.
 A problem belongs to one thread at a time."""
@@ -22,9 +22,9 @@ __all__ = ["KinsolProblem", "IdaProblem", "OdeProblem"]
 
 
 class _Problem(Handle):
-    """What the three have in common: `_kind` names the C type and begins its functions' names."""
+    """Common base of the three problems: `_kind` names the C type and begins its functions' names."""
     _kind = _short = ""
-    _parts = 1  # of 3 * nodes each in a vector
+    _parts = 1  # number of parts of a vector, of 3 * nodes numbers each
 
     def __init__(self, system: System, options: Optional[SolverOptions] = None):
         self._system = system
@@ -38,16 +38,16 @@ class _Problem(Handle):
 
     @property
     def system(self) -> System:
-        """Whose equations these are."""
+        """The system of the equations."""
         return self._system
 
     @property
     def size(self) -> int:
-        """Numbers in a vector."""
+        """Length of a vector."""
         return self._parts * self.system.unknowns
 
     def _vector(self, array):
-        """A vector that shows an array and keeps it alive."""
+        """Returns a vector that is a view of an array and keeps it alive."""
         made = sundials_function("N_VMake_Serial")(self.size, pointer(array), self._context[0])
         if not made:
             raise SundialsError("N_VMake_Serial failed")
@@ -55,16 +55,16 @@ class _Problem(Handle):
         return ffi.gc(made, lambda vector, _keep=array: destroy(vector))
 
     def _in(self, values, name):
-        """A vector that shows an argument, where it lies or a copy."""
+        """Returns a vector that is a view of an argument, or of a copy of it."""
         return self._vector(doubles(np.ravel(values), (self.size,), name))
 
     def _out(self):
-        """A new array with the vector that shows it."""
+        """Returns a new array and a vector that is a view of it."""
         array = np.zeros(self.size)
         return array, self._vector(array)
 
     def _sparse(self, entries, function, *before):
-        """What a Jacobian function fills into a SUNSparseMatrix, as a scipy.sparse.csc_matrix."""
+        """Returns the SUNSparseMatrix that a Jacobian function fills, as a scipy.sparse.csc_matrix."""
         from scipy import sparse
         if entries < 0:
             raise ArgumentError("the Jacobian has too many entries for the indices of this SUNDIALS")
@@ -89,8 +89,8 @@ class _Problem(Handle):
 class KinsolProblem(_Problem):
     """r(u) = 0 of one solve: x = x0 + sx u, v = v0 + sv u, a = a0 + sa u; u [3*nodes].
 
-    Begins as the static problem at the mesh's shape; `set_stage` says otherwise. Rows of constrained dofs are
-    (u - prescribed) times a typical stiffness, so that r(u) = 0 can be solved as it is.
+    At first it is the static problem at the mesh's rest shape; `set_stage` changes it. Rows of constrained dofs are
+    (u - prescribed) times a typical stiffness, so that r(u) = 0 can be solved directly.
     """
     _kind = "flesh_problem"
 
@@ -102,9 +102,9 @@ class KinsolProblem(_Problem):
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
                   frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0,
                   held=None, internal=None, x_from=None, t_from: Optional[float] = None) -> None:
-        """How u moves the point from x0, v0, a0 [nodes, 3], and when; `held` [nodes, 3] stay at x0, beside what is
-        constrained; obstacles must leave the way from x_from [nodes, 3] at t_from free (None: from the lagged state);
-        see flesh.Point for the other arguments."""
+        """Sets the time, and how u moves the point from x0, v0, a0 [nodes, 3]. Dofs in `held` [nodes, 3] stay at x0, as
+        well as constrained ones. The path from x_from [nodes, 3] at t_from (None: from the lagged state) must be clear
+        of obstacles. See flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
         arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag, "x_from": x_from}
         shown = {name: None if value is None else pointer(doubles(value, shape, name).copy())
@@ -126,16 +126,16 @@ class KinsolProblem(_Problem):
             if address is not None:
                 setattr(stage, name, address)
         call(lib.flesh_problem_set_stage, self._pointer, stage)
-        self._stage = (stage, shown)  # after the call: until then the library has the one before
+        self._stage = (stage, shown)  # set after the call: until then the library uses the previous one
 
     def start(self) -> np.ndarray:
-        """[3*nodes] u = 0 but for the constrained dofs, which take their prescribed places."""
+        """Returns u [3*nodes], 0 except for the constrained dofs, which have their prescribed positions."""
         u = np.zeros(self.size)
         lib.flesh_problem_start(self._pointer, pointer(u))
         return u
 
     def freeze(self, u) -> None:
-        """For stages with frozen_at_solution: the frozen state becomes the point of u."""
+        """Sets the frozen state to the point of u, for stages with frozen_at_solution."""
         lib.flesh_problem_freeze(self._pointer, pointer(doubles(np.ravel(u), (self.size,), "u")))
 
     @property
@@ -144,10 +144,10 @@ class KinsolProblem(_Problem):
         return self._stats(lib.flesh_problem_stats)
 
     def solve(self, u, b, tolerance: float = 1e-10) -> np.ndarray:
-        """p with K p = b, K = dr/du at u itself, without filter or secants: tangents and, as K is symmetric, adjoints.
+        """Returns p with K p = b, K = dr/du at u, without filter or secants: tangents and, as K is symmetric, adjoints.
 
-        b [3*nodes] or [k, 3*nodes]; what it says of constrained dofs is not read, and p is 0 there. u None: with the
-        K, and what was factored of it, of the call before.
+        b [3*nodes] or [k, 3*nodes]; its entries for constrained dofs are not read, and p is 0 there. u None: uses the
+        K of the previous call and its factors.
         """
         p = np.array(b, dtype=float)
         if p.ndim not in (1, 2) or p.shape[-1] != self.size:
@@ -157,13 +157,13 @@ class KinsolProblem(_Problem):
         return p
 
     def residual(self, u) -> np.ndarray:
-        """r(u) [3*nodes], N."""
+        """Returns r(u) [3*nodes], N."""
         at, (r, out) = self._in(u, "u"), self._out()
         call(lib.flesh_kinsol_residual, at, out, self._pointer)
         return r
 
     def jacobian(self, u) -> "scipy.sparse.csc_matrix":
-        """dr/du at u as a scipy.sparse.csc_matrix, N/m."""
+        """Returns dr/du at u as a scipy.sparse.csc_matrix, N/m."""
         at = self._in(u, "u")
 
         def fill(matrix):
@@ -171,9 +171,9 @@ class KinsolProblem(_Problem):
         return self._sparse(lib.flesh_problem_entries(self._pointer), fill)
 
     def jacobian_times(self, v, u=None) -> np.ndarray:
-        """(dr/du) v [3*nodes] with the matrix of the last Jacobian or preconditioner set-up.
+        """Returns (dr/du) v [3*nodes] with the matrix of the last Jacobian or preconditioner set-up.
 
-        NotPositiveError where v . Jv <= 0 although v is not 0: a direction of negative curvature.
+        NotPositiveError if v . Jv <= 0 although v is not 0: a direction of negative curvature.
         """
         right, (out, result) = self._in(v, "v"), self._out()
         new = ffi.new("flesh_sunboolean *", 0)
@@ -187,7 +187,7 @@ class KinsolProblem(_Problem):
         call(lib.flesh_kinsol_preconditioner_setup, at, ffi.NULL, ffi.NULL, ffi.NULL, self._pointer)
 
     def preconditioner_solve(self, r) -> np.ndarray:
-        """P^-1 r [3*nodes]."""
+        """Returns P^-1 r [3*nodes]."""
         z = doubles(np.ravel(r), (self.size,), "r").copy()
         vector = self._vector(z)
         call(lib.flesh_kinsol_preconditioner_solve, ffi.NULL, ffi.NULL, ffi.NULL, ffi.NULL, vector, self._pointer)
@@ -195,7 +195,7 @@ class KinsolProblem(_Problem):
 
 
 class _Motion(_Problem):
-    """What IDA's and the ODE's equations have in common: y = (x, v) [6*nodes]."""
+    """Common base of IDA's and the ODE's equations: y = (x, v) [6*nodes]."""
     _parts = 2
 
     def _function(self, name):
@@ -203,17 +203,18 @@ class _Motion(_Problem):
 
     @property
     def event(self) -> float:
-        """Time up to which the start is good, s; inf when for ever."""
+        """Time up to which the start is valid, s; inf if always."""
         return self._function("event")(self._pointer)
 
     def tolerances(self, tolerance: float) -> np.ndarray:
-        """Absolute tolerances [6*nodes]; of constrained dofs so large that no test sees them. After a start."""
+        """Returns absolute tolerances [6*nodes], so large for constrained dofs that no test depends on them. Call it
+        after a start."""
         atol, out = self._out()
         call(self._function("tolerances"), self._pointer, float(tolerance), out)
         return atol
 
     def get_state(self, t: float, y) -> State:
-        """A new state from y [6*nodes] at t s, constrained dofs exactly."""
+        """Returns a new state from y [6*nodes] at t s; constrained dofs have their exact values."""
         at = self._in(y, "y")
         state = State.at_rest(self.system.mesh)
         call(self._function("get_state"), self._pointer, float(t), at, state._struct)
@@ -230,19 +231,19 @@ class IdaProblem(_Motion):
     _kind, _short = "flesh_ida_problem", "ida"
 
     def start(self, state: State) -> Tuple[np.ndarray, np.ndarray]:
-        """Consistent y and y' [6*nodes] from a state; good up to `event`."""
+        """Returns consistent y and y' [6*nodes] from a state; valid up to `event`."""
         (y, out), (yp, derivative) = self._out(), self._out()
         call(lib.flesh_ida_start, self._pointer, state._checked(self.system.mesh.node_count), out, derivative)
         return y, yp
 
     def residual(self, t: float, y, yp) -> np.ndarray:
-        """F(t, y, y') [6*nodes]."""
+        """Returns F(t, y, y') [6*nodes]."""
         at, derivative, (r, out) = self._in(y, "y"), self._in(yp, "yp"), self._out()
         call(lib.flesh_ida_residual, float(t), at, derivative, out, self._pointer)
         return r
 
     def jacobian(self, t: float, cj: float, y, yp) -> "scipy.sparse.csc_matrix":
-        """dF/dy + cj dF/dy' as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]."""
+        """Returns dF/dy + cj dF/dy' as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]."""
         at, derivative = self._in(y, "y"), self._in(yp, "yp")
 
         def fill(matrix):
@@ -256,14 +257,14 @@ class IdaProblem(_Motion):
         call(lib.flesh_ida_preconditioner_setup, float(t), at, derivative, ffi.NULL, float(cj), self._pointer)
 
     def preconditioner_solve(self, b, t: float = 0.0, cj: float = 0.0, delta: float = 0.0) -> np.ndarray:
-        """P^-1 b [6*nodes] with the last set-up; t, cj and delta are not used."""
+        """Returns P^-1 b [6*nodes] with the last set-up; t, cj and delta are not used."""
         right, (z, out) = self._in(b, "b"), self._out()
         call(lib.flesh_ida_preconditioner_solve, float(t), ffi.NULL, ffi.NULL, ffi.NULL, right, out, float(cj),
              float(delta), self._pointer)
         return z
 
     def jacobian_times(self, v) -> np.ndarray:
-        """The product [6*nodes] with the matrix of the last preconditioner set-up, and its cj."""
+        """Returns the product [6*nodes] with the matrix of the last preconditioner set-up, and its cj."""
         right, (out, result) = self._in(v, "v"), self._out()
         call(lib.flesh_ida_jacobian_times, 0.0, ffi.NULL, ffi.NULL, ffi.NULL, right, result, 0.0, self._pointer,
              ffi.NULL, ffi.NULL)
@@ -275,19 +276,19 @@ class OdeProblem(_Motion):
     _kind, _short = "flesh_ode_problem", "ode"
 
     def start(self, state: State) -> np.ndarray:
-        """y [6*nodes] from a state, constrained dofs where they are prescribed to be; good up to `event`."""
+        """Returns y [6*nodes] from a state, with constrained dofs at their prescribed values; valid up to `event`."""
         y, out = self._out()
         call(lib.flesh_ode_start, self._pointer, state._checked(self.system.mesh.node_count), out)
         return y
 
     def rhs(self, t: float, y) -> np.ndarray:
-        """f(t, y) [6*nodes]."""
+        """Returns f(t, y) [6*nodes]."""
         at, (ydot, out) = self._in(y, "y"), self._out()
         call(lib.flesh_ode_rhs, float(t), at, out, self._pointer)
         return ydot
 
     def jacobian(self, t: float, y) -> "scipy.sparse.csc_matrix":
-        """df/dy as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]; lumped mass alone, as it is full otherwise."""
+        """Returns df/dy as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]; lumped mass only, as it is full otherwise."""
         at = self._in(y, "y")
 
         def fill(matrix):
@@ -301,7 +302,7 @@ class OdeProblem(_Motion):
         call(lib.flesh_ode_jacobian_times_setup, float(t), at, ffi.NULL, self._pointer)
 
     def jacobian_times(self, v) -> np.ndarray:
-        """(df/dy) v [6*nodes] where it was set up."""
+        """Returns (df/dy) v [6*nodes] at the point of the last set-up."""
         right, (out, result) = self._in(v, "v"), self._out()
         call(lib.flesh_ode_jacobian_times, right, result, 0.0, ffi.NULL, ffi.NULL, self._pointer, ffi.NULL)
         return out
@@ -313,7 +314,7 @@ class OdeProblem(_Motion):
         call(lib.flesh_ode_preconditioner_setup, float(t), at, ffi.NULL, 0, current, float(gamma), self._pointer)
 
     def preconditioner_solve(self, r, gamma: float) -> np.ndarray:
-        """P^-1 r [6*nodes] with the last set-up, whose gamma is given again."""
+        """Returns P^-1 r [6*nodes] with the last set-up; pass the same gamma."""
         right, (z, out) = self._in(r, "r"), self._out()
         call(lib.flesh_ode_preconditioner_solve, 0.0, ffi.NULL, ffi.NULL, right, out, float(gamma), 0.0, 1,
              self._pointer)

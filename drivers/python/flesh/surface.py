@@ -14,7 +14,7 @@ class Surface(Const):
 
     Args:
         positions: [vertices, 3] m.
-        faces: [faces, 3] triangles, or a list of faces with their vertices each, of any number of corners.
+        faces: [faces, 3] triangles, or a list of faces, each a list of any number of vertices.
     """
 
     def __init__(self, positions, faces):
@@ -36,11 +36,11 @@ class Surface(Const):
 
     @classmethod
     def of_mesh(cls, mesh: Mesh) -> "Surface":
-        """The boundary triangles of a mesh with the nodes that they use."""
+        """Makes a surface of the boundary triangles of a mesh and the nodes that they use."""
         return cls.__new__(cls)._take(create("flesh_surface", lib.flesh_surface_of_mesh, mesh._pointer))
 
     def write(self, path, x=None) -> None:
-        """Writes .obj or .ply by the suffix with the vertices at `x` [vertices, 3] m (None: where they are)."""
+        """Writes .obj or .ply by the suffix with the vertices at `x` [vertices, 3] m (None: at their own positions)."""
         at = None if x is None else doubles(x, (self.vertex_count, 3), "x")
         call(lib.flesh_surface_write, self._pointer, pointer(at), path_bytes(path))
 
@@ -61,7 +61,7 @@ class Surface(Const):
 
     @property
     def starts(self) -> np.ndarray:
-        """[faces + 1] where the corners of each face begin in `corners`."""
+        """[faces + 1] index in `corners` at which the corners of each face begin."""
         return view(lib.flesh_surface_starts(self._pointer), (self.face_count + 1,), "int", self)
 
     @property
@@ -71,7 +71,7 @@ class Surface(Const):
 
     @property
     def triangles(self) -> np.ndarray:
-        """[triangles, 3] the faces cut into triangles, wound as they are."""
+        """[triangles, 3] the faces divided into triangles with the same winding."""
         count = ffi.new("int *")
         corners = lib.flesh_surface_triangles(self._pointer, count)
         return view(corners, (count[0], 3), "int", self)
@@ -81,13 +81,13 @@ class Surface(Const):
 
 
 class SkinInfo(Record):
-    """How well a skin is bound."""
+    """Quality of a skin's binding."""
     _ctype = "flesh_skin_info"
     vertices: int = Field("number of vertices")
     outside: int = Field("vertices outside all tets")
-    distance_max: float = Field("of a vertex from the tets, m; 0 when all lie inside")
+    distance_max: float = Field("largest distance of a vertex from the tets, m; 0 when all lie inside")
     farthest: int = Field("the vertex with distance_max; -1 when all lie inside")
-    weight_min: float = Field("the least weight: far below 0 the extrapolation is rough")
+    weight_min: float = Field("smallest weight: far below 0 the extrapolation is rough")
 
 
 class Skin(Const):
@@ -112,19 +112,19 @@ class Skin(Const):
                                              surface._pointer), mesh)
 
     def write(self, path) -> None:
-        """Writes the binding as text that reads back bit for bit."""
+        """Writes the binding as text that reads back bitwise the same."""
         call(lib.flesh_skin_write, self._pointer, path_bytes(path))
 
     @property
     def info(self) -> SkinInfo:
-        """How well it is bound."""
+        """Quality of the binding."""
         info = SkinInfo()
         lib.flesh_skin_inspect(self._pointer, info._struct)
         return info
 
     @property
     def tets(self) -> np.ndarray:
-        """[vertices] the tet that each vertex is bound to."""
+        """[vertices] the tet to which each vertex is bound."""
         return view(lib.flesh_skin_tets(self._pointer), (self.info.vertices,), "int", self)
 
     @property
@@ -133,7 +133,7 @@ class Skin(Const):
         return view(lib.flesh_skin_weights(self._pointer), (self.info.vertices, 4), "double", self)
 
     def apply(self, nodal, clamp=False) -> np.ndarray:
-        """Values at the skin's vertices from those at the nodes.
+        """Computes values at the skin's vertices from those at the nodes.
 
         Args:
             nodal: [nodes, components] or [nodes]: positions, velocities, a scalar field.

@@ -20,14 +20,14 @@ __all__ = ["State", "Potential", "PrescribedMotion", "System"]
 
 
 class State:
-    """Where a body is and how it moves: a time and two arrays, which steps change in place.
+    """Position and motion of a body: a time and two arrays, which steps change in place.
 
     Args:
         x: [nodes, 3] positions, m; copied.
         v: [nodes, 3] velocities, m/s; None: at rest.
         t: s.
         multipliers: [System.multiplier_count] pressures of incompressible tets, Pa; None: the integrator keeps its own.
-        internal: [System.internal_count] internal variables of effects (what has broken); None: likewise.
+        internal: [System.internal_count] internal variables of effects (for example, broken parts); None: likewise.
     """
 
     def __init__(self, x, v=None, t: float = 0.0, multipliers=None, internal=None):
@@ -39,7 +39,7 @@ class State:
         self._point_to_arrays()
 
     def _point_to_arrays(self):
-        """Points the struct to the arrays of the attributes, and keeps these until it points to others."""
+        """Points the struct to the arrays of the attributes, and keeps the arrays until it points to others."""
         names = ("x", "v", "multipliers", "internal")
         self._shown = [pointer(getattr(self, name)) for name in names]
         for name, address in zip(names, self._shown):
@@ -65,25 +65,25 @@ class State:
     def read(cls, path, nodes: int, multipliers: int = 0, internal: int = 0) -> "State":
         """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes.
 
-        And as many multipliers and internal variables as are asked for."""
+        It also reads as many multipliers and internal variables as are asked for."""
         state = cls(np.zeros((nodes, 3)), multipliers=np.zeros(multipliers) if multipliers else None,
                     internal=np.zeros(internal) if internal else None)
         call(lib.flesh_state_read, path_bytes(path), nodes, state._struct)
         return state
 
     def write(self, path) -> None:
-        """Writes it so that it reads back bit for bit; NonFiniteError, nothing written, for a NaN or infinity."""
+        """Writes a state file, which reads back bitwise; NonFiniteError, nothing written, for a NaN or infinity."""
         call(lib.flesh_state_write, path_bytes(path), len(self.x), self._checked(len(self.x)))
 
     def copy(self) -> "State":
-        """One of its own; copy.copy, copy.deepcopy and pickle make such a one, too."""
+        """Returns an independent copy, as copy.copy, copy.deepcopy and pickle do."""
         return State(self.x, self.v, self.t, self.multipliers, self.internal)
 
     def __reduce__(self):
         return State, (self.x, self.v, self.t, self.multipliers, self.internal)
 
     def _checked(self, nodes):
-        """The struct, whose arrays are those that the attributes name: they may have been replaced."""
+        """Returns the struct with the arrays of the attributes, which may have been replaced."""
         for name in "xv":
             array = getattr(self, name)
             if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != (nodes, 3) or \
@@ -104,11 +104,11 @@ class State:
 class Potential(NamedTuple):
     """A potential, J."""
     value: float
-    magnitude: float  # the sum of the absolute values of its terms, which rounding is measured against
+    magnitude: float  # sum of the absolute values of its terms, against which rounding is measured
 
 
 class PrescribedMotion(NamedTuple):
-    """What constrained dofs are prescribed; 0 elsewhere."""
+    """Prescribed velocities and accelerations of constrained dofs; 0 elsewhere."""
     velocity: np.ndarray  # [nodes, 3] m/s
     acceleration: np.ndarray  # [nodes, 3] m/s^2
 
@@ -120,12 +120,12 @@ def _axes(axes):
 
 
 class System(Handle):
-    """The sum of effects on a body, and what holds it. Const once finished, so that several runs can share it.
+    """The sum of effects on a body, and its constraints. Const once finished, so that several runs can share it.
 
-    It takes the effects that are added. The first evaluation or integrator finishes it; nothing can be added then.
+    It takes ownership of added effects. The first evaluation or integrator finishes it; then nothing can be added.
 
     Args:
-        mesh: whose nodes are the unknowns.
+        mesh: the mesh whose nodes are the unknowns.
         effects: added in this order.
     """
 
@@ -140,7 +140,7 @@ class System(Handle):
 
     @classmethod
     def _of(cls, pointer_, owner):
-        """One that is finished and belongs to `owner`."""
+        """Wraps a finished system that belongs to `owner`."""
         made = cls.__new__(cls)
         made._pointer, made._keep, made._life = pointer_, [owner], owner._life
         made._finished, made._finishing = True, threading.Lock()
@@ -149,11 +149,11 @@ class System(Handle):
 
     @property
     def mesh(self) -> Mesh:
-        """Whose nodes are the unknowns."""
+        """The mesh whose nodes are the unknowns."""
         return self._mesh
 
     def add(self, effect: Effect) -> "System":
-        """Takes an effect; returns the system."""
+        """Adds an effect and takes ownership of it; returns the system."""
         if self._finished:
             raise ArgumentError(f"the system is finished; {effect.name} must be added before it is used")
         call(lib.flesh_system_add_effect, self._pointer, effect._give(self))
@@ -162,7 +162,7 @@ class System(Handle):
         return self
 
     def pin(self, nodes, axes: str = "xyz", start: float = -np.inf, until: float = np.inf) -> "System":
-        """Holds `nodes` [count] at their rest positions along `axes` while start <= t < until; returns the system."""
+        """Constrains `axes` of `nodes` [count] to their rest positions while start <= t < until; returns the system."""
         chosen = integers(nodes, (None,), "nodes")
         call(lib.flesh_system_add_pin, self._pointer, len(chosen), pointer(chosen, "int"), _axes(axes), float(start),
              float(until))
@@ -170,7 +170,7 @@ class System(Handle):
 
     def prescribe(self, nodes, motion: Motion, axes: str = "xyz", start: float = -np.inf,
                   until: float = np.inf) -> "System":
-        """Lets `nodes` [count] follow a motion along `axes` while start <= t < until; returns the system."""
+        """Makes `nodes` [count] follow a motion along `axes` while start <= t < until; returns the system."""
         chosen = integers(nodes, (None,), "nodes")
         call(lib.flesh_system_add_prescribed_motion, self._pointer, len(chosen), pointer(chosen, "int"), _axes(axes),
              motion._struct, float(start), float(until))
@@ -178,7 +178,7 @@ class System(Handle):
 
     def finalize(self) -> "System":
         """Builds the Jacobian's pattern; nothing can be added afterwards. Returns the system."""
-        with self._finishing:  # threads that share the system ask for it at once
+        with self._finishing:  # threads that share the system may call this at the same time
             if not self._finished:
                 call(lib.flesh_system_finalize, self._pointer)
                 self._finished = True
@@ -204,12 +204,12 @@ class System(Handle):
 
     @property
     def instructions(self) -> str:
-        """Vector instructions that its effects and its linear solvers use."""
+        """Vector instructions that the effects and linear solvers use."""
         return Names("flesh_instructions", "FLESH_INSTRUCTIONS_", lib.flesh_instructions_name).word(
             lib.flesh_system_instructions(self._ready()))
 
     def has_role(self, role: str) -> bool:
-        """Whether an effect of that role is there."""
+        """Returns whether an effect of that role is present."""
         return bool(lib.flesh_system_has_role(self._pointer, _ROLES.value(role, "role")))
 
     @property
@@ -218,23 +218,23 @@ class System(Handle):
         return bool(lib.flesh_system_moves(self._ready()))
 
     def next_event(self, t: float) -> float:
-        """First time after t s at which a constraint or effect stops being smooth; inf if none."""
+        """Returns the first time after t s at which a constraint or effect is not smooth; inf if there is none."""
         return call_value(lib.flesh_system_next_event, self._ready(), float(t))
 
     @property
     def multiplier_count(self) -> int:
-        """How many pressures hold incompressible tets: one for each tet, or 0 where none is incompressible."""
+        """Number of pressures that keep tets' volumes: one per tet, or 0 if none is incompressible."""
         return lib.flesh_system_multiplier_count(self._ready())
 
     @property
     def internal_count(self) -> int:
-        """How many internal variables the effects have together."""
+        """Number of internal variables of all effects together."""
         return lib.flesh_system_internal_count(self._ready())
 
     def update_internal(self, x, v=None, a=None, **point) -> Tuple[np.ndarray, bool]:
-        """The internal variables after a step that ends at the point, and whether forces or energies change by it.
+        """Returns the internal variables after a step that ends at the point, and whether forces or energies change.
 
-        point.internal are those that the step has held."""
+        point.internal are those within the step."""
         at, changed = self._point(x, v, a, point), ffi.new("int *")
         internal = np.zeros(self.internal_count) if at._internal is None else at._internal.copy()
         call(lib.flesh_system_update_internal, self._ready(), at._struct, pointer(internal), changed)
@@ -251,7 +251,7 @@ class System(Handle):
         return point
 
     def residual(self, x, v=None, a=None, **point) -> np.ndarray:
-        """r [nodes, 3], N: the sum of the residuals, constraints not applied.
+        """Returns r [nodes, 3], N: the sum of the residuals, constraints not applied.
 
         x is a Point, or positions [nodes, 3] with v, a and the other arguments of Point.
         """
@@ -260,13 +260,13 @@ class System(Handle):
         return r
 
     def load(self, x, v=None, a=None, **point) -> np.ndarray:
-        """[nodes, 3] N: the residual of the external effects alone, minus the applied load."""
+        """Returns the residual of the external effects alone [nodes, 3], N, which is minus the applied load."""
         at, r = self._point(x, v, a, point), np.zeros((self.mesh.node_count, 3))
         call(lib.flesh_system_load, self._ready(), at._struct, pointer(r))
         return r
 
     def jacobian(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> "scipy.sparse.csr_matrix":
-        """shift.x dr/dx + shift.v dr/dv + shift.a dr/da, N/m, as a scipy.sparse.csr_matrix [3*nodes, 3*nodes].
+        """Returns shift.x dr/dx + shift.v dr/dv + shift.a dr/da, N/m, a scipy.sparse.csr_matrix [3*nodes, 3*nodes].
 
         Constraints are not applied: `free` names the dofs to solve for.
         """
@@ -277,39 +277,39 @@ class System(Handle):
         return _sparse(matrix)
 
     def potential(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> Potential:
-        """phi, J, whose change is r . du for a change du of the unknown."""
+        """Returns phi, J, whose change is r . du for a change du of the unknown."""
         at, out = self._point(x, v, a, point), ffi.new("double[2]")
         call(lib.flesh_system_potential, self._ready(), at._struct, Shift(*shift)._struct(), out, out + 1)
         return Potential(*out)
 
     def energies(self, x, v=None, a=None, **point) -> np.ndarray:
-        """[effects] physical energy of every effect, J."""
+        """Returns the physical energy of every effect [effects], J."""
         at, out = self._point(x, v, a, point), np.zeros(self.effect_count)
         call(lib.flesh_system_energies, self._ready(), at._struct, pointer(out))
         return out
 
     def check(self, x, t: float = 0.0) -> None:
-        """ArgumentError, with the node, where an effect does not let the body be at x [nodes, 3]."""
+        """Raises ArgumentError, with the node, if an effect does not allow the body to be at x [nodes, 3]."""
         call(lib.flesh_system_check, self._ready(), float(t), pointer(doubles(x, (self.mesh.node_count, 3), "x")))
 
     def fixed(self, t: float = 0.0) -> np.ndarray:
-        """[nodes, 3] True for the dofs constrained at t s, and for those of nodes that no tet uses."""
+        """Returns [nodes, 3], True for the dofs constrained at t s, and for those of nodes that no tet uses."""
         out = np.zeros((self.mesh.node_count, 3), np.uint8)
         lib.flesh_system_fixed(self._ready(), float(t), pointer(out, "uint8_t"))
         return out.astype(bool)
 
     def free(self, t: float = 0.0) -> np.ndarray:
-        """Numbers of the dofs that are not constrained at t s: indices into r.ravel()."""
+        """Returns the numbers of the dofs that are not constrained at t s: indices into r.ravel()."""
         return np.flatnonzero(~self.fixed(t))
 
     def prescribe_positions(self, x, t: float = 0.0) -> np.ndarray:
-        """A copy of x [nodes, 3] with the constrained components where they are prescribed to be at t s."""
+        """Returns a copy of x [nodes, 3] with the constrained components at their prescribed positions at t s."""
         out = doubles(x, (self.mesh.node_count, 3), "x").copy()
         lib.flesh_system_prescribe(self._ready(), float(t), pointer(out))
         return out
 
     def prescribed_motion(self, t: float = 0.0) -> PrescribedMotion:
-        """Velocities and accelerations [nodes, 3] that are prescribed at t s; 0 for free components."""
+        """Returns the prescribed velocities and accelerations [nodes, 3] at t s; 0 for free components."""
         v, a = np.zeros((self.mesh.node_count, 3)), np.zeros((self.mesh.node_count, 3))
         lib.flesh_system_prescribe_velocity(self._ready(), float(t), pointer(v), pointer(a))
         return PrescribedMotion(v, a)
@@ -320,7 +320,7 @@ class System(Handle):
 
 
 def _sparse(matrix):
-    """The whole matrix from the blocks of its upper triangle, whose rows lie in memory in an order of their own."""
+    """Returns the whole matrix from the blocks of its upper triangle, whose rows have an order of their own."""
     from scipy import sparse
     rows, blocks = matrix.rows, matrix.row_start[matrix.rows]
     start = view(matrix.row_start, (rows,), "int", matrix).astype(np.int64)
