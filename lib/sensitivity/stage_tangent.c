@@ -86,7 +86,7 @@ int flesh_stage_tangent_set(flesh_stage_tangent *self, const flesh_stage *stage,
   self->point.x = self->x;
   self->point.v = self->v;
   self->point.a = self->a;
-  /* The same arrays, so that effects see that they are equal. */
+  /* Shares the arrays, so that effects see that they are equal. */
   if (stage->frozen_at_solution) self->point.frozen = (flesh_frozen){self->x, self->v};
   self->held = stage->shift.x == 1 ? self->x : self->end;
   unsigned arguments = 1u << FLESH_LAGGED_X | 1u << FLESH_LAGGED_V;
