@@ -18,6 +18,7 @@
 #include "mesh/smooth.h"
 #include "output/resume.h"
 #include "run/runner.h"
+#include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
@@ -55,7 +56,7 @@ typedef struct adapt {
   double tolerance;
   int relative;
   flesh_mesh *mesh; /* with its marks */
-  double *x, *v;    /* [3*nodes] the equilibrium on it; NULL: not yet known */
+  flesh_state state; /* the equilibrium on it; without places: not yet known */
   int local;        /* a tet to be halved in any case; -1: none */
   double jump;      /* the largest change to another equilibrium */
   int levels;
@@ -144,8 +145,8 @@ static int keep_state(void *data, const flesh_step_record *record)
   adapt *a = data;
   const size_t bytes = 3 * (size_t)a->mesh->nodes * sizeof(double);
   if (!record->last) return FLESH_OK;
-  memcpy(a->x, record->state->x, bytes);
-  memcpy(a->v, record->state->v, bytes);
+  memcpy(a->state.x, record->state->x, bytes);
+  memcpy(a->state.v, record->state->v, bytes);
   return FLESH_OK;
 }
 
@@ -195,12 +196,8 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   options.save_state = last ? options.save_state : NULL;
   options.observer_count = 1;
   options.observers = &observer;
-  const size_t size = 3 * (size_t)a->mesh->nodes;
-  if (!a->x) {
-    a->x = malloc(size * sizeof *a->x);
-    a->v = malloc(size * sizeof *a->v);
-  }
-  status = a->x && a->v ? flesh_runner_run(*scene, &options, &figures, &outcome) : flesh_no_memory();
+  if (!a->state.x) status = flesh_state_make(a->mesh->nodes, 0, 0, &a->state);
+  if (!status) status = flesh_runner_run(*scene, &options, &figures, &outcome);
   if (outcome.status) status = flesh_fail(outcome.status, "%s", outcome.message);
   else if (!status && figures.final_inverted)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
@@ -214,10 +211,7 @@ static int count_free(const flesh_scene *scene)
 {
   const int size = 3 * scene->mesh->nodes;
   uint8_t *fixed = calloc((size_t)size, 1);
-  int count = 0;
-  if (!fixed) return size;
-  flesh_system_fixed(scene->system, scene->time.end, fixed);
-  for (int d = 0; d < size; d++) count += !fixed[d];
+  const int count = size - (fixed ? flesh_system_fixed(scene->system, scene->time.end, fixed) : 0);
   free(fixed);
   return count;
 }
@@ -261,35 +255,32 @@ static void judge(adapt *a)
   l->bar = fmax(l->bar, a->jump);
 }
 
-static const double *ordered; /* indicators, while they are sorted */
-static int by_indicator(const void *a, const void *b)
-{
-  const double p = fabs(ordered[*(const int *)a]), q = fabs(ordered[*(const int *)b]);
-  return p < q ? 1 : p > q ? -1 : flesh_compare_int(a, b);
-}
+typedef struct indicated {
+  double size; /* of its indicator, but negative: the largest comes first */
+  int tet;
+} indicated;
 
 /* Marks the tets of the largest indicators that make up the share, and refines them. */
 static int refine(adapt *a, const double *indicators)
 {
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
-  int *order = malloc((size_t)tets * sizeof *order), status = halvings && order ? FLESH_OK : flesh_no_memory();
+  indicated *order = malloc((size_t)tets * sizeof *order);
+  int status = halvings && order ? FLESH_OK : flesh_no_memory();
   const double share = a->list[a->levels - 1].bar <= nearly_allowed * allowed(a) ? marked_share / 2 : marked_share;
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL, *smooth = NULL;
-  for (int t = 0; t < tets && !status; t++) order[t] = t, total += fabs(indicators[t]);
-  ordered = indicators;
-  if (!status) qsort(order, (size_t)tets, sizeof *order, by_indicator);
+  for (int t = 0; t < tets && !status; t++) order[t] = (indicated){-fabs(indicators[t]), t}, total += fabs(indicators[t]);
+  if (!status) flesh_sort(order, (size_t)tets, sizeof *order, flesh_compare_double);
   for (int k = 0; k < tets && !status && (!k || sum < share * total); k++) {
-    halvings[order[k]] = 1;
-    sum += fabs(indicators[order[k]]);
+    halvings[order[k].tet] = 1;
+    sum -= order[k].size;
   }
   if (!status && a->local >= 0) halvings[a->local] = 3;
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, NULL);
   if (!status) status = flesh_mesh_smooth(finer, smooth_below, &smooth);
-  free(a->x);
-  free(a->v);
-  a->x = a->v = NULL;
+  free(a->state.x);
+  a->state.x = NULL;
   if (!status) {
     flesh_mesh_destroy(&a->mesh);
     a->mesh = smooth;
@@ -320,9 +311,9 @@ static int step(adapt *a, double **indicators)
   if (!status) l->dofs = count_free(scene);
   *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
   if (!status && !*indicators) status = flesh_no_memory();
-  flesh_state state = {.t = status ? 0 : scene->time.end, .x = a->x, .v = a->v};
   int is_goal = 0;
-  if (!status) status = flesh_error_indicate(scene, &state, a->column, *indicators, &is_goal, &l->cut_off);
+  if (!status) a->state.t = scene->time.end;
+  if (!status) status = flesh_error_indicate(scene, &a->state, a->column, *indicators, &is_goal, &l->cut_off);
   l->estimate = is_goal ? 0 : NAN;
   for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += fabs((*indicators)[t]);
   /* Strain and stress at a point depend on its tet more than the work of the loads does. */
@@ -426,7 +417,6 @@ int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *over
   if (!status) status = finish(&a);
   flesh_overrides_close(&a.overrides);
   flesh_mesh_destroy(&a.mesh);
-  free(a.x);
-  free(a.v);
+  free(a.state.x);
   return status;
 }

@@ -6,7 +6,6 @@
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -30,8 +29,8 @@ typedef struct film {
   flesh_folder_claim claim; /* of the folder */
   const flesh_run_folder *clock; /* the run whose times are filmed */
   flesh_picture_frame frame;
+  flesh_arena memory; /* of the panels and their subtitles */
   flesh_picture_panel *panels;
-  char (*subtitles)[32];
 } film;
 
 static int picture_count(const film *f) { return (f->clock->count + f->every - 1) / f->every; }
@@ -42,9 +41,8 @@ static int load(film *f, int k)
   double t = f->clock->frames[k * f->every].time;
   int status = FLESH_OK;
   for (int r = 0; r < f->snapshot.count && !status; r++)
-    status = flesh_snapshot_panel(&f->snapshot, r,
-                                  flesh_run_folder_at(&f->snapshot.runs[r].folder, t),
-                                  f->subtitles[r], sizeof *f->subtitles, &f->panels[r]);
+    status = flesh_snapshot_panel(&f->snapshot, r, flesh_run_folder_at(&f->snapshot.runs[r].folder, t), &f->memory,
+                                  &f->panels[r]);
   return status;
 }
 
@@ -139,9 +137,8 @@ static int make(film *f, int runs, char **paths)
 {
   int status = flesh_snapshot_open(&f->snapshot, runs, paths);
   if (status) return status;
-  f->panels = calloc((size_t)runs, sizeof *f->panels);
-  f->subtitles = calloc((size_t)runs, sizeof *f->subtitles);
-  if (!f->panels || !f->subtitles) return flesh_no_memory();
+  f->panels = flesh_arena_take(&f->memory, (size_t)runs * sizeof *f->panels);
+  if (!f->panels) return flesh_no_memory();
   f->clock = &f->snapshot.runs[0].folder;
   for (int r = 1; r < runs; r++)
     if (f->snapshot.runs[r].folder.count > f->clock->count) f->clock = &f->snapshot.runs[r].folder;
@@ -207,7 +204,6 @@ int flesh_command_film(int argc, char **argv)
   if (!status) flesh_snapshot_report(&f.snapshot, &f.frame);
   flesh_folder_claim_release(&f.claim);
   flesh_snapshot_close(&f.snapshot);
-  free(f.panels);
-  free(f.subtitles);
+  flesh_arena_free(&f.memory);
   return status ? flesh_command_fail(usage.command, status) : 0;
 }

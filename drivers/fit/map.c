@@ -87,13 +87,7 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
     for (int f = 0; f < 4; f++) {
       side *one = &sides[4 * k + f];
       *one = (side){{nodes[(f + 1) % 4], nodes[(f + 2) % 4], nodes[(f + 3) % 4]}, k};
-      for (int a = 0; a < 3; a++) /* ascending */
-        for (int b = 0; b < 2; b++)
-          if (one->corners[b] > one->corners[b + 1]) {
-            const int swapped = one->corners[b];
-            one->corners[b] = one->corners[b + 1];
-            one->corners[b + 1] = swapped;
-          }
+      qsort(one->corners, 3, sizeof *one->corners, flesh_compare_int);
     }
   }
   qsort(sides, count, sizeof *sides, flesh_compare_three_ints);

@@ -20,7 +20,6 @@ static const double tolerance = 1e-8, difference = 1e-5;
 typedef struct linear_state {
   flesh_sensitivity *at; /* NULL: the start, which depends on nothing */
   double *forces;        /* [map][3*size] dr/dq at the nodes of each of the map's tets */
-  int column_count;
   double **answers;      /* [columns of probes][3*nodes] dQ = answer . dr */
 } linear_state;
 
@@ -35,6 +34,7 @@ typedef struct linear_experiment {
 
 struct flesh_fit_linear {
   flesh_fit *fit;
+  flesh_arena memory; /* of all arrays */
   int size, n;      /* nodes of a tet; unknowns */
   int *dofs;        /* [map][3*size] -1: none */
   double *p;        /* [parameters] */
@@ -42,7 +42,7 @@ struct flesh_fit_linear {
   double *sizes;    /* [parameters] dp/dq of the map's tets, 0 of keys */
   double *changes;  /* [parameters] room */
   double *differences; /* [tets of the mesh] of q between the scenes beside p */
-  double *room[2];  /* [n] */
+  double *room[3];  /* [n] */
   double *y, *by_tet; /* [measured numbers], [tets of the mesh] room */
   linear_experiment *experiments;
 };
@@ -63,7 +63,7 @@ static int find_forces(flesh_fit_linear *self, linear_experiment *x)
   int status = all ? FLESH_OK : flesh_no_memory();
   for (int s = kept->has_start; s < kept->count && !status; s++) {
     status = flesh_tet_forces(&by_tet, &kept->states[s], all);
-    double *to = x->states[s].forces = malloc((size_t)map->count * each * sizeof *to);
+    double *to = x->states[s].forces = flesh_arena_take(&self->memory, (size_t)map->count * each * sizeof *to);
     if (!status && !to) status = flesh_no_memory();
     for (int k = 0; k < map->count && !status; k++)
       memcpy(to + (size_t)k * each, all + (size_t)map->tets[k] * each, each * sizeof *to);
@@ -77,12 +77,12 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
 {
   const int count = x->e->column_count;
   int status = FLESH_OK;
-  state->answers = calloc((size_t)count + 1, sizeof *state->answers);
+  state->answers = flesh_arena_take(&self->memory, (size_t)count * sizeof *state->answers);
   if (!state->answers) return flesh_no_memory();
-  for (; state->column_count < count && !status; state->column_count++) {
+  for (int c = 0; c < count && !status; c++) {
     flesh_asked asked = {0};
-    double *answer = state->answers[state->column_count] = malloc((size_t)self->n * sizeof *answer);
-    status = answer ? flesh_asked_find(x->scene, x->e->columns[state->column_count], t, &asked) : flesh_no_memory();
+    double *answer = state->answers[c] = flesh_arena_take(&self->memory, (size_t)self->n * sizeof *answer);
+    status = answer ? flesh_asked_find(x->scene, x->e->columns[c], t, &asked) : flesh_no_memory();
     if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, answer);
     for (int d = 0; d < self->n && !status; d++) answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - answer[d];
     flesh_asked_clear(&asked);
@@ -97,7 +97,8 @@ static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
   const flesh_fit_kept *kept = &x->e->kept;
   flesh_solver_options options = *flesh_scene_solver(x->scene);
   options.linear_solver = FLESH_LINEAR_KLU; /* for many solves with one matrix */
-  int status = (x->states = calloc((size_t)kept->count + 1, sizeof *x->states)) ? FLESH_OK : flesh_no_memory();
+  x->states = flesh_arena_take(&self->memory, (size_t)kept->count * sizeof *x->states);
+  int status = x->states ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < kept->count && !status; s++) {
     linear_state *state = &x->states[s];
     status = flesh_fit_told_add(&x->told, kept->states[s].t);
@@ -129,9 +130,9 @@ static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
   const flesh_fit_map *map = self->fit->map;
   self->size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
   self->n = 3 * flesh_mesh_node_count(mesh);
-  self->dofs = malloc((size_t)map->count * 3 * (size_t)self->size * sizeof *self->dofs);
-  for (int k = 0; k < 2; k++) self->room[k] = malloc((size_t)self->n * sizeof(double));
-  if (!self->dofs || !self->room[0] || !self->room[1]) return flesh_no_memory();
+  self->dofs = flesh_arena_take(&self->memory, (size_t)map->count * 3 * (size_t)self->size * sizeof *self->dofs);
+  for (int k = 0; k < 3; k++) self->room[k] = flesh_arena_take(&self->memory, (size_t)self->n * sizeof(double));
+  if (!self->dofs || !self->room[0] || !self->room[1] || !self->room[2]) return flesh_no_memory();
   for (int k = 0; k < map->count; k++) {
     int own[10];
     const int has = flesh_mesh_tet_nodes(mesh, map->tets[k], own);
@@ -161,8 +162,8 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
   flesh_scene *scene = NULL;
   if (!self) return flesh_no_memory();
   self->fit = fit;
-  self->experiments = calloc((size_t)fit->experiment_count, sizeof *self->experiments);
-  self->p = calloc(3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets, sizeof *self->p);
+  self->experiments = flesh_arena_take(&self->memory, (size_t)fit->experiment_count * sizeof *self->experiments);
+  self->p = flesh_arena_take(&self->memory, (3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets) * sizeof *self->p);
   int status = self->experiments && self->p ? flesh_fit_scene_at(fit, 0, p, &scene) : flesh_no_memory();
   if (!status) {
     memcpy(self->p, p, all * sizeof *p);
@@ -181,32 +182,19 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
   return status;
 }
 
-static void clear_state(linear_state *state)
-{
-  flesh_sensitivity_destroy(&state->at);
-  free(state->forces);
-  for (int c = 0; c < state->column_count; c++) free(state->answers[c]);
-  free(state->answers);
-}
-
 void flesh_fit_linear_destroy(flesh_fit_linear **linear)
 {
   flesh_fit_linear *self = *linear;
   if (!self) return;
   for (int e = 0; e < self->fit->experiment_count && self->experiments; e++) {
     linear_experiment *x = &self->experiments[e];
-    for (int s = 0; s < x->told.count && x->states; s++) clear_state(&x->states[s]);
-    free(x->states);
+    for (int s = 0; s < x->told.count && x->states; s++) flesh_sensitivity_destroy(&x->states[s].at);
     free(x->told.times);
     flesh_fit_motion_destroy(&x->motion);
     flesh_scene_destroy(&x->scene);
     for (int k = 0; k < 2; k++) flesh_scene_destroy(&x->beside[k]);
   }
-  free(self->experiments);
-  free(self->dofs);
-  free(self->p);
-  free(self->room[0]);
-  free(self->room[1]);
+  flesh_arena_free(&self->memory);
   free(self);
   *linear = NULL;
 }
@@ -258,8 +246,8 @@ static int times_states(flesh_fit_linear *self, linear_experiment *x, const doub
 static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, double *u)
 {
   const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
-  double *by_x = self->room[0], *answer = self->room[1], *lambda = malloc((size_t)self->n * sizeof *lambda);
-  int status = lambda ? FLESH_OK : flesh_no_memory();
+  double *by_x = self->room[0], *answer = self->room[1], *lambda = self->room[2];
+  int status = FLESH_OK;
   for (int s = 0; s < x->told.count && !status; s++) {
     linear_state *state = &x->states[s];
     if (!state->at) continue;
@@ -271,7 +259,6 @@ static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, 
     for (size_t i = 0; i < each * count && !status; i++)
       if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
   }
-  free(lambda);
   return status;
 }
 

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "cli/interrupt.h"
 #include "fit/told.h"
 #include "flesh/observer.h"
@@ -250,9 +249,10 @@ static int take_change(following *f, const double *change, double h, flesh_param
 int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes, const double *h, double *to)
 {
   const size_t unknowns = 2 * (size_t)m->n;
-  following *all = calloc((size_t)count + 1, sizeof *all);
-  flesh_parameter *parameters = calloc((size_t)count + 1, sizeof *parameters);
-  double *starts = calloc((size_t)count * unknowns + 1, sizeof *starts);
+  flesh_arena memory = {0};
+  following *all = flesh_arena_take(&memory, (size_t)count * sizeof *all);
+  flesh_parameter *parameters = flesh_arena_take(&memory, (size_t)count * sizeof *parameters);
+  double *starts = flesh_arena_take(&memory, (size_t)count * unknowns * sizeof *starts);
   int used = 0, status = all && parameters && starts ? FLESH_OK : flesh_no_memory();
   memset(to, 0, (size_t)m->told.e->count * (size_t)count * sizeof *to);
   for (int k = 0; k < count && !status; k++) {
@@ -267,9 +267,7 @@ int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes
   m->fit->linear += used * flesh_trajectory_get_costs(m->trajectory).parts;
   for (int k = 0; k < used; k++)
     for (int s = 0; s < 2; s++) flesh_scene_destroy(&all[k].scenes[s]);
-  free(all);
-  free(parameters);
-  free(starts);
+  flesh_arena_free(&memory);
   return status;
 }
 

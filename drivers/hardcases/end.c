@@ -139,35 +139,31 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
 {
   const flesh_system *system = flesh_scene_system(scene);
   int unknowns = flesh_system_unknowns(system);
-  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r);
+  double *zero = calloc((size_t)unknowns, 2 * sizeof *zero + 1), *r = zero + unknowns, sum = 0;
+  if (!zero) return;
+  uint8_t *fixed = (uint8_t *)(r + unknowns); /* behind the doubles */
   gsl_vector *values = NULL;
-  uint8_t *fixed = calloc((size_t)unknowns, 1);
-  if (zero && r && fixed) {
-    const flesh_point point = flesh_point_at(t, x, zero, zero);
-    int free_count = unknowns - flesh_system_fixed(system, t, fixed);
-    double sum = 0;
-    int status = flesh_system_residual(system, &point, r);
-    for (int d = 0; d < unknowns; d++) sum += fixed[d] ? 0 : r[d] * r[d];
-    f->gradient = sqrt(sum) / force_scale(scene);
-    if (!(f->gradient < 1e-6)) {
-      f->end = FLESH_HARDCASES_END_MOVING;
-    } else if (!status && free_count > 6 && (values = gsl_vector_alloc((size_t)free_count)) &&
-               !spectrum(system, &point, fixed, values)) {
-      double zero_below = 1e-9 * fabs(gsl_vector_get(values, values->size - 1));
-      int rigid = free_count == unknowns ? 6 : 0, zeros = 0;
-      for (size_t k = 0; k < values->size; k++) {
-        f->negative_eigenvalues += gsl_vector_get(values, k) < -zero_below;
-        zeros += fabs(gsl_vector_get(values, k)) <= zero_below;
-      }
-      /* A free body's rigid motions are no weakness (in a point or line, some of them do not
-       * exist). */
-      f->smallest_eigenvalue = gsl_vector_get(values, f->negative_eigenvalues ? 0 : (size_t)(zeros < rigid ? zeros : rigid));
-      f->end = f->negative_eigenvalues ? FLESH_HARDCASES_END_SADDLE
-               : zeros > rigid         ? FLESH_HARDCASES_END_DEGENERATE
-                                       : FLESH_HARDCASES_END_MINIMUM;
+  const flesh_point point = flesh_point_at(t, x, zero, zero);
+  const int free_count = unknowns - flesh_system_fixed(system, t, fixed), status = flesh_system_residual(system, &point, r);
+  for (int d = 0; d < unknowns; d++) sum += fixed[d] ? 0 : r[d] * r[d];
+  f->gradient = sqrt(sum) / force_scale(scene);
+  if (!(f->gradient < 1e-6)) {
+    f->end = FLESH_HARDCASES_END_MOVING;
+  } else if (!status && free_count > 6 && (values = gsl_vector_alloc((size_t)free_count)) &&
+             !spectrum(system, &point, fixed, values)) {
+    double zero_below = 1e-9 * fabs(gsl_vector_get(values, values->size - 1));
+    int rigid = free_count == unknowns ? 6 : 0, zeros = 0;
+    for (size_t k = 0; k < values->size; k++) {
+      f->negative_eigenvalues += gsl_vector_get(values, k) < -zero_below;
+      zeros += fabs(gsl_vector_get(values, k)) <= zero_below;
     }
+    /* A free body's rigid motions are no weakness (in a point or line, some of them do not exist). */
+    f->smallest_eigenvalue = gsl_vector_get(values, f->negative_eigenvalues ? 0 : (size_t)(zeros < rigid ? zeros : rigid));
+    f->end = f->negative_eigenvalues ? FLESH_HARDCASES_END_SADDLE
+             : zeros > rigid         ? FLESH_HARDCASES_END_DEGENERATE
+                                     : FLESH_HARDCASES_END_MINIMUM;
   }
-  free(zero), free(r), free(fixed);
+  free(zero);
   gsl_vector_free(values);
 }
 

@@ -1,6 +1,5 @@
 /* mesh.c: the meshes of the hard cases. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -8,6 +7,7 @@
 
 /* Positions, tets and regions on their way into a mesh. */
 typedef struct parts {
+  flesh_arena memory;
   int nodes, tets;
   double *positions; /* [3*nodes] */
   int *tet_nodes;    /* [4*tets] */
@@ -16,9 +16,9 @@ typedef struct parts {
 
 static int parts_open(parts *p, int nodes, int tets)
 {
-  p->positions = calloc((size_t)nodes, 3 * sizeof *p->positions);
-  p->tet_nodes = calloc((size_t)tets, 4 * sizeof *p->tet_nodes);
-  p->regions = calloc((size_t)tets, sizeof *p->regions);
+  p->positions = flesh_arena_take(&p->memory, (size_t)nodes * 3 * sizeof *p->positions);
+  p->tet_nodes = flesh_arena_take(&p->memory, (size_t)tets * 4 * sizeof *p->tet_nodes);
+  p->regions = flesh_arena_take(&p->memory, (size_t)tets * sizeof *p->regions);
   return p->positions && p->tet_nodes && p->regions
              ? FLESH_OK
              : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
@@ -29,7 +29,7 @@ static int parts_finish(parts *p, int status, flesh_mesh **mesh)
 {
   if (!status)
     status = flesh_mesh_create(p->nodes, p->positions, p->tets, p->tet_nodes, p->regions, mesh);
-  free(p->positions), free(p->tet_nodes), free(p->regions);
+  flesh_arena_free(&p->memory);
   return status;
 }
 
@@ -147,7 +147,7 @@ static int open_fan(parts *p, double size, int cells)
   if (status) return status;
   const int *surface = flesh_mesh_surface(box, &triangles);
   int nodes = flesh_mesh_node_count(box);
-  int *number = calloc((size_t)nodes, sizeof *number);
+  int *number = flesh_arena_take(&p->memory, (size_t)nodes * sizeof *number);
   status = number ? parts_open(p, nodes + 1, triangles) : flesh_no_memory();
   if (!status) {
     p->positions[0] = p->positions[1] = p->positions[2] = 0.5 * size;
@@ -162,7 +162,6 @@ static int open_fan(parts *p, double size, int cells)
     }
     p->tets = triangles; /* their fourth nodes are 0, the middle */
   }
-  free(number);
   flesh_mesh_destroy(&box);
   return status;
 }

@@ -2,7 +2,6 @@
  */
 #include "picture/picture.h"
 
-#include <assert.h>
 #include <fontconfig/fontconfig.h>
 #include <math.h>
 #include <stdatomic.h>
@@ -16,19 +15,6 @@
 #include "picture/picture_legend.h"
 
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18 };
-
-static const char *const field_names[] = {"none", "J", "stress", "speed", "young"};
-static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_ERROR, "a name of every field that needs no column");
-
-int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
-{
-  for (int k = FLESH_PICTURE_PLAIN; k < FLESH_PICTURE_ERROR; k++)
-    if (!strcmp(name, field_names[k])) {
-      *field = (flesh_picture_field)k;
-      return FLESH_OK;
-    }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' is no field; it must be none, J, stress, speed or young", name);
-}
 
 void flesh_picture_options_default(flesh_picture_options *options)
 {
@@ -98,14 +84,15 @@ int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *pan
   if (!panel->x) return FLESH_OK;
   int nodes = flesh_mesh_node_count(panel->body->mesh), status = FLESH_OK;
   double size = size_of(nodes, panel->x);
+  flesh_arena arena = {0};
   add_points(fit, nodes, panel->x);
   for (int k = 0; k < flesh_picture_obstacle_count(panel) && !status; k++) {
     flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, NULL, &o);
+    status = flesh_picture_obstacle_make(panel, k, NULL, &arena, &o);
     /* A surface that is far larger than the body may reach out of the picture. */
     if (!status && size_of(o.vertices, o.x) < 4 * size) add_points(fit, o.vertices, o.x);
-    flesh_picture_obstacle_free(&o);
   }
+  flesh_arena_free(&arena);
   return status ? status : add_values(fit, panel);
 }
 
@@ -163,7 +150,7 @@ static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel 
   int status = flesh_picture_scene_make(panel, options, frame, &scene);
   if (status) return status;
   status = flesh_render(&frame->view, scene.count, scene.surfaces, &options->style, &image);
-  flesh_picture_scene_free(&scene);
+  flesh_arena_free(&scene.arena);
   if (!status) {
     cairo_surface_t *pixels =
         cairo_image_surface_create_for_data((unsigned char *)image.pixels, CAIRO_FORMAT_RGB24,

@@ -35,7 +35,4 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
 int flesh_picture(const char *path, int count, const flesh_picture_panel *panels,
                   const flesh_picture_options *options, flesh_picture_frame *frame);
 
-/* "none", "J", "stress", "speed". FLESH_ERR_ARGUMENT for another name. */
-int flesh_picture_field_from_name(const char *name, flesh_picture_field *field);
-
 #endif

@@ -12,8 +12,6 @@
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture"); }
-
 /* From blue over a neutral middle to red, for what is centred. */
 static const unsigned char diverging[][3] = {
     {38, 54, 140}, {104, 154, 208}, {238, 230, 220}, {230, 152, 98}, {160, 34, 44}};
@@ -90,7 +88,7 @@ static int average(const flesh_mesh *mesh, const double *tet_values, double *val
 {
   int nodes = flesh_mesh_node_count(mesh);
   double *weights = calloc((size_t)nodes, sizeof *weights);
-  if (!weights) return no_memory();
+  if (!weights) return flesh_picture_no_memory();
   for (int i = 0; i < nodes; i++) values[i] = 0;
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
     double volume = flesh_mesh_tet_volumes(mesh)[t];
@@ -159,7 +157,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
                       field == FLESH_PICTURE_YOUNG ? "stiffness" : "stress");
   double *made = malloc(sizeof *made * (size_t)nodes);
   double *of_tets = malloc(sizeof *of_tets * (size_t)tets);
-  if (!made || !of_tets) status = no_memory();
+  if (!made || !of_tets) status = flesh_picture_no_memory();
   else if (field == FLESH_PICTURE_SPEED) {
     for (int i = 0; i < nodes; i++) {
       const double *v = panel->v + 3 * (size_t)i;
@@ -193,7 +191,7 @@ static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, co
   }
   s->triangle_colours = rgb;
   free(tags);
-  return lacks ? no_memory() : FLESH_OK;
+  return lacks ? flesh_picture_no_memory() : FLESH_OK;
 }
 
 /* Colours of values [vertices] into rgb [3*vertices]. */
@@ -212,13 +210,12 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
                       flesh_render_surface *s, const double **values, const int **behind)
 {
   flesh_curved_surface curved;
-  const int status = flesh_curved_surface_make(mesh, &curved);
+  const int status = flesh_curved_surface_make(mesh, &scene->arena, &curved);
   if (status) return status;
   const size_t vertices = (size_t)curved.vertices;
   double *x = flesh_arena_take(&scene->arena, sizeof *x * 3 * vertices), *rest = flesh_arena_take(&scene->arena, sizeof *rest * 3 * vertices);
   double *own = flesh_arena_take(&scene->arena, sizeof *own * vertices);
-  scene->curved = curved.rows;
-  if (!x || !rest || !own) return no_memory();
+  if (!x || !rest || !own) return flesh_picture_no_memory();
   flesh_curved_surface_apply(&curved, 3, panel->x, x);
   flesh_curved_surface_apply(&curved, 3, flesh_mesh_positions(mesh), rest);
   if (*values) flesh_curved_surface_apply(&curved, 1, *values, own);
@@ -249,14 +246,14 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   }
   uint8_t *marked = flesh_arena_take(&scene->arena, (size_t)s->triangles);
   double *J = flesh_arena_take(&scene->arena, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
-  if (!marked || !J) return no_memory();
+  if (!marked || !J) return flesh_picture_no_memory();
   measure_least(panel, J);
   if (skinned) {
     s->vertices = flesh_surface_vertex_count(panel->surface);
     s->rest = flesh_surface_positions(panel->surface);
     double *x = flesh_arena_take(&scene->arena, sizeof *x * 3 * (size_t)s->vertices);
     double *own = flesh_arena_take(&scene->arena, sizeof *own * (size_t)s->vertices);
-    if (!x || !own) return no_memory();
+    if (!x || !own) return flesh_picture_no_memory();
     flesh_skin_apply(panel->skin, 3, 0, panel->x, x);
     if (values) flesh_skin_apply(panel->skin, 1, 1, values, own);
     s->x = x;
@@ -268,7 +265,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   s->marked = options->field == FLESH_PICTURE_PLAIN ? NULL : marked;
   if (values) {
     float *rgb = flesh_arena_take(&scene->arena, sizeof *rgb * 3 * (size_t)s->vertices);
-    if (!rgb) return no_memory();
+    if (!rgb) return flesh_picture_no_memory();
     colour_values(options->field, frame, s->vertices, values, rgb);
     s->colours = rgb;
   } else if (!skinned) {
@@ -282,37 +279,26 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
 int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
                              const flesh_picture_frame *frame, flesh_picture_scene *scene)
 {
-  int obstacles = flesh_picture_obstacle_count(panel);
+  const int obstacles = flesh_picture_obstacle_count(panel);
   double *values;
   *scene = (flesh_picture_scene){0};
   if (!panel->x) return FLESH_OK;
   int status = flesh_picture_values(panel, options->field, &values, NULL);
   if (status) return status;
-  scene->surfaces = calloc((size_t)obstacles + 1, sizeof *scene->surfaces);
-  scene->obstacles = calloc((size_t)obstacles + 1, sizeof *scene->obstacles);
-  status = scene->surfaces && scene->obstacles ? add_body(panel, options, frame, values, scene) : no_memory();
+  scene->surfaces = flesh_arena_take(&scene->arena, ((size_t)obstacles + 1) * sizeof *scene->surfaces);
+  status = scene->surfaces ? add_body(panel, options, frame, values, scene) : flesh_picture_no_memory();
   free(values);
   for (int k = 0; k < obstacles && !status; k++) {
     flesh_render_surface *s = &scene->surfaces[scene->count];
-    flesh_picture_obstacle *o = &scene->obstacles[k];
-    status = flesh_picture_obstacle_make(panel, k, &frame->view, o);
+    flesh_picture_obstacle o;
+    status = flesh_picture_obstacle_make(panel, k, &frame->view, &scene->arena, &o);
     if (status) break;
-    *s = (flesh_render_surface){.vertices = o->vertices, .triangles = o->triangles, .x = o->x, .corners = o->corners,
-                                .glass = 1, .ground = o->is_plane,
-                                .fade = o->is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
+    *s = (flesh_render_surface){.vertices = o.vertices, .triangles = o.triangles, .x = o.x, .corners = o.corners,
+                                .glass = 1, .ground = o.is_plane,
+                                .fade = o.is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
     linear(obstacle_colour, s->plain);
     scene->count++;
   }
-  if (status) flesh_picture_scene_free(scene);
+  if (status) flesh_arena_free(&scene->arena);
   return status;
-}
-
-void flesh_picture_scene_free(flesh_picture_scene *scene)
-{
-  for (int k = 0; k + 1 < scene->count; k++) flesh_picture_obstacle_free(&scene->obstacles[k]);
-  flesh_arena_free(&scene->arena);
-  free(scene->obstacles);
-  free(scene->curved);
-  free(scene->surfaces);
-  *scene = (flesh_picture_scene){0};
 }

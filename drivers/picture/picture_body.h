@@ -26,8 +26,8 @@ typedef struct flesh_curved_surface {
   uint8_t *hidden;           /* [triangles] bit k: the side opposite to corner k is no edge of the mesh */
 } flesh_curved_surface;
 
-/* Makes the surface of a mesh of order 2, whose `rows` are to be freed. FLESH_ERR_MEMORY. */
-int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *surface);
+/* Makes the surface of a mesh of order 2, in the arena. FLESH_ERR_MEMORY. */
+int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_arena *arena, flesh_curved_surface *surface);
 
 /* Values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces' quadratic
  * shape functions; 0 where there is no vertex. */
@@ -53,26 +53,22 @@ typedef struct flesh_picture_obstacle {
   int is_plane; /* a square that reaches beyond the view, in small triangles */
 } flesh_picture_obstacle;
 
-/* The surfaces that a panel shows; owns its arrays. Zero-initialise. */
+/* The surfaces that a panel shows. */
 typedef struct flesh_picture_scene {
   int count; /* of surfaces: the body, then its obstacles */
   flesh_render_surface *surfaces;
-  flesh_arena arena; /* of their arrays, but for those of the next two */
-  flesh_curved_vertex *curved;
-  flesh_picture_obstacle *obstacles;
+  flesh_arena arena; /* of them and of their arrays; to be freed */
 } flesh_picture_scene;
 
 /* Makes the surfaces; low, high: of the colours. */
 int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
                              const flesh_picture_frame *frame, flesh_picture_scene *scene);
-void flesh_picture_scene_free(flesh_picture_scene *scene);
 
 /* The obstacles of the panel's system. */
 int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
-/* Makes obstacle k; a plane has no vertices where `view` is NULL. FLESH_ERR_MEMORY: it has none then. */
-int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view,
+/* Makes obstacle k, in the arena; a plane has no vertices where `view` is NULL. FLESH_ERR_MEMORY. */
+int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view, flesh_arena *arena,
                                 flesh_picture_obstacle *obstacle);
-void flesh_picture_obstacle_free(flesh_picture_obstacle *obstacle);
 /* Half the side of a plane's square. */
 double flesh_picture_plane_extent(const flesh_view *view);
 

@@ -1,7 +1,6 @@
 /* picture_curved.c: faces of six nodes, drawn as sixteen triangles each. */
 #include "picture/picture_body.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -99,13 +98,13 @@ static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surf
     }
 }
 
-int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
+int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_arena *arena, flesh_curved_surface *s)
 {
   const int faces = count_faces(mesh), nodes = flesh_mesh_node_count(mesh), vertices = 3 * nodes + 3 * faces;
   const size_t triangles = TRIANGLES * (size_t)faces;
   const size_t rows = ((size_t)vertices + 1) * sizeof *s->rows;
-  *s = (flesh_curved_surface){.vertices = vertices, .rows = calloc(rows + triangles * (4 * sizeof(int) + 1), 1)};
-  if (!s->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  *s = (flesh_curved_surface){.vertices = vertices, .rows = flesh_arena_take(arena, rows + triangles * (4 * sizeof(int) + 1))};
+  if (!s->rows) return flesh_picture_no_memory();
   s->corners = (int *)(s->rows + vertices + 1);
   s->tets = s->corners + 3 * triangles;
   s->hidden = (uint8_t *)(s->tets + triangles);

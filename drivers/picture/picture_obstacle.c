@@ -30,27 +30,18 @@ int flesh_picture_obstacle_count(const flesh_picture_panel *panel)
   return count;
 }
 
-static int allocate(flesh_picture_obstacle *o, int vertices, int triangles)
+static int allocate(flesh_arena *arena, flesh_picture_obstacle *o, int vertices, int triangles)
 {
-  *o = (flesh_picture_obstacle){vertices, triangles, malloc((3 * (size_t)vertices + 1) * sizeof *o->x),
-                                malloc((3 * (size_t)triangles + 1) * sizeof *o->corners), 0};
-  if (o->x && o->corners) return FLESH_OK;
-  flesh_picture_obstacle_free(o);
-  return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-}
-
-void flesh_picture_obstacle_free(flesh_picture_obstacle *o)
-{
-  free(o->x);
-  free(o->corners);
-  *o = (flesh_picture_obstacle){0};
+  *o = (flesh_picture_obstacle){vertices, triangles, flesh_arena_take(arena, 3 * (size_t)vertices * sizeof *o->x),
+                                flesh_arena_take(arena, 3 * (size_t)triangles * sizeof *o->corners), 0};
+  return o->x && o->corners ? FLESH_OK : flesh_picture_no_memory();
 }
 
 /* A square, corner by corner around it, as a grid: what is behind the eye is left out triangle by triangle. */
-static int cut_plane(const double *ring, flesh_picture_obstacle *o)
+static int cut_plane(const double *ring, flesh_arena *arena, flesh_picture_obstacle *o)
 {
   enum { CELLS = 40 };
-  const int status = allocate(o, (CELLS + 1) * (CELLS + 1), 2 * CELLS * CELLS);
+  const int status = allocate(arena, o, (CELLS + 1) * (CELLS + 1), 2 * CELLS * CELLS);
   if (status) return status;
   double *x = o->x;
   int *c = o->corners;
@@ -67,13 +58,11 @@ static int cut_plane(const double *ring, flesh_picture_obstacle *o)
 }
 
 /* Lets corners at one place be one node, so that light runs smoothly over seams. */
-static int weld(int nodes, const double *positions, int triangles, int *corners)
+static int weld(flesh_arena *arena, flesh_picture_obstacle *o)
 {
-  int *first = malloc(sizeof *first * ((size_t)nodes + 1));
-  const int status = first ? flesh_surface_first_vertices(nodes, positions, first)
-                           : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-  for (int c = 0; c < 3 * triangles && !status; c++) corners[c] = first[corners[c]];
-  free(first);
+  int *first = flesh_arena_take(arena, sizeof *first * (size_t)o->vertices);
+  const int status = first ? flesh_surface_first_vertices(o->vertices, o->x, first) : flesh_picture_no_memory();
+  for (int c = 0; c < 3 * o->triangles && !status; c++) o->corners[c] = first[o->corners[c]];
   return status;
 }
 
@@ -82,16 +71,16 @@ double flesh_picture_plane_extent(const flesh_view *view)
   return 2.4 * view->height * fmax(1, (double)view->width_px / view->height_px);
 }
 
-static int copy_surface(const flesh_surface *surface, flesh_picture_obstacle *o)
+static int copy_surface(const flesh_surface *surface, flesh_arena *arena, flesh_picture_obstacle *o)
 {
-  const int status = allocate(o, flesh_surface_vertex_count(surface), flesh_surface_face_count(surface));
+  const int status = allocate(arena, o, flesh_surface_vertex_count(surface), flesh_surface_face_count(surface));
   if (status) return status;
   memcpy(o->x, flesh_surface_positions(surface), 3 * (size_t)o->vertices * sizeof *o->x);
   memcpy(o->corners, flesh_surface_corners(surface), 3 * (size_t)o->triangles * sizeof *o->corners);
   return FLESH_OK;
 }
 
-int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view,
+int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view, flesh_arena *arena,
                                 flesh_picture_obstacle *o)
 {
   int count;
@@ -104,14 +93,13 @@ int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const f
   if (status) return status;
   const int is_plane = flesh_surface_vertex_count(surface) == 4 && flesh_surface_face_count(surface) == 2;
   if (!is_plane) {
-    status = copy_surface(surface, o);
-    if (!status) status = weld(o->vertices, o->x, o->triangles, o->corners);
+    status = copy_surface(surface, arena, o);
+    if (!status) status = weld(arena, o);
     if (!status && view) status = flesh_picture_face_body(panel, o->x, o->triangles, o->corners);
   } else if (view) {
-    status = cut_plane(flesh_surface_positions(surface), o);
+    status = cut_plane(flesh_surface_positions(surface), arena, o);
   }
   flesh_surface_destroy(&surface);
-  if (status) flesh_picture_obstacle_free(o);
   o->is_plane = is_plane;
   return status;
 }
@@ -248,7 +236,7 @@ int flesh_picture_face_body(const flesh_picture_panel *panel, const double *posi
 {
   const size_t count = (size_t)triangles + 1;
   int *room = malloc(count * (5 * sizeof *room + 4)), components = 0; /* and chars behind the ints */
-  if (!room) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  if (!room) return flesh_picture_no_memory();
   signed char *alike = (signed char *)(room + 5 * count);
   sheet s = {triangles, corners, room, alike, room + 3 * count, alike + 3 * count, room + 4 * count};
   int failed = link_sides(&s);
@@ -257,5 +245,5 @@ int flesh_picture_face_body(const flesh_picture_panel *panel, const double *posi
     if (s.component[t] < 0) spread(&s, t, components++);
   if (!failed) failed = turn_components(&s, components, positions, panel);
   free(room);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture") : FLESH_OK;
+  return failed ? flesh_picture_no_memory() : FLESH_OK;
 }

@@ -9,15 +9,17 @@
 #include "math/area.h"
 #include "math/mat3.h"
 #include "picture/render_raster.h"
+#include "scene/arena.h"
 
 /* Triangles of all surfaces are numbered through. */
 typedef struct scene {
-  int count, total;
+  int count;
   const flesh_render_surface *surfaces;
   const flesh_render_style *style;
+  flesh_arena memory;   /* of the next three and of the veil */
   int *first;           /* [count+1] number of each surface's first triangle */
-  float (*normals)[3];  /* [3*total] of every corner */
-  flesh_render_point *eye; /* [3*total] corners as the camera sees them */
+  float (*normals)[3];  /* of every corner of all triangles */
+  flesh_render_point *eye; /* the corners as the camera sees them */
   flesh_view view;
   flesh_raster seen;
   float (*veil)[4]; /* per sample: light of what is transparent before it, and what that lets through; NULL: nothing */
@@ -43,9 +45,11 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
   enum { X, REST };
   static const double SHARP = 0.64; /* cos 50 degrees */
   size_t triangles = (size_t)s->triangles, corners = 3 * triangles;
-  double(*faces[2])[3] = {malloc((triangles + 1) * sizeof **faces), NULL};
-  int *start = calloc((size_t)s->vertices + 2, sizeof *start), *around = malloc((corners + 1) * sizeof *around);
-  faces[REST] = s->rest ? malloc((triangles + 1) * sizeof **faces) : faces[X];
+  flesh_arena room = {0};
+  double(*faces[2])[3] = {flesh_arena_take(&room, triangles * sizeof **faces), NULL};
+  int *start = flesh_arena_take(&room, ((size_t)s->vertices + 2) * sizeof *start);
+  int *around = flesh_arena_take(&room, corners * sizeof *around);
+  faces[REST] = s->rest ? flesh_arena_take(&room, triangles * sizeof **faces) : faces[X];
   int failed = !faces[X] || !faces[REST] || !start || !around;
   for (int kind = X; kind <= (s->rest ? REST : X) && !failed; kind++)
     for (size_t t = 0; t < triangles; t++)
@@ -66,11 +70,8 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
     flesh_view_normalise(sum);
     for (int d = 0; d < 3; d++) normals[c][d] = (float)sum[d];
   }
-  if (s->rest) free(faces[REST]);
-  free(faces[X]);
-  free(start);
-  free(around);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture") : FLESH_OK;
+  flesh_arena_free(&room);
+  return failed ? flesh_picture_no_memory() : FLESH_OK;
 }
 
 /* Which surface a triangle's number belongs to. */
@@ -284,11 +285,9 @@ static int draw_seen(scene *s)
     }
   if (!behind) return FLESH_OK;
   const size_t count = (size_t)s->seen.width * (size_t)s->seen.height;
-  s->veil = malloc(count * sizeof *s->veil);
-  status = s->veil ? flesh_raster_open(&glass, s->seen.width, s->seen.height)
-                   : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
-  for (size_t at = 0; at < count && !status; at++)
-    s->veil[at][0] = s->veil[at][1] = s->veil[at][2] = 0, s->veil[at][3] = 1;
+  s->veil = flesh_arena_take(&s->memory, count * sizeof *s->veil);
+  status = s->veil ? flesh_raster_open(&glass, s->seen.width, s->seen.height) : flesh_picture_no_memory();
+  for (size_t at = 0; at < count && !status; at++) s->veil[at][3] = 1;
   for (int k = 0; k < s->count && !status; k++) {
     int drawn = 0;
     for (int t = s->first[k]; t < s->first[k + 1] && s->surfaces[k].glass; t++) {
@@ -332,14 +331,13 @@ static int scene_open(scene *s, const flesh_view *view, int count, const flesh_r
   *s = (scene){.count = count, .surfaces = surfaces, .style = style, .view = *view};
   s->view.width_px *= style->samples;
   s->view.height_px *= style->samples;
-  s->first = calloc((size_t)count + 1, sizeof *s->first);
-  if (!s->first) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  s->first = flesh_arena_take(&s->memory, ((size_t)count + 1) * sizeof *s->first);
+  if (!s->first) return flesh_picture_no_memory();
   for (int k = 0; k < count; k++) s->first[k + 1] = s->first[k] + surfaces[k].triangles;
-  s->total = s->first[count];
-  size_t corners = 3 * (size_t)s->total + 1;
-  s->normals = malloc(corners * sizeof *s->normals);
-  s->eye = malloc(corners * sizeof *s->eye);
-  if (!s->normals || !s->eye) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  const size_t corners = 3 * (size_t)s->first[count];
+  s->normals = flesh_arena_take(&s->memory, corners * sizeof *s->normals);
+  s->eye = flesh_arena_take(&s->memory, corners * sizeof *s->eye);
+  if (!s->normals || !s->eye) return flesh_picture_no_memory();
   for (int k = 0; k < count; k++)
     for (int c = 0; c < 3 * surfaces[k].triangles; c++)
       s->eye[3 * (size_t)s->first[k] + (size_t)c] =
@@ -352,10 +350,7 @@ static int scene_open(scene *s, const flesh_view *view, int count, const flesh_r
 
 static void scene_close(scene *s)
 {
-  free(s->first);
-  free(s->normals);
-  free(s->eye);
-  free(s->veil);
+  flesh_arena_free(&s->memory);
   flesh_raster_close(&s->seen);
   flesh_shadow_close(&s->shadow);
 }
@@ -368,7 +363,7 @@ int flesh_render(const flesh_view *view, int count, const flesh_render_surface *
   int status = scene_open(&s, view, count, surfaces, style);
   if (!status) {
     image->pixels = malloc(sizeof *image->pixels * (size_t)image->width * (size_t)image->height);
-    if (!image->pixels) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+    if (!image->pixels) status = flesh_picture_no_memory();
   }
   if (!status) status = draw_seen(&s);
   if (!status) status = cast_shadows(&s);

@@ -9,12 +9,14 @@
 #include "math/area.h"
 #include "math/mat3.h"
 
+int flesh_picture_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture"); }
+
 int flesh_raster_open(flesh_raster *raster, int width, int height)
 {
   size_t count = (size_t)width * (size_t)height;
   *raster = (flesh_raster){width, height, malloc(count * sizeof *raster->depth),
                            malloc(count * sizeof *raster->triangle)};
-  if (!raster->depth || !raster->triangle) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  if (!raster->depth || !raster->triangle) return flesh_picture_no_memory();
   flesh_raster_clear(raster);
   return FLESH_OK;
 }

@@ -38,7 +38,8 @@ typedef struct flesh_raster {
   int *triangle;
 } flesh_raster;
 
-/* FLESH_ERR_MEMORY. */
+/* FLESH_ERR_MEMORY: this, and of all that draws. */
+int flesh_picture_no_memory(void);
 int flesh_raster_open(flesh_raster *raster, int width, int height);
 void flesh_raster_clear(flesh_raster *raster);
 void flesh_raster_close(flesh_raster *raster);

@@ -12,7 +12,7 @@
 
 void flesh_snapshot_default(flesh_snapshot *s)
 {
-  *s = (flesh_snapshot){.colour = "J", .height = NAN, .field_of_view = NAN};
+  *s = (flesh_snapshot){.colour = FLESH_PICTURE_J, .height = NAN, .field_of_view = NAN};
   flesh_picture_options_default(&s->options);
 }
 
@@ -61,9 +61,7 @@ static int choose_options(flesh_snapshot *s)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--width is %d; it must be %d to %d pixels", width, LEAST, MOST);
   if (height && (height < LEAST || height > MOST))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--picture-height is %d; it must be %d to %d pixels", height, LEAST, MOST);
-  int status = flesh_picture_field_from_name(s->colour, &s->options.field);
-  if (status) return flesh_fail_within(status, "--colour: ");
-  if (s->error) s->options.field = FLESH_PICTURE_ERROR;
+  s->options.field = s->error ? FLESH_PICTURE_ERROR : (flesh_picture_field)s->colour;
   if (s->range) {
     if (flesh_list_parse(s->range, 2, ends) != 2 || !(ends[0] < ends[1]))
       return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -115,7 +113,7 @@ void flesh_snapshot_close(flesh_snapshot *s)
 }
 
 /* With as many decimals for all frames as distinguish them, at least three. */
-static void write_time(const flesh_run_folder *run, char *text, size_t size)
+static const char *time_text(const flesh_run_folder *run, flesh_arena *arena)
 {
   double least = INFINITY;
   for (int k = 1; k < run->count; k++)
@@ -123,8 +121,8 @@ static void write_time(const flesh_run_folder *run, char *text, size_t size)
       least = fmin(least, run->frames[k].time - run->frames[k - 1].time);
   if (run->count == 1 && run->state.t > 0) least = run->state.t;
   const double decimals = isfinite(least) ? fmax(3, -floor(log10(least))) : 3;
-  if (decimals > 7) snprintf(text, size, "t = %.4g s", run->state.t);
-  else snprintf(text, size, "t = %.*f s", (int)decimals, run->state.t);
+  return decimals > 7 ? flesh_arena_print(arena, "t = %.4g s", run->state.t)
+                      : flesh_arena_print(arena, "t = %.*f s", (int)decimals, run->state.t);
 }
 
 int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel)
@@ -139,20 +137,18 @@ int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel)
   return FLESH_OK;
 }
 
-int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,
-                         flesh_picture_panel *panel)
+int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, flesh_arena *arena, flesh_picture_panel *panel)
 {
   flesh_snapshot_run *run = &s->runs[r];
   int status = flesh_run_panel(&run->folder, k, panel);
   if (status) return status;
-  write_time(&run->folder, subtitle, size);
   panel->title = s->bare || s->count < 2 ? NULL : run->title;
-  panel->subtitle = s->bare ? NULL : subtitle;
+  panel->subtitle = s->bare ? NULL : time_text(&run->folder, arena);
   panel->surface = run->surface;
   panel->skin = run->skin;
   panel->scene = run->folder.scene;
   panel->column = s->error;
-  return FLESH_OK;
+  return s->bare || panel->subtitle ? FLESH_OK : flesh_no_memory();
 }
 
 void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame)

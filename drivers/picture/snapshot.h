@@ -17,7 +17,8 @@ typedef struct flesh_snapshot_run {
 
 typedef struct flesh_snapshot {
   /* Options, as given on the command line. */
-  const char *colour, *error, *range, *camera, *up, *target, *surface;
+  int colour; /* flesh_picture_field */
+  const char *error, *range, *camera, *up, *target, *surface;
   double height, field_of_view;
   int no_skin, bare;
   flesh_picture_options options; /* with what the others say once the runs are opened */
@@ -29,7 +30,7 @@ typedef struct flesh_snapshot {
 
 /* The options of a command line into *s, to stand in a command's list. */
 #define FLESH_SNAPSHOT_OPTIONS(s) \
-  {"colour", "J|stress|speed|young|none", FLESH_OPTION_TEXT, &(s).colour, \
+  {"colour", "none|J|stress|speed|young", FLESH_OPTION_CHOICE, &(s).colour, /* of flesh_picture_field */ \
    "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, young (Young's " \
    "modulus of the material, as of a map of flesh fit) or none (default J)"}, \
   {"error", "COLUMN", FLESH_OPTION_TEXT, &(s).error, \
@@ -66,10 +67,9 @@ void flesh_snapshot_close(flesh_snapshot *s); /* harmless after a failed open */
 /* Frame k of a run as a panel that borrows the run's state, until the next load. */
 int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel);
 
-/* Frame k of run r as a panel that borrows the run's state: the next load changes it. `subtitle`
- * [size] is filled with its time. */
-int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, char *subtitle, size_t size,
-                         flesh_picture_panel *panel);
+/* Frame k of run r as a panel that borrows the run's state: the next load changes it. Its subtitle, the time, is in the
+ * arena. */
+int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, flesh_arena *arena, flesh_picture_panel *panel);
 
 /* Tells on stdout which way is up, and what the colours of pictures in this frame show. */
 void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame);

@@ -34,28 +34,16 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
   b->total = (3 + FLESH_REPORT_FIELDS) * (size_t)b->nodes;
   for (int k = 0; k < b->obstacle_count; k++) {
     flesh_picture_obstacle o;
-    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
+    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &b->memory, &o);
     if (status) return status;
     b->total += 3 * (size_t)o.vertices;
-    flesh_picture_obstacle_free(&o);
   }
   b->flag_bytes = ((size_t)b->tets + 7) / 8;
-  b->now = calloc(b->total + 1, sizeof *b->now);
-  b->last = calloc(b->total + 1, sizeof *b->last);
-  b->before = calloc(b->total + 1, sizeof *b->before);
-  b->flags = calloc(b->flag_bytes + 1, 1);
-  b->last_flags = calloc(b->flag_bytes + 1, 1);
-  return b->now && b->last && b->before && b->flags && b->last_flags ? FLESH_OK : flesh_report_no_memory();
-}
-
-void flesh_report_body_close(flesh_report_body *b)
-{
-  free(b->now);
-  free(b->last);
-  free(b->before);
-  free(b->flags);
-  free(b->last_flags);
-  *b = (flesh_report_body){0};
+  for (int k = 0; k < 3; k++) b->numbers[k] = flesh_arena_take(&b->memory, b->total * sizeof **b->numbers);
+  for (int k = 0; k < 2; k++) b->flags[k] = flesh_arena_take(&b->memory, b->flag_bytes);
+  b->J = flesh_arena_take(&b->memory, (size_t)b->tets * sizeof *b->J);
+  return b->numbers[0] && b->numbers[1] && b->numbers[2] && b->flags[0] && b->flags[1] && b->J ? FLESH_OK
+                                                                                              : flesh_report_no_memory();
 }
 
 /* The nearest multiple of the step; what is not finite, or beyond 2^30 of them, is put there. */
@@ -95,11 +83,12 @@ static json_t *add_list(FILE *numbers, size_t count, const int *values)
 static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
 {
   flesh_curved_surface curved;
-  int status = flesh_curved_surface_make(mesh, &curved), further = 0;
+  flesh_arena arena = {0};
+  int status = flesh_curved_surface_make(mesh, &arena, &curved), further = 0;
   if (status) return status;
   const int nodes = flesh_mesh_node_count(mesh);
   const size_t triangles = (size_t)curved.triangles, vertices = (size_t)curved.vertices;
-  int *places = calloc(13 * vertices + triangles + 1, sizeof *places);
+  int *places = flesh_arena_take(&arena, (13 * vertices + triangles) * sizeof *places);
   int *six = places + vertices, *eighths = six + 6 * vertices, *hidden = eighths + 6 * vertices;
   if (!places) status = flesh_report_no_memory();
   for (size_t c = 0; c < 3 * triangles && !status; c++) {
@@ -120,8 +109,7 @@ static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
     json_object_set_new(made, "six", add_list(numbers, 6 * (size_t)further, six));
     json_object_set_new(made, "eighths", add_list(numbers, 6 * (size_t)further, eighths));
   }
-  free(places);
-  free(curved.rows);
+  flesh_arena_free(&arena);
   return status;
 }
 
@@ -155,72 +143,63 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
 int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
                                 FILE *numbers, json_t **made)
 {
+  flesh_arena arena = {0};
+  int status = FLESH_OK;
   *made = json_array();
-  for (int k = 0; k < b->obstacle_count; k++) {
+  for (int k = 0; k < b->obstacle_count && !status; k++) {
     flesh_picture_obstacle o;
-    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
-    if (status) return status;
+    status = flesh_picture_obstacle_make(panel, k, &b->view, &arena, &o);
+    if (status) break;
     const double fade = o.is_plane ? flesh_picture_plane_extent(&b->view) : 0;
     json_array_append_new(*made, json_pack("{sisfso}", "vertices", o.vertices, "fade", fade, "corners",
                                            add_list(numbers, 3 * (size_t)o.triangles, o.corners)));
-    flesh_picture_obstacle_free(&o);
   }
-  return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
+  flesh_arena_free(&arena);
+  return ferror(numbers) ? flesh_report_no_memory() : status;
 }
 
 /* The numbers of a frame: positions of the body, of the obstacles, and the fields' values. */
 static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
 {
-  int *to = round_positions(b->nodes, panel->x, b->quantum, b->now);
-  for (int k = 0; k < b->obstacle_count; k++) {
+  flesh_arena arena = {0};
+  int status = FLESH_OK, *to = round_positions(b->nodes, panel->x, b->quantum, b->numbers[b->frames % 3]);
+  for (int k = 0; k < b->obstacle_count && !status; k++) {
     flesh_picture_obstacle o;
-    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &o);
-    if (status) return status;
-    to = round_positions(o.vertices, o.x, b->quantum, to); /* their number does not change */
-    flesh_picture_obstacle_free(&o);
+    status = flesh_picture_obstacle_make(panel, k, &b->view, &arena, &o);
+    if (!status) to = round_positions(o.vertices, o.x, b->quantum, to); /* their number does not change */
   }
-  for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
+  flesh_arena_free(&arena);
+  for (int f = 0; f < FLESH_REPORT_FIELDS && !status; f++) {
     double *values;
-    int status =
-        flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
-    if (status) return status;
-    for (int i = 0; i < b->nodes; i++) *to++ = round_to(values[i] - b->low[f], b->steps[f]);
+    status = flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
+    for (int i = 0; i < b->nodes && !status; i++) *to++ = round_to(values[i] - b->low[f], b->steps[f]);
     free(values);
   }
-  return FLESH_OK;
+  return status;
 }
 
-static int flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
+static void flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
 {
-  double *J = malloc(sizeof *J * ((size_t)b->tets + 1));
-  if (!J) return flesh_report_no_memory();
-  flesh_mesh_jacobians(panel->body->mesh, panel->x, J, NULL, NULL);
-  memset(b->flags, 0, b->flag_bytes);
+  uint8_t *flags = b->flags[b->frames % 2];
+  flesh_mesh_jacobians(panel->body->mesh, panel->x, b->J, NULL, NULL);
+  memset(flags, 0, b->flag_bytes);
   for (int t = 0; t < b->tets; t++)
-    if (!(J[t] > 0)) b->flags[t / 8] |= (uint8_t)(1 << t % 8);
-  free(J);
-  return FLESH_OK;
+    if (!(b->J[t] > 0)) flags[t / 8] |= (uint8_t)(1 << t % 8);
 }
 
 int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *panel,
                             FILE *numbers)
 {
-  int status = gather(b, panel);
-  if (!status) status = flag_inverted(b, panel);
+  const int f = b->frames, *now = b->numbers[f % 3], *last = b->numbers[(f + 2) % 3], *before = b->numbers[(f + 1) % 3];
+  const int status = gather(b, panel);
   if (status) return status;
+  flag_inverted(b, panel);
   for (size_t k = 0; k < b->total; k++) {
-    const int64_t one = b->last[k], two = b->before[k];
-    const int64_t told = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? b->now[k - 1] : 0;
-    add_number(numbers, b->now[k] - told);
+    const int64_t one = last[k], two = before[k];
+    const int64_t told = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? now[k - 1] : 0;
+    add_number(numbers, now[k] - told);
   }
-  for (size_t k = 0; k < b->flag_bytes; k++) putc(b->flags[k] ^ b->last_flags[k], numbers);
-  int *free_one = b->before;
-  uint8_t *free_flags = b->last_flags;
-  b->before = b->last;
-  b->last = b->now;
-  b->now = free_one;
-  b->last_flags = b->flags;
-  b->flags = free_flags;
+  for (size_t k = 0; k < b->flag_bytes; k++) putc(b->flags[0][k] ^ b->flags[1][k], numbers);
   b->frames++;
   return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
 }

@@ -14,16 +14,16 @@ typedef struct flesh_report_body {
   double quantum;                                              /* m, of positions */
   double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* of the fields */
   flesh_view view;
-  size_t total;             /* numbers of a frame */
-  int *now, *last, *before; /* [total] */
-  size_t flag_bytes;
-  uint8_t *flags, *last_flags; /* [flag_bytes] a bit per tet: it is inverted */
+  flesh_arena memory;
+  size_t total, flag_bytes;
+  int *numbers[3];   /* [total] of a frame, frame k's in the place k % 3 */
+  uint8_t *flags[2]; /* [flag_bytes] a bit per tet: it is inverted; frame k's in the place k % 2 */
+  double *J;         /* [tets] room */
 } flesh_report_body;
 
-/* `frames` [FLESH_REPORT_FIELDS]: the limits of the fields' colours. FLESH_ERR_MEMORY. */
+/* `frames` [FLESH_REPORT_FIELDS]: the limits of the fields' colours. FLESH_ERR_MEMORY. The caller frees `memory`. */
 int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
                            flesh_report_body *body);
-void flesh_report_body_close(flesh_report_body *body);
 
 /* Adds the mesh at rest, or the obstacles, as the first panel has them; *made tells where (new). */
 int flesh_report_body_mesh(const flesh_report_body *body, const flesh_picture_panel *panel,

@@ -57,8 +57,8 @@ static int find_kind(const char *path, const kind **found)
 /* Runs are one part, compared; every other result is a part of its own, in the order given. */
 static int gather(flesh_report *report, int count, char **paths)
 {
-  char **runs = calloc((size_t)count + 1, sizeof *runs);
-  const kind **found = calloc((size_t)count + 1, sizeof *found);
+  char **runs = flesh_arena_take(&report->arena, (size_t)count * sizeof *runs);
+  const kind **found = flesh_arena_take(&report->arena, (size_t)count * sizeof *found);
   int run_count = 0, status = runs && found ? FLESH_OK : flesh_report_no_memory();
   for (int k = 0; k < count && !status; k++) {
     status = find_kind(paths[k], &found[k]);
@@ -68,8 +68,6 @@ static int gather(flesh_report *report, int count, char **paths)
   for (int k = 0; k < count && !status; k++)
     if (found[k]->sql) status = flesh_report_add_study(report, found[k]->title, found[k]->sql, paths[k]);
     else if (found[k]->title) status = flesh_report_add_sweep(report, paths[k]);
-  free(runs);
-  free(found);
   return status;
 }
 

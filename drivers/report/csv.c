@@ -23,7 +23,7 @@ static json_t *values_of(const flesh_csv *csv, int column, int every)
     good &= flesh_csv_number(csv, row, column, &value);
     found |= isfinite(value);
     json_array_append_new(texts, flesh_json_bytes(cell, strlen(cell)));
-    json_array_append_new(numbers, isfinite(value) ? json_real(value) : json_null());
+    json_array_append_new(numbers, flesh_json_number(value));
   }
   good = good && (found || !csv->rows);
   json_decref(good ? texts : numbers);
@@ -61,9 +61,7 @@ static json_t *cell(sqlite3_stmt *query, int column)
   case SQLITE_INTEGER:
     return json_integer(sqlite3_column_int64(query, column));
   case SQLITE_FLOAT:
-    return isfinite(sqlite3_column_double(query, column))
-               ? json_real(sqlite3_column_double(query, column))
-               : json_null();
+    return flesh_json_number(sqlite3_column_double(query, column));
   case SQLITE_NULL:
     return json_null();
   default: {

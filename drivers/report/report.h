@@ -76,7 +76,7 @@ typedef struct flesh_report {
   json_t *view;             /* the bodies; null: none */
   flesh_report_bytes still;   /* a PNG of them as they are first seen; empty: none */
   flesh_report_bytes numbers; /* that `view` speaks of */
-  flesh_arena arena; /* of the texts of the next */
+  flesh_arena arena; /* of the texts of the next, and of what the view is made of */
   flesh_report_shown *shown;
   int shown_count;
   int most_frames; /* of a run */

@@ -239,7 +239,7 @@ static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
 {
   const int results = !strcmp(name, "results"), code = sqlite3_step(query);
   if (code != SQLITE_ROW) return code == SQLITE_DONE ? FLESH_OK : fail(m);
-  char *title = strdup((const char *)sqlite3_column_text(query, 0));
+  const char *title = flesh_arena_print(&m->report->arena, "%s", (const char *)sqlite3_column_text(query, 0));
   sqlite3_reset(query);
   json_t *columns = title ? flesh_report_query(query, 1) : NULL;
   if (results) drop_empty(columns);
@@ -250,7 +250,6 @@ static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
   if (columns && results && (!sql || sqlite3_exec(m->database, sql, NULL, NULL, NULL))) status = flesh_report_no_memory();
   sqlite3_free(sql);
   free(text);
-  free(title);
   return status;
 }
 

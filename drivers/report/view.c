@@ -1,6 +1,5 @@
 /* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "report/body.h"
@@ -13,7 +12,7 @@
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 
-/* How far a run's frames are from its first; zero-initialise, free `times`, which the other arrays are behind. */
+/* How far a run's frames are from its first; zero-initialise. */
 typedef struct motion {
   int count;            /* of frames */
   double *times, *away; /* [count] s; m^2, sum over nodes */
@@ -21,11 +20,11 @@ typedef struct motion {
 } motion;
 
 /* Adds the next of `taken` frames. FLESH_ERR_MEMORY. */
-static int add_motion(motion *m, int taken, const flesh_picture_panel *panel)
+static int add_motion(motion *m, int taken, const flesh_picture_panel *panel, flesh_arena *arena)
 {
   const size_t size = 3 * (size_t)flesh_mesh_node_count(panel->body->mesh);
   if (!m->first) {
-    m->times = malloc((2 * (size_t)taken + size + 1) * sizeof *m->times);
+    m->times = flesh_arena_take(arena, (2 * (size_t)taken + size) * sizeof *m->times);
     if (!m->times) return flesh_report_no_memory();
     m->away = m->times + taken;
     m->first = m->away + taken;
@@ -88,7 +87,7 @@ static int frame_at(int count, int taken, int k)
 }
 
 /* Limits of the colours and what is to be in the picture, of every frame that is taken, and how far these move. */
-static int fit_runs(const flesh_report *report, flesh_run_folder *runs, motion *motions,
+static int fit_runs(flesh_report *report, flesh_run_folder *runs, motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
   flesh_picture_fit fits[FIELDS];
@@ -103,7 +102,7 @@ static int fit_runs(const flesh_report *report, flesh_run_folder *runs, motion *
     for (int k = 0; k < taken && !status; k++) {
       flesh_picture_panel panel;
       status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, k), &panel);
-      if (!status) status = add_motion(&motions[r], taken, &panel);
+      if (!status) status = add_motion(&motions[r], taken, &panel, &report->arena);
       for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
     }
   }
@@ -194,7 +193,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                 mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
                 "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
                 own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
-  flesh_report_body_close(&body);
+  flesh_arena_free(&body.memory);
   return status;
 }
 
@@ -230,31 +229,28 @@ static int add_still(flesh_report *report, flesh_run_folder *runs, const motion 
                      const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
   const int count = report->shown_count;
-  flesh_picture_panel *panels = calloc((size_t)count + 1, sizeof *panels);
-  char(*times)[32] = calloc((size_t)count + 1, sizeof *times);
+  flesh_picture_panel *panels = flesh_arena_take(&report->arena, (size_t)count * sizeof *panels);
   flesh_picture_options own = *options;
-  int status = panels && times ? FLESH_OK : flesh_report_no_memory();
+  int status = panels ? FLESH_OK : flesh_report_no_memory();
   own.columns = (int)ceil(sqrt(count));
   for (int r = 0; r < count && !status; r++) {
     const int taken = taken_of(report, runs[r].count), frame_there = frame_of_time(&motions[r], start);
     status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, frame_there), &panels[r]);
-    snprintf(times[r], sizeof times[r], "t = %.4g s", panels[r].t);
+    if (status) break;
     panels[r].title = report->shown[r].name;
-    panels[r].subtitle = times[r];
+    panels[r].subtitle = flesh_arena_print(&report->arena, "t = %.4g s", panels[r].t);
+    if (!panels[r].subtitle) status = flesh_report_no_memory();
   }
   if (!status) status = flesh_picture_print(report->still.stream, count, panels, &own, frame);
-  if (!status) status = flesh_report_bytes_flush(&report->still);
-  free(panels);
-  free(times);
-  return status;
+  return status ? status : flesh_report_bytes_flush(&report->still);
 }
 
 int flesh_report_make_view(flesh_report *report)
 {
   flesh_picture_options options[FIELDS];
   flesh_picture_frame frames[FIELDS];
-  flesh_run_folder *runs = calloc((size_t)report->shown_count + 1, sizeof *runs);
-  motion *motions = calloc((size_t)report->shown_count + 1, sizeof *motions);
+  flesh_run_folder *runs = flesh_arena_take(&report->arena, (size_t)report->shown_count * sizeof *runs);
+  motion *motions = flesh_arena_take(&report->arena, (size_t)report->shown_count * sizeof *motions);
   json_decref(report->view);
   report->view = json_pack("{s[]s[]}", "runs", "notes");
   const int wanted = report->shown_count;
@@ -277,8 +273,5 @@ int flesh_report_make_view(flesh_report *report)
     status = add_run(report, runs, r, frames);
   if (!status) status = flesh_report_bytes_flush(&report->numbers);
   for (int r = 0; runs && r < wanted; r++) flesh_run_folder_close(&runs[r]);
-  for (int r = 0; motions && r < wanted; r++) free(motions[r].times);
-  free(runs);
-  free(motions);
   return status;
 }

@@ -111,11 +111,12 @@ const char *flesh_point_load(const flesh_scene *scene)
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const int n = flesh_system_unknowns(system);
   const char *found = NULL;
+  double *x = calloc((size_t)n, 3 * sizeof *x + 1), *zero = x + n, *r = zero + n; /* and chars behind the doubles */
+  if (!x) return NULL;
+  char *marked = (char *)(r + n);
   /* Off the rest shape, so that a spring is not without extension. */
-  double *x = malloc((size_t)n * sizeof *x), *zero = calloc((size_t)n, sizeof *zero), *r = malloc((size_t)n * sizeof *r);
-  char *marked = malloc((size_t)n);
-  for (int d = 0; x && d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] * 1.01 + 1e-3;
-  for (int k = 0; x && zero && r && marked && !found && k < flesh_system_effect_count(system); k++) {
+  for (int d = 0; d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] * 1.01 + 1e-3;
+  for (int k = 0; !found && k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     if (effect->operations->role != FLESH_ROLE_LOAD || flesh_effect_spring_radius(effect, NULL) > 0) continue;
     memset(marked, 0, (size_t)n);
@@ -130,9 +131,6 @@ const char *flesh_point_load(const flesh_scene *scene)
     if (!failed && within_a_tet(mesh, marked)) found = effect->operations->name;
   }
   free(x);
-  free(zero);
-  free(r);
-  free(marked);
   return found;
 }
 

@@ -25,10 +25,8 @@ static int number_of(const char *name, int *number)
 /* Room for frames, instead of those there are. */
 static int make_room(flesh_run_folder *run, int count)
 {
-  for (int k = 0; k < run->count; k++) free(run->frames[k].file);
-  free(run->frames);
   run->count = 0;
-  run->frames = calloc((size_t)count + 1, sizeof *run->frames);
+  run->frames = flesh_arena_take(&run->memory, (size_t)count * sizeof *run->frames);
   return run->frames ? FLESH_OK : flesh_no_memory();
 }
 
@@ -36,14 +34,14 @@ static int open_frames(flesh_run_folder *run, const char *path)
 {
   flesh_pvd index = {0};
   const char *file = flesh_path("%s/frames/frames.pvd", path);
-  run->folder = flesh_text_new("%s/frames", path);
+  run->folder = flesh_arena_print(&run->memory, "%s/frames", path);
   int status = run->folder ? flesh_path_check(file) : flesh_no_memory();
   if (!status && flesh_path_is_file(file)) status = flesh_pvd_read(file, &index);
   if (!status) status = make_room(run, index.count);
   for (int k = 0; k < index.count && !status; k++) {
     flesh_run_frame *frame = &run->frames[run->count++];
     frame->time = index.times[k];
-    if (!(frame->file = strdup(index.names[k]))) status = flesh_no_memory();
+    if (!(frame->file = flesh_arena_print(&run->memory, "%s", index.names[k]))) status = flesh_no_memory();
     /* A foreign name has no number: then its place in the index. */
     if (!number_of(index.names[k], &frame->number)) frame->number = k ? frame[-1].number + 1 : 0;
   }
@@ -71,17 +69,14 @@ static int open_single(flesh_run_folder *run, const char *folder)
 }
 
 /* Adds a state by its time; of one time the later named stays. */
-static int add_state(flesh_run_folder *run, const char *name)
+static void add_state(flesh_run_folder *run, const char *name)
 {
-  flesh_run_frame frame = {.time = run->state.t, .file = name ? strdup(name) : NULL};
+  const flesh_run_frame frame = {.time = run->state.t, .file = name};
   int at = 0;
-  if (name && !frame.file) return flesh_no_memory();
   while (at < run->count && run->frames[at].time < frame.time) at++;
-  if (at < run->count && !(run->frames[at].time > frame.time)) free(run->frames[at].file);
-  else
+  if (at == run->count || run->frames[at].time > frame.time)
     for (int i = run->count++; i > at; i--) run->frames[i] = run->frames[i - 1];
   run->frames[at] = frame;
-  return FLESH_OK;
 }
 
 int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
@@ -89,14 +84,13 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
   static const char *const names[] = {NULL, "worst_state.txt", "event_state.txt", "state.txt"};
   enum { MOST = sizeof names / sizeof *names };
   if (run->frames[0].file) return FLESH_OK;
-  free(run->folder);
   run->few = 1;
-  run->folder = strdup(path);
+  run->folder = flesh_arena_print(&run->memory, "%s", path);
   int status = run->folder ? make_room(run, MOST) : flesh_no_memory();
   for (int k = 0; k < MOST && !status; k++) {
     if (names[k] && !flesh_path_is_there(flesh_path("%s/%s", path, names[k]))) continue;
     status = load_state(run, path, names[k]);
-    if (!status) status = add_state(run, names[k]);
+    if (!status) add_state(run, names[k]);
   }
   for (int k = 0; k < run->count; k++) run->frames[k].number = k;
   return status;
@@ -123,9 +117,7 @@ int flesh_run_folder_open(const char *path, flesh_run_folder *run)
 
 void flesh_run_folder_close(flesh_run_folder *run)
 {
-  for (int k = 0; k < run->count; k++) free(run->frames[k].file);
-  free(run->frames);
-  free(run->folder);
+  flesh_arena_free(&run->memory);
   free(run->state.x);
   flesh_scene_destroy(&run->scene);
   *run = (flesh_run_folder){0};
@@ -174,14 +166,4 @@ char *flesh_run_folder_name(const char *path)
   while (end > 1 && path[end - 1] == '/') end--;
   for (begin = end; begin > 0 && path[begin - 1] != '/';) begin--;
   return strndup(path + begin, end - begin);
-}
-
-double *flesh_run_positions(const char *path, int nodes)
-{
-  flesh_state state;
-  if (flesh_state_make(nodes, 0, 0, &state) || flesh_state_read(path, nodes, &state)) {
-    free(state.x);
-    return NULL;
-  }
-  return state.x;
 }

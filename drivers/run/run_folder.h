@@ -4,16 +4,18 @@
 #define FLESH_RUN_RUN_FOLDER_H
 
 #include "flesh/scene.h"
+#include "scene/arena.h"
 
 typedef struct flesh_run_frame {
   double time; /* s */
   int number;  /* as in the name of the file, the step that it was written after; 0 for a single frame */
-  char *file;  /* in the folder; NULL: the scene's start, or the only state */
+  const char *file; /* in the folder; NULL: the scene's start, or the only state */
 } flesh_run_frame;
 
 typedef struct flesh_run_folder {
+  flesh_arena memory; /* of frames and names */
   flesh_scene *scene;
-  char *folder; /* of the frames; NULL for a scene */
+  const char *folder; /* of the frames; NULL for a scene */
   int count;    /* of frames, at least 1 */
   flesh_run_frame *frames; /* [count], ascending */
   int few;                 /* it left no frames: they are its states */
@@ -40,8 +42,5 @@ int flesh_run_folder_at(const flesh_run_folder *run, double time);
 
 /* The last word of a path, new; NULL without memory. */
 char *flesh_run_folder_name(const char *path);
-
-/* New positions [3*nodes] of a state file; NULL where it cannot be read. */
-double *flesh_run_positions(const char *path, int nodes);
 
 #endif

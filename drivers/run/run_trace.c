@@ -127,27 +127,23 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double s
   const flesh_system *system = flesh_scene_system(scene);
   const int n = flesh_system_unknowns(system);
   const double *X = flesh_mesh_positions(flesh_scene_mesh(scene));
-  double *zeros = calloc((size_t)n, sizeof *zeros), *own = calloc((size_t)n, sizeof *own);
-  double *others = calloc((size_t)n, sizeof *others);
-  uint8_t *fixed = calloc((size_t)n, 1);
-  int alone = zeros && own && others && fixed;
-  if (alone) {
-    flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
-    point.multipliers = state->multipliers;
-    point.internal = state->internal;
-    flesh_system_fixed(system, state->t, fixed);
-    const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), elasticity = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
-    alone = !flesh_system_roles_residual(system, elasticity, &point, own) &&
-            !flesh_system_roles_residual(system, ~(inertia | elasticity), &point, others);
-  }
-  double work = 0;
+  double *zeros = calloc((size_t)n, 3 * sizeof *zeros + 1), *own = zeros + n, *others = own + n, work = 0;
+  if (!zeros) return 0;
+  uint8_t *fixed = (uint8_t *)(others + n); /* behind the doubles */
+  flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
+  point.multipliers = state->multipliers;
+  point.internal = state->internal;
+  flesh_system_fixed(system, state->t, fixed);
+  const unsigned inertia = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), elasticity = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
+  int alone = !flesh_system_roles_residual(system, elasticity, &point, own) &&
+              !flesh_system_roles_residual(system, ~(inertia | elasticity), &point, others);
   for (int d = 0; d < n && alone; d++) {
     work -= others[d] * (state->x[d] - X[d]);
     alone = fabs(others[d]) <= load_share * force &&
             (fixed[d] ? fabs(state->x[d] - X[d]) <= 1e-6 * edge : fabs(own[d]) <= unbalanced_share * force);
   }
   alone = alone && fabs(work) <= work_share * stored;
-  free(zeros), free(own), free(others), free(fixed);
+  free(zeros);
   return alone;
 }
 

@@ -367,7 +367,6 @@ static void close_running(flesh_running *r)
   free(r->stage.x);
   flesh_proximity_clear(&r->proximity);
   free(r->J_mean);
-  free(r->J_min);
   flesh_frames_close(&r->part_frames);
   flesh_run_trace_clear(&r->trace);
 }

@@ -13,14 +13,14 @@ int flesh_running_share(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
   const flesh_system *system = flesh_scene_system(r->scene), *part = flesh_ranks_system(ranks, r->scene);
-  const size_t tets = (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene));
   const int gathers = flesh_ranks_first(ranks) && !flesh_running_is_split(r);
+  const size_t tets = gathers ? (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene)) : 0;
   int status = flesh_state_make(flesh_system_unknowns(part) / 3, flesh_system_multiplier_count(part),
                                 flesh_system_internal_count(system) /* all ranks have all */, &r->own);
   if (!status) status = flesh_state_make(gathers ? flesh_system_unknowns(system) / 3 : 0, 0, 0, &r->stage);
-  r->J_mean = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
-  r->J_min = malloc(sizeof(double) * (gathers ? tets : 0) + 1);
-  if (status || !r->J_mean || !r->J_min) return flesh_no_memory();
+  r->J_mean = malloc(2 * tets * sizeof(double) + 1);
+  if (status || !r->J_mean) return flesh_no_memory();
+  r->J_min = r->J_mean + tets;
   flesh_scene_share_start(ranks->share, &r->own);
   return flesh_ranks_first(ranks) ? flesh_proximity_create(system, NULL, &r->proximity) : FLESH_OK;
 }

@@ -3,7 +3,6 @@
 #ifndef FLESH_RUN_RUNNING_H
 #define FLESH_RUN_RUNNING_H
 
-#include <time.h>
 
 #include "flesh/probe.h"
 #include "output/part_frames.h"
@@ -24,7 +23,7 @@ typedef struct flesh_running {
   /* On ranks, with the next four: this one's part of the state. */
   flesh_state own;
   flesh_state stage; /* of the whole, on the first, as is what follows */
-  double *J_mean, *J_min; /* [tets]; and what the whole's effects know of nodes near each other */
+  double *J_mean, *J_min; /* [tets] one piece; and what the whole's effects know of nodes near each other */
   flesh_proximity proximity;
   int observer_count;
   const flesh_observer *observers; /* of the whole, on the first */

@@ -26,6 +26,7 @@ enum { MOST = 64 }; /* columns, and keys */
 static const double newton_tolerance = 1e-10, tolerance = 1e-12;
 
 typedef struct study {
+  flesh_arena memory; /* of the arrays of numbers and of `beside` */
   const char *path, *of, *to, *out;
   flesh_overrides overrides;
   flesh_scene *scene;
@@ -93,9 +94,10 @@ static int tets_tell_alike(const study *s, int j)
 
 static int make_start(study *s)
 {
-  s->residual = calloc((size_t)flesh_system_unknowns(flesh_scene_system(s->scene)) + 1, sizeof *s->residual);
-  s->gradients = calloc((size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->gradients);
-  s->beside = calloc(4 * (size_t)s->asked_count * (size_t)s->varied_count, sizeof *s->beside);
+  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
+  s->residual = flesh_arena_take(&s->memory, unknowns * sizeof *s->residual);
+  s->gradients = flesh_arena_take(&s->memory, (size_t)s->asked_count * (size_t)s->varied_count * sizeof *s->gradients);
+  s->beside = flesh_arena_take(&s->memory, 4 * (size_t)s->asked_count * (size_t)s->varied_count * sizeof *s->beside);
   int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
     const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
@@ -151,7 +153,7 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   const flesh_system *system = flesh_scene_system(s->scene);
   flesh_parameter parameters[MOST];
   const size_t n = (size_t)flesh_system_unknowns(system);
-  double *by_x = malloc(2 * n * sizeof *by_x); /* and by v, which stays 0 */
+  double *by_x = flesh_arena_take(&s->memory, 2 * n * sizeof *by_x); /* and by v, which stays 0 */
   flesh_sensitivity *sensitivity = NULL;
   flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
   point.multipliers = s->state.multipliers;
@@ -169,7 +171,6 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
                                         s->gradients + (size_t)k * (size_t)s->varied_count);
   }
   flesh_sensitivity_destroy(&sensitivity);
-  free(by_x);
   return status;
 }
 
@@ -194,7 +195,7 @@ static int differentiate_motion(study *s, flesh_trajectory *trajectory)
 {
   flesh_parameter parameters[MOST];
   const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
-  double *by_start = malloc((size_t)s->asked_count * n * sizeof *by_start);
+  double *by_start = flesh_arena_take(&s->memory, (size_t)s->asked_count * n * sizeof *by_start);
   int status = by_start ? FLESH_OK : flesh_no_memory();
   list_parameters(s, parameters);
   for (int k = 0; k < s->asked_count && !status; k++) {
@@ -205,7 +206,6 @@ static int differentiate_motion(study *s, flesh_trajectory *trajectory)
                                        s->gradients + (size_t)k * (size_t)s->varied_count, by_start + (size_t)k * n);
   }
   for (int j = 0; j < s->varied_count && !status; j++) status = add_start(s, j, by_start);
-  free(by_start);
   return status;
 }
 
@@ -274,12 +274,10 @@ static void close_study(study *s)
 {
   for (int k = 0; k < s->asked_count; k++) flesh_asked_clear(&s->asked[k]);
   for (int k = 0; k < 4 * s->asked_count * s->varied_count && s->beside; k++) flesh_asked_clear(&s->beside[k]);
-  free(s->beside);
   for (int j = 0; j < s->varied_count; j++) flesh_varied_clear(&s->varied[j]);
   flesh_scene_destroy(&s->scene);
   free(s->state.x);
-  free(s->residual);
-  free(s->gradients);
+  flesh_arena_free(&s->memory);
 }
 
 static int answer(study *s)

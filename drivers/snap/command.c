@@ -4,13 +4,13 @@
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "cli/lists.h"
 #include "cli/output.h"
 #include "picture/snapshot.h"
+#include "scene/arena.h"
 #include "study/embedded.h"
 
 enum { MOST_TIMES = 32 };
@@ -56,28 +56,25 @@ static int frame_of(const flesh_run_folder *run, const wanted *w, int k, const c
 static int draw(flesh_snapshot *s, const wanted *w, const char *out)
 {
   int count = s->count * w->count, status = FLESH_OK;
-  flesh_picture_panel *panels = calloc((size_t)count, sizeof *panels);
-  char(*subtitles)[32] = calloc((size_t)count, sizeof *subtitles);
-  double **states = calloc((size_t)count, sizeof *states);
-  int *numbers = calloc((size_t)count, sizeof *numbers);
+  flesh_arena memory = {0};
+  flesh_picture_panel *panels = flesh_arena_take(&memory, (size_t)count * sizeof *panels);
+  int *numbers = flesh_arena_take(&memory, (size_t)count * sizeof *numbers);
   flesh_picture_frame shown;
-  if (!panels || !subtitles || !states || !numbers) status = flesh_no_memory();
+  if (!panels || !numbers) status = flesh_no_memory();
   for (int p = 0; p < count && !status; p++) {
     int r = p / w->count, frame = 0;
     size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(s->runs[r].folder.scene));
     status = frame_of(&s->runs[r].folder, w, p % w->count, s->runs[r].title, &frame);
-    if (!status) status = flesh_snapshot_panel(s, r, frame, subtitles[p], sizeof *subtitles, &panels[p]);
+    if (!status) status = flesh_snapshot_panel(s, r, frame, &memory, &panels[p]);
     if (status) break;
     numbers[p] = s->runs[r].folder.frames[frame].number;
-    states[p] = malloc(2 * n * sizeof(double));
-    if (!states[p]) {
-      status = flesh_no_memory();
-      break;
-    }
-    memcpy(states[p], panels[p].x, n * sizeof(double));
-    memcpy(states[p] + n, panels[p].v, n * sizeof(double));
-    panels[p].x = states[p];
-    panels[p].v = states[p] + n;
+    double *x = flesh_arena_take(&memory, 2 * n * sizeof *x);
+    if (x) {
+      memcpy(x, panels[p].x, n * sizeof *x);
+      memcpy(x + n, panels[p].v, n * sizeof *x);
+      panels[p].x = x;
+      panels[p].v = x + n;
+    } else status = flesh_no_memory();
   }
   if (!s->options.columns && w->count > 1) s->options.columns = w->count;
   if (!status) status = flesh_picture(out, count, panels, &s->options, &shown);
@@ -87,11 +84,7 @@ static int draw(flesh_snapshot *s, const wanted *w, const char *out)
     flesh_snapshot_report(s, &shown);
     printf("picture: %s\n", out);
   }
-  for (int p = 0; states && p < count; p++) free(states[p]);
-  free(states);
-  free(numbers);
-  free(subtitles);
-  free(panels);
+  flesh_arena_free(&memory);
   return status;
 }
 

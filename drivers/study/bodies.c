@@ -2,30 +2,28 @@
 #include "study/bodies.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "cli/path.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
-#include "run/run_folder.h"
+#include "flesh/state.h"
 #include "study/database.h"
 
-/* A panel shows this. */
+/* A panel's body. */
 typedef struct shown {
-  const char *title, *subtitle;
   flesh_mesh *mesh; /* owned; NULL: that of the panel before, or none */
   flesh_body body;
-  double *x, *J;
 } shown;
 
 typedef struct gallery {
   const flesh_study *study;
   const char *out;
   int count;
+  flesh_picture_panel *panels;
   shown *bodies;
-  flesh_arena arena; /* of titles */
+  flesh_arena arena; /* of all but the meshes */
   flesh_picture_options options;
 } gallery;
 
@@ -56,67 +54,50 @@ int flesh_study_is_near(const flesh_mesh_info *info, const double *x)
   return 1;
 }
 
-/* The positions in the first of the row's files that is there; at rest where it names none. New, or NULL. */
-static double *read_positions(const gallery *g, sqlite3_stmt *row, const flesh_mesh *mesh)
+/* The positions in the first of the row's files that is there; at rest where it names none. In the arena, or NULL. */
+static double *read_positions(gallery *g, sqlite3_stmt *row, const flesh_mesh *mesh)
 {
   const int nodes = flesh_mesh_node_count(mesh);
-  const size_t size = 3 * (size_t)nodes * sizeof(double);
-  double *x = NULL;
-  if (sqlite3_column_type(row, 4) == SQLITE_NULL) return (x = malloc(size)) ? memcpy(x, flesh_mesh_positions(mesh), size) : x;
-  for (int k = 4; k < 6 && !x && sqlite3_column_type(row, k) != SQLITE_NULL; k++)
-    x = flesh_run_positions(flesh_path("%s/%s", g->out, (const char *)sqlite3_column_text(row, k)), nodes);
-  return x;
+  const size_t n = 3 * (size_t)nodes;
+  flesh_state state = {.x = flesh_arena_take(&g->arena, 2 * n * sizeof *state.x)};
+  if (!state.x) return NULL;
+  state.v = state.x + n;
+  if (sqlite3_column_type(row, 4) == SQLITE_NULL) return memcpy(state.x, flesh_mesh_positions(mesh), n * sizeof *state.x);
+  for (int k = 4; k < 6 && sqlite3_column_type(row, k) != SQLITE_NULL; k++)
+    if (!flesh_state_read(flesh_path("%s/%s", g->out, (const char *)sqlite3_column_text(row, k)), nodes, &state)) return state.x;
+  return NULL;
 }
 
 /* A row of `panels`. `told`: the title says by how much the body is shown smaller. */
 static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
 {
-  shown *s = &g->bodies[g->count++];
-  s->title = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 1));
-  s->subtitle = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 2));
-  if (!s->title || !s->subtitle) return flesh_no_memory();
+  shown *s = &g->bodies[g->count];
+  flesh_picture_panel *panel = &g->panels[g->count++];
+  panel->body = &s->body;
+  panel->title = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 1));
+  panel->subtitle = flesh_arena_print(&g->arena, "%s", (const char *)sqlite3_column_text(row, 2));
+  if (!panel->title || !panel->subtitle) return flesh_no_memory();
   if (sqlite3_column_type(row, 0) == SQLITE_NULL) return FLESH_OK;
   const int number = sqlite3_column_int(row, 0);
   int status = number == *last ? FLESH_OK : g->study->body(g->study->data, number, &s->mesh, &g->options.camera);
   if (status) return status;
   s->body.mesh = number == *last ? s[-1].body.mesh : s->mesh;
   *last = number;
-  if (!(s->x = read_positions(g, row, s->body.mesh))) return FLESH_OK;
-  s->J = malloc(2 * sizeof(double) * (size_t)flesh_mesh_tet_count(s->body.mesh));
-  if (!s->J) return flesh_no_memory();
-  flesh_picture_jacobians(s->body.mesh, s->x, s->J);
+  double *x = read_positions(g, row, s->body.mesh), *J;
+  if (!x) return FLESH_OK;
+  panel->J = J = flesh_arena_take(&g->arena, 2 * sizeof *J * (size_t)flesh_mesh_tet_count(s->body.mesh));
+  if (!J) return flesh_no_memory();
+  flesh_picture_jacobians(s->body.mesh, x, J);
   flesh_mesh_info info;
   flesh_mesh_inspect(s->body.mesh, &info);
   if (sqlite3_column_type(row, 3) == SQLITE_NULL) {
-    if (!flesh_study_is_near(&info, s->x)) free(s->x), s->x = NULL;
+    panel->x = flesh_study_is_near(&info, x) ? x : NULL;
     return FLESH_OK;
   }
-  const double shrunk = centre(&info, sqlite3_column_int(row, 3), s->x);
-  if (told && shrunk < 1) s->title = flesh_arena_print(&g->arena, "%s (1:%.2g)", s->title, 1 / shrunk);
-  return s->title ? FLESH_OK : flesh_no_memory();
-}
-
-static void close_gallery(gallery *g)
-{
-  for (int k = 0; g->bodies && k < g->count; k++) {
-    free(g->bodies[k].x), free(g->bodies[k].J);
-    flesh_mesh_destroy(&g->bodies[k].mesh);
-  }
-  flesh_arena_free(&g->arena);
-  free(g->bodies);
-}
-
-static int draw(const gallery *g, const char *name)
-{
-  flesh_picture_panel *panels = calloc((size_t)g->count + 1, sizeof *panels);
-  if (!panels) return flesh_no_memory();
-  for (int k = 0; k < g->count; k++) {
-    const shown *s = &g->bodies[k];
-    panels[k] = (flesh_picture_panel){.title = s->title, .subtitle = s->subtitle, .body = &s->body, .x = s->x, .J = s->J};
-  }
-  const int status = flesh_picture(flesh_path("%s/%s.png", g->out, name), g->count, panels, &g->options, NULL);
-  free(panels);
-  return status;
+  panel->x = x;
+  const double shrunk = centre(&info, sqlite3_column_int(row, 3), x);
+  if (told && shrunk < 1) panel->title = flesh_arena_print(&g->arena, "%s (1:%.2g)", panel->title, 1 / shrunk);
+  return panel->title ? FLESH_OK : flesh_no_memory();
 }
 
 static void number_of(sqlite3_stmt *row, int column, double *value)
@@ -127,8 +108,11 @@ static void number_of(sqlite3_stmt *row, int column, double *value)
 /* A row of `pictures`, whose panels `query` finds by its name. */
 static int draw_picture(const flesh_study *study, const char *out, sqlite3_stmt *row, sqlite3_stmt *query)
 {
-  gallery g = {.study = study, .out = out, .bodies = calloc((size_t)sqlite3_column_int(row, 1) + 1, sizeof *g.bodies)};
-  int last = -1, status = g.bodies ? FLESH_OK : flesh_no_memory();
+  gallery g = {.study = study, .out = out};
+  const size_t count = (size_t)sqlite3_column_int(row, 1);
+  g.panels = flesh_arena_take(&g.arena, count * sizeof *g.panels);
+  g.bodies = flesh_arena_take(&g.arena, count * sizeof *g.bodies);
+  int last = -1, status = g.panels && g.bodies ? FLESH_OK : flesh_no_memory();
   flesh_picture_options_default(&g.options);
   g.options.columns = sqlite3_column_int(row, 2);
   g.options.width = sqlite3_column_int(row, 3);
@@ -141,8 +125,10 @@ static int draw_picture(const flesh_study *study, const char *out, sqlite3_stmt 
   while (!status && g.count < sqlite3_column_int(row, 1) && sqlite3_step(query) == SQLITE_ROW)
     status = take_panel(&g, query, sqlite3_column_int(row, 9), &last);
   number_of(row, 8, &g.options.camera.height);
-  if (!status) status = draw(&g, (const char *)sqlite3_column_text(row, 0));
-  close_gallery(&g);
+  const char *path = flesh_path("%s/%s.png", out, (const char *)sqlite3_column_text(row, 0));
+  if (!status) status = flesh_picture(path, g.count, g.panels, &g.options, NULL);
+  for (int k = 0; k < g.count; k++) flesh_mesh_destroy(&g.bodies[k].mesh);
+  flesh_arena_free(&g.arena);
   return status;
 }
 

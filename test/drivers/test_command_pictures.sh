@@ -199,7 +199,7 @@ what_is_wrong_is_said() {
   expect 2 "$flesh" snap soft && has stderr.txt '\--out is missing; it must be a file whose name ends in .png' || return 1
   expect 3 "$flesh" snap nowhere --out x.png && has stderr.txt 'no such folder of a run, nor a scene' || return 1
   expect 3 "$flesh" snap fake --out x.png && has stderr.txt 'it has no scene.yaml' || return 1
-  expect 2 "$flesh" snap soft --out x.png --colour heat && has stderr.txt "'heat' is no field" || return 1
+  expect 2 "$flesh" snap soft --out x.png --colour heat && has stderr.txt "'heat'; it must be none, J, stress, speed or young" || return 1
   expect 2 "$flesh" snap soft --out x.png --camera 30 && has stderr.txt 'must be two angles' || return 1
   expect 2 "$flesh" snap soft --out x.png --range 2,1 && has stderr.txt 'two numbers, the smaller first' || return 1
   expect 2 "$flesh" snap soft --out x.png --frame 7 && has stderr.txt 'the frames of soft are 0, 1, 2 to 6,' || return 1

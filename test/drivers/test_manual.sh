@@ -91,7 +91,7 @@ bash_completes() {
   completes run flesh ru && completes "$(commands_of | tr '\n' ' ')--help --version" flesh '' || return 1
   completes 'time.max_energy_gain= time.max_order= time.max_step= time.max_steps=' flesh run --set time.max &&
     completes effects.spring.stiffness= flesh run scene.yaml --set effects.spring.st &&
-    completes hht flesh run --method h && completes 'J stress speed young none' flesh snap out --colour '' &&
+    completes hht flesh run --method h && completes 'none J stress speed young' flesh snap out --colour '' &&
     completes '' flesh run --out some && completes '' flesh run --max-seconds '' && completes '' flesh run some || return 1
   completes box flesh mesh b && completes --origin flesh mesh box --ori && completes export flesh sweep ex &&
     completes csv flesh sweep export --format c && completes '' flesh run box || return 1

@@ -70,7 +70,7 @@ static void curved_faces_are_drawn(void)
   CHECK_BELOW(worst, 0.04);
   CHECK_NEAR(volume, flesh_mesh_volume(mesh, x), 0.02 * flesh_mesh_volume(mesh, x)); /* four flat triangles: 6 % */
   CHECK(visible == 12 * triangles / 4);
-  flesh_picture_scene_free(&scene);
+  flesh_arena_free(&scene.arena);
   options.width = 60;
   CHECK_OK(flesh_picture(in_work_folder("ball.png"), 1, &panel, &options, NULL));
   free(x);
