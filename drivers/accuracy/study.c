@@ -32,8 +32,8 @@ static const flesh_study_field fields[] = {
 static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "method", .key = "--methods"},
                                              {.name = "setting", .key = "--steps, --tolerances"},
-                                             {.name = "scene_sha256", .key = "--coarser"}};
-enum { COLUMNS = sizeof columns / sizeof *columns };
+                                             {.name = "scene_sha256", .key = "--coarser"},
+                                             {0}};
 
 static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_work *)data)->plan; }
 
@@ -124,11 +124,8 @@ static json_t *do_case(const void *data, int number, const char *folder)
   f->status = status;
   if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
   json_t *figures = flesh_fields_json(fields, f);
-  if (row->group == FLESH_ACCURACY_REFERENCE) {
-    json_t *more = flesh_fields_json(flesh_accuracy_reference_fields, &plan.reference);
-    json_object_update(figures, more);
-    json_decref(more);
-  }
+  if (row->group == FLESH_ACCURACY_REFERENCE)
+    json_object_update_new(figures, flesh_fields_json(flesh_accuracy_reference_fields, &plan.reference));
   json_t *record = flesh_fields_record(status_word(f), flesh_exit_code(status), f->message, figures);
   json_object_set_new(record, "rows", rows);
   return record;
@@ -165,7 +162,6 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .fingerprint = plan->study_fingerprint,
                        .different = "its scene or --set values, the longest of --steps or the build of flesh, whose times would "
                                     "not compare, were others; leave out --resume to begin anew",
-                       .column_count = COLUMNS,
                        .columns = columns,
                        .case_count = plan->run_count,
                        .max_seconds = plan->max_seconds > 0 ? plan->max_seconds * repeats + grace : 0,

@@ -93,8 +93,8 @@ static const flesh_study_column columns[] = {{.name = "part", .key = "--cases"},
                                              {.name = "poisson", .key = "--poisson"},
                                              {.name = "cells", .key = "--cells"},
                                              {.name = "element", .key = "--element"},
-                                             {.name = "threads", .key = "--threads"}};
-enum { COLUMNS = sizeof columns / sizeof *columns };
+                                             {.name = "threads", .key = "--threads"},
+                                             {0}};
 
 /* The cases of the lists; to be freed. FLESH_ERR_MEMORY. */
 static int make_cases(flesh_bench_plan *plan)
@@ -207,7 +207,6 @@ static flesh_study describe_study(flesh_bench_plan *plan)
                        .fingerprint = plan->fingerprint,
                        .different = "its times, of another program, machine or way to measure, would not compare; leave out "
                                     "--resume to begin anew",
-                       .column_count = COLUMNS,
                        .columns = columns,
                        .case_count = plan->case_count,
                        .facts = facts_of,

@@ -103,8 +103,8 @@ static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCEN
                                              {.name = "energy", .key = "--energies"},
                                              {.name = "constants", .key = "--energies"},
                                              {.name = "solver", .key = "--solvers"},
-                                             {.name = "inputs_sha256", .key = "SCENE"}};
-enum { COLUMNS = sizeof columns / sizeof *columns };
+                                             {.name = "inputs_sha256", .key = "SCENE"},
+                                             {0}};
 
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
@@ -206,7 +206,6 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                        .fingerprint = plan->fingerprint,
                        .different = "its runs had another --max-seconds, or were made by another version of flesh; give "
                                     "it as it was, leave out --resume to begin anew",
-                       .column_count = COLUMNS,
                        .columns = columns,
                        .case_count = plan->case_count,
                        .budget = plan->max_seconds,

@@ -57,7 +57,8 @@ static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPR
 
 static const flesh_study_column columns[] = {{.name = "what", .key = "run, tangents (of it) or stage (of a map)"},
                                              {.name = "experiment", .key = "experiments.name"},
-                                             {.name = "parameters", .key = "parameters, or values of a map's tets"}};
+                                             {.name = "parameters", .key = "parameters, or values of a map's tets"},
+                                             {0}};
 
 #define OF(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_fit_stage, name)}
 static const flesh_study_field stage_fields[] = {OF(DOUBLE, weight), OF(DOUBLE, squares), OF(DOUBLE, penalty),
@@ -94,7 +95,7 @@ int flesh_fit_runs_open(flesh_fit *fit)
 {
   int abandoned, elsewhere, status = make_fingerprint(fit, fit->fingerprint);
   fit->study = (flesh_study){.name = "fit", .text = fit->text, .path = fit->path, .asks = 1,
-                             .fingerprint = fit->fingerprint, .column_count = 3, .columns = columns, .repeats = 1,
+                             .fingerprint = fit->fingerprint, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
                              .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};
   if (!status) status = flesh_study_store_open(&fit->study, &fit->options, &fit->store);

@@ -41,8 +41,8 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "step", .key = "--steps"},
                                              {.name = "element", .key = "--elements"},
                                              {.name = "solver", .key = "--solvers"},
-                                             {.name = "case_sum", .key = "FILE"}};
-enum { COLUMNS = sizeof columns / sizeof *columns };
+                                             {.name = "case_sum", .key = "FILE"},
+                                             {0}};
 
 /* The texts of a case's values. */
 typedef struct texts {
@@ -147,7 +147,6 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .fingerprint = plan->fingerprint,
                        .different = "its runs had another --quick, --filters, --shapes, --max-seconds or --set, or were made "
                                     "by another version of flesh; give them as they were, leave out --resume to begin anew",
-                       .column_count = COLUMNS,
                        .columns = columns,
                        .case_count = plan->run_count,
                        /* Two phases, and time to judge the end. */

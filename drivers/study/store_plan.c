@@ -62,7 +62,7 @@ static int insert(planner *p, int number, const flesh_study_case *c, const char 
   int at = 1;
   sqlite3_bind_int(p->insert, at++, number + 1);
   sqlite3_bind_text(p->insert, at++, key, -1, SQLITE_TRANSIENT);
-  for (int k = 0; k < p->study->column_count; k++)
+  for (int k = 0; p->study->columns[k].name; k++)
     if (!p->study->columns[k].hidden) bind_value(p->insert, at++, c->values[k], c->nodes[k]);
   if (p->study->repeats > 1) sqlite3_bind_int(p->insert, at++, c->repeat);
   sqlite3_bind_text(p->insert, at++, c->scene, -1, SQLITE_TRANSIENT);
@@ -79,7 +79,9 @@ static int plan_case(planner *p, int number)
   sqlite3_int64 id = 0;
   int status = p->study->make(p->study->data, number, &c);
   if (status) return status;
-  print_list(&key, p->study->column_count, c.values);
+  int columns = 0;
+  while (p->study->columns[columns].name) columns++;
+  print_list(&key, columns, c.values);
   if (p->study->repeats > 1) flesh_text_print(&key, " %d", c.repeat);
   print_list(&overrides, c.overrides.texts.count, c.overrides.texts.values);
   if (key.failed || overrides.failed) status = flesh_no_memory();
@@ -101,7 +103,7 @@ static int prepare(planner *p)
   flesh_text sql = {0};
   int columns = 2 + (p->study->repeats > 1);
   flesh_text_print(&sql, "INSERT INTO cases (id, case_key");
-  for (int c = 0; c < p->study->column_count; c++) {
+  for (int c = 0; p->study->columns[c].name; c++) {
     if (p->study->columns[c].hidden) continue;
     flesh_text_print(&sql, ", \"%s\"", p->study->columns[c].name);
     columns++;

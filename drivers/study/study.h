@@ -45,6 +45,9 @@ typedef struct flesh_study_column {
   const char *name, *key;  /* of the database; what it sets, for people */
   const flesh_node *place; /* in a spec, for sentences; NULL: none */
   int hidden;              /* its value stands in the column `scene` that every case has */
+  /* A sweep's own; NULL: none. */
+  const char **values;      /* as YAML texts, as they go to --set */
+  const flesh_node **nodes; /* of the values in the spec; NULL where they were computed */
 } flesh_study_column;
 
 /* A column of the view `results` by an expression of SQL. */
@@ -70,8 +73,7 @@ typedef struct flesh_study {
   const char *text, *path; /* of the spec; NULL: none */
   const char *fingerprint; /* of what all cases have in common: a study goes on, or is joined, with its like */
   const char *different;   /* what is said where it is another: "the scene has changed since; undo that" */
-  int column_count;
-  const flesh_study_column *columns;
+  const flesh_study_column *columns; /* one without a name ends them */
   int repeats; /* above 1 there is a column `repeat` */
   int derived_count;
   const flesh_study_derived *derived;

@@ -57,14 +57,14 @@ static int is_taken(const json_t *names, const char *name)
 
 static int check_names(const flesh_study *study, const json_t *names)
 {
-  for (int c = 0; c < study->column_count; c++)
+  for (int c = 0; study->columns[c].name; c++)
     if (is_taken(names, study->columns[c].name) && !study->columns[c].hidden)
       return flesh_node_fail(study->columns[c].place,
                              "the column %s would be named like one of the results; give the axis another name",
                              study->columns[c].name);
   for (int d = 0; d < study->derived_count; d++) {
     int taken = is_taken(names, study->derived[d].name);
-    for (int c = 0; !taken && c < study->column_count; c++)
+    for (int c = 0; !taken && study->columns[c].name; c++)
       taken = !strcasecmp(study->columns[c].name, study->derived[d].name);
     for (int c = 0; !taken && c < d; c++) taken = !strcasecmp(study->derived[c].name, study->derived[d].name);
     if (taken)
@@ -87,7 +87,7 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
             "CREATE TABLE workers (name TEXT PRIMARY KEY, host TEXT, pid INTEGER, lock TEXT, started TEXT, program TEXT);\n"
             "CREATE TABLE table_rows (case_id INTEGER, number INTEGER, data TEXT, PRIMARY KEY (case_id, number)) WITHOUT ROWID;\n"
             "CREATE TABLE cases (id INTEGER PRIMARY KEY");
-  for (int c = 0; c < study->column_count; c++)
+  for (int c = 0; study->columns[c].name; c++)
     if (!study->columns[c].hidden) flesh_text_print(&sql, ", \"%s\"", study->columns[c].name);
   flesh_text_print(
       &sql,
@@ -97,7 +97,7 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
       study->repeats > 1 ? ", repeat INTEGER" : "");
   if (!status) status = sql.failed ? flesh_no_memory() : flesh_study_store_execute(store, "%s", sql.data);
   free(sql.data);
-  for (int c = 0; !status && c < study->column_count; c++)
+  for (int c = 0; !status && study->columns[c].name; c++)
     status = flesh_study_store_execute(store, "INSERT INTO parameters VALUES (%d, %Q, %Q)", c, study->columns[c].name,
                                        study->columns[c].key);
   size_t index;

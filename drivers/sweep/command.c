@@ -12,7 +12,6 @@
 #include "cli/json_memory.h"
 #include "flesh/status.h"
 #include "cli/interrupt.h"
-#include "base/file.h"
 #include "cli/options.h"
 #include "cli/path.h"
 #include "run/provenance.h"
@@ -179,11 +178,10 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                                           "cannot get further values; undo the change"
                                         : "the spec or the scene it names has changed since, in more than the values of "
                                           "axes and derived columns; undo the change",
-                       .column_count = sweep->column_count,
-                       .columns = sweep->described,
+                       .columns = sweep->columns,
                        .repeats = sweep->repeats,
-                       .derived_count = sweep->derived_count,
-                       .derived = sweep->derived,
+                       .derived_count = sweep->derived.count,
+                       .derived = sweep->derived.values,
                        .case_count = sweep->case_count,
                        .max_seconds = sweep->max_seconds > 0 ? sweep->max_seconds + grace : 0,
                        .budget = sweep->max_seconds,
@@ -204,7 +202,7 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
   for (int s = 0; s < sweep->set.count; s++) printf("  %s\n", sweep->set.texts[s]);
   for (int g = 0; g < sweep->group_count; g++)
     for (int c = 0; c < sweep->groups[g].columns; c++) {
-      const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];
+      const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
       int count = sweep->groups[g].count, shown = count < 8 ? count : 4;
       printf("%s %s (%s), %d value%s:", c ? "  with" : "axis", column->name, column->key, count, count == 1 ? "" : "s");
       for (int k = 0; k < shown; k++) printf("%s %s", k ? "," : "", column->values[k]);

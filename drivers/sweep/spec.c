@@ -5,6 +5,7 @@
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
@@ -20,8 +21,8 @@ static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node,
   if (!a->key) return flesh_node_fail(node, "key is missing; an axis has key, zip or sample");
   if (sweep->column_count == FLESH_STUDY_COLUMNS)
     return flesh_node_fail(node, "there are more than %d axes", FLESH_STUDY_COLUMNS);
-  flesh_sweep_column *column = &sweep->columns[sweep->column_count++];
-  *column = (flesh_sweep_column){
+  flesh_study_column *column = &sweep->columns[sweep->column_count++];
+  *column = (flesh_study_column){
       .name = a->name, .key = a->key, .place = node,
       .values = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)count),
       .nodes = flesh_arena_take(&sweep->arena, sizeof(flesh_node *) * (size_t)count)};
@@ -75,7 +76,7 @@ static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
 /* The axis's own values, in order. */
 static int fill_column(flesh_sweep *sweep, const axis *a, int count)
 {
-  flesh_sweep_column *column = &sweep->columns[sweep->column_count - 1];
+  flesh_study_column *column = &sweep->columns[sweep->column_count - 1];
   const flesh_node *node = a->values ? a->values->first : NULL;
   for (int k = 0; k < count; k++) {
     column->nodes[k] = node;
@@ -127,7 +128,7 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
     status = axis_length(part, place, 1, &count);
     if (!status) status = add_column(sweep, part, place, sample->count);
     if (status) break;
-    flesh_sweep_column *column = &sweep->columns[sweep->column_count - 1];
+    flesh_study_column *column = &sweep->columns[sweep->column_count - 1];
     for (int k = 0; !status && k < sample->count; k++) {
       double u = points[k * dimensions + d];
       if (part->values) {
@@ -179,7 +180,7 @@ static int taken(const flesh_sweep *sweep, int except, const char *name)
  * the column of the other would hold values that no run had. */
 static int check_key(const flesh_sweep *sweep, int c)
 {
-  const flesh_sweep_column *column = &sweep->columns[c];
+  const flesh_study_column *column = &sweep->columns[c];
   for (int other = 0; other < sweep->column_count; other++) {
     const char *whole = sweep->columns[other].key;
     const size_t length = strlen(whole);
@@ -195,21 +196,19 @@ static int check_key(const flesh_sweep *sweep, int c)
 static int name_columns(flesh_sweep *sweep)
 {
   for (int c = 0; c < sweep->column_count; c++) {
-    flesh_sweep_column *column = &sweep->columns[c];
+    flesh_study_column *column = &sweep->columns[c];
     if (check_key(sweep, c)) return FLESH_ERR_ARGUMENT;
-    if (column->name) {
-      int status = flesh_setting_check_name(flesh_node_find(column->place, "name"), column->name);
-      if (status) return status;
-      if (taken(sweep, c, column->name))
-        return flesh_node_fail(column->place, "two columns are named %s", column->name);
-      continue;
+    const int given = column->name != NULL;
+    if (!given) {
+      char *whole;
+      column->name = flesh_setting_name(&sweep->arena, column->key, &whole);
+      if (!column->name) return flesh_no_memory();
+      if (taken(sweep, c, column->name)) column->name = whole;
     }
-    char *whole;
-    column->name = flesh_setting_name(&sweep->arena, column->key, &whole);
-    if (!column->name) return flesh_no_memory();
-    if (taken(sweep, c, column->name)) column->name = whole;
-    int status = flesh_setting_check_name(column->place, column->name);
+    const int status = flesh_setting_check_name(given ? flesh_node_find(column->place, "name") : column->place, column->name);
     if (status) return status;
+    if (given && taken(sweep, c, column->name)) return flesh_node_fail(column->place, "two columns are named %s", column->name);
+    column->hidden = !strcmp(column->key, "scene") && !strcmp(column->name, "scene");
   }
   return FLESH_OK;
 }
@@ -219,11 +218,10 @@ static int read_derived(flesh_sweep *sweep, const flesh_node *root)
   const flesh_node *node = flesh_node_find(root, "columns");
   int status = FLESH_OK;
   node = node ? node->first : NULL;
-  sweep->derived = sweep->derived_rows.values;
-  for (; sweep->derived_count < sweep->derived_rows.count && !status; node = node->next) {
-    flesh_study_derived *row = &sweep->derived[sweep->derived_count++];
+  for (flesh_study_derived *row = sweep->derived.values, *end = row + sweep->derived.count; row < end && !status; row++) {
     row->node = node;
     status = flesh_setting_check_name(node, row->name);
+    node = node->next;
   }
   return status;
 }
@@ -249,10 +247,6 @@ static int make(flesh_sweep *sweep, const flesh_node *root)
                              sweep->seed, sweep->repeats, INT_MAX - sweep->repeats);
   if (status) return status;
   sweep->case_count *= sweep->repeats;
-  for (int c = 0; c < sweep->column_count; c++) {
-    const flesh_sweep_column *column = &sweep->columns[c];
-    sweep->described[c] = (flesh_study_column){column->name, column->key, column->place, flesh_sweep_is_scene(column)};
-  }
   status = flesh_sweep_check_values(sweep);
   return status ? status : flesh_sweep_make_fingerprint(sweep);
 }

@@ -3,6 +3,7 @@
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "sweep/sweep.h"
@@ -71,7 +72,7 @@ const flesh_key flesh_sweep_table[] = {
      .default_value = ".inf", .doc = "of each case; a case that has not stopped 2 s later is killed"},
     {.name = "keep", .type = FLESH_KEY_BOOLEAN, AT(keep), .default_value = "false",
      .doc = "true: each case leaves its history, state and log in DIR/cases/ID"},
-    {.name = "columns", .type = FLESH_KEY_OBJECTS, AT(derived_rows), .default_value = "[]", .children = column_table,
+    {.name = "columns", .type = FLESH_KEY_OBJECTS, AT(derived), .default_value = "[]", .children = column_table,
      .child_size = sizeof(flesh_study_derived), .doc = "derived columns of the results"},
     {.name = NULL},
 };
@@ -95,7 +96,7 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
   }
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
-      const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];
+      const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
       int count = sweep->groups[g].count, is_scene = !strcmp(column->key, "scene");
       const flesh_node *last = NULL;
       for (int k = 0; !status && k < count; k++) {
@@ -144,7 +145,7 @@ int flesh_sweep_make_fingerprint(flesh_sweep *sweep)
   int status = flesh_settings_hash_file(&context, sweep->scene);
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
-      const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];
+      const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
       for (int k = 0; !strcmp(column->key, "scene") && !status && k < sweep->groups[g].count; k++)
         status = flesh_settings_hash_file(&context, column->values[k]);
     }

@@ -2,26 +2,9 @@
 #ifndef FLESH_SWEEP_SWEEP_H
 #define FLESH_SWEEP_SWEEP_H
 
-#include <string.h>
-
 #include "scene/node.h"
 #include "study/settings.h"
 #include "study/study.h"
-
-/* A parameter that varies: a column of the database. Its values are YAML texts as they go to --set. */
-typedef struct flesh_sweep_column {
-  const char *name;         /* of the column */
-  const char *key;          /* of the scene; "scene" chooses the scene itself */
-  const flesh_node *place;  /* of its axis in the spec, for sentences */
-  const char **values;      /* [count of its group] */
-  const flesh_node **nodes; /* [count] of the values in the spec; NULL where they were computed */
-} flesh_sweep_column;
-
-/* An axis over scenes whose values stand in the column `scene` that every case has. */
-static inline int flesh_sweep_is_scene(const flesh_sweep_column *column)
-{
-  return !strcmp(column->key, "scene") && !strcmp(column->name, "scene");
-}
 
 /* Columns that advance together; the groups are crossed, the last one fastest. */
 typedef struct flesh_sweep_group {
@@ -34,20 +17,18 @@ typedef struct flesh_sweep {
   char *text;               /* the spec as it stands; freed by flesh_sweep_close */
   const char *title, *scene; /* the latter's path */
   const flesh_node *scene_node, *given; /* given: the mapping `set` */
-  flesh_objects axes, derived_rows; /* of flesh_sweep_axis and flesh_study_derived, as the spec has them */
+  flesh_objects axes, derived; /* of flesh_sweep_axis; of flesh_study_derived: columns of the view `results` */
   flesh_settings set;       /* constants of all cases */
   int column_count, group_count;
-  flesh_sweep_column columns[FLESH_STUDY_COLUMNS];
+  flesh_study_column columns[FLESH_STUDY_COLUMNS + 1]; /* what varies, each with the values [count] of its group; the key
+                                                        * "scene" chooses the scene itself */
   flesh_sweep_group groups[FLESH_STUDY_COLUMNS];
-  int derived_count; /* columns of the view `results` by SQL expressions */
-  flesh_study_derived *derived;
   int repeats;        /* >= 1; above 1 there is a column `repeat` */
   int seed;           /* -1: the scene's own */
   int keep;           /* whether each case keeps a folder of results */
   double max_seconds; /* of each case; 0: no limit */
   int case_count;
   char fingerprint[65]; /* of the scene and the spec but derived columns and, where no folders are kept, axes' values */
-  flesh_study_column described[FLESH_STUDY_COLUMNS]; /* the columns, for the study */
 } flesh_sweep;
 
 /* Reads and checks a spec: every value of every axis is tried on the scene's keys. FLESH_ERR_ARGUMENT with
