@@ -7,10 +7,7 @@
 #define FLESH_ACCURACY_ACCURACY_H
 
 #include "accuracy/track.h"
-#include "cli/options.h"
-#include "cli/overrides.h"
 #include "cli/path.h"
-#include "flesh/body.h"
 #include "study/settings.h"
 #include "study/study.h"
 
@@ -50,20 +47,20 @@ extern const flesh_accuracy_method flesh_accuracy_methods[FLESH_ACCURACY_METHODS
 int flesh_accuracy_method_find(const char *name);
 
 /* The group of a row: the methods' work, or another price with everything else fixed; and the cases that these need. */
-typedef enum flesh_accuracy_group {
-  FLESH_ACCURACY_WORK,
-  FLESH_ACCURACY_NEWTON,
-  FLESH_ACCURACY_LINEAR,
-  FLESH_ACCURACY_PROJECTION,
-  FLESH_ACCURACY_MASS,
-  FLESH_ACCURACY_REFERENCE,  /* made of two of the next */
-  FLESH_ACCURACY_SOURCE,     /* a method, refined until it changes no more */
-  FLESH_ACCURACY_TIGHT,      /* solved to rounding: other prices are compared with it */
-  FLESH_ACCURACY_RESOLUTION, /* --mesh: on a mesh with an element */
-  FLESH_ACCURACY_LIMITS,     /* what these converge to */
-  FLESH_ACCURACY_TIMING,     /* one of them by another method, for its time alone */
-  FLESH_ACCURACY_GROUPS
-} flesh_accuracy_group;
+#define FLESH_ACCURACY_GROUP_LIST(ROW) \
+  ROW(WORK, "work") \
+  ROW(NEWTON, "newton_tolerance") \
+  ROW(LINEAR, "linear_tolerance") \
+  ROW(PROJECTION, "eigenvalue_filter") \
+  ROW(MASS, "mass") \
+  ROW(REFERENCE, "reference")   /* made of two of the next */ \
+  ROW(SOURCE, "source")         /* a method, refined until it changes no more */ \
+  ROW(TIGHT, "tight")           /* solved to rounding: other prices are compared with it */ \
+  ROW(RESOLUTION, "resolution") /* --mesh: on a mesh with an element */ \
+  ROW(LIMITS, "limits")         /* what these converge to */ \
+  ROW(TIMING, "timing")         /* one of them by another method, for its time alone */
+#define FLESH_ACCURACY_GROUP_ONE(name, ...) FLESH_ACCURACY_##name,
+typedef enum flesh_accuracy_group { FLESH_ACCURACY_GROUP_LIST(FLESH_ACCURACY_GROUP_ONE) FLESH_ACCURACY_GROUPS } flesh_accuracy_group;
 extern const char *const flesh_accuracy_group_names[];
 
 enum { FLESH_ACCURACY_TEXT = 32 };

@@ -120,9 +120,7 @@ static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const
   static const char *const subfolders[] = {"steps", NULL};
   flesh_inputs inputs = {0};
   flesh_inputs_add_scene(&inputs, path, scene);
-  int status = flesh_inputs_spare_in(&inputs, plan->options.out, names, subfolders);
-  flesh_inputs_close(&inputs);
-  return status;
+  return flesh_inputs_spare_in(&inputs, plan->options.out, names, subfolders);
 }
 
 /* The steps, the scene's own among them, and the times at which states are compared. */

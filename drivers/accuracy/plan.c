@@ -26,19 +26,8 @@ int flesh_accuracy_method_find(const char *name)
 const flesh_accuracy_source flesh_accuracy_sources[] = {
     {"ida5", 0, 0}, {"midpoint", 2, 2}, {"newmark", 2, 2}, {"bdf2", 2, 1}, {"backward-euler", 1, 1}};
 
-const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work",
-                                                  [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
-                                                  [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
-                                                  [FLESH_ACCURACY_PROJECTION] = "eigenvalue_filter",
-                                                  [FLESH_ACCURACY_MASS] = "mass",
-                                                  [FLESH_ACCURACY_REFERENCE] = "reference",
-                                                  [FLESH_ACCURACY_SOURCE] = "source",
-                                                  [FLESH_ACCURACY_TIGHT] = "tight",
-                                                  [FLESH_ACCURACY_RESOLUTION] = "resolution",
-                                                  [FLESH_ACCURACY_LIMITS] = "limits",
-                                                  [FLESH_ACCURACY_TIMING] = "timing"};
-static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
-              "a name of every group");
+#define GROUP_NAME(group, name) name,
+const char *const flesh_accuracy_group_names[] = {FLESH_ACCURACY_GROUP_LIST(GROUP_NAME)};
 
 /* Every solve to rounding, whatever the scene makes do with. */
 static const char *const tight[][2] = {{"solver.newton_tolerance", "1e-12"}, {"solver.linear_tolerance", "1e-3"},

@@ -104,9 +104,10 @@ static int spare_each(const flesh_inputs *inputs, const char *folder, const char
   return status;
 }
 
-int flesh_inputs_spare_in(const flesh_inputs *inputs, const char *folder, const char *const *names,
-                          const char *const *subfolders)
+int flesh_inputs_spare_in(flesh_inputs *inputs, const char *folder, const char *const *names, const char *const *subfolders)
 {
-  const int status = spare_each(inputs, folder, names, flesh_inputs_spare);
-  return status ? status : spare_each(inputs, folder, subfolders, spare_all);
+  int status = spare_each(inputs, folder, names, flesh_inputs_spare);
+  if (!status) status = spare_each(inputs, folder, subfolders, spare_all);
+  flesh_inputs_close(inputs);
+  return status;
 }

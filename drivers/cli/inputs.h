@@ -19,9 +19,8 @@ void flesh_inputs_close(flesh_inputs *inputs);
 
 /* FLESH_ERR_ARGUMENT with a sentence when `path` is one of the inputs, by whatever name. */
 int flesh_inputs_spare(const flesh_inputs *inputs, const char *path);
-/* Checks folder/names[k] likewise, and everything in folder/subfolders[k], which is replaced as a whole. The lists end
- * with NULL; `subfolders` may be NULL. */
-int flesh_inputs_spare_in(const flesh_inputs *inputs, const char *folder, const char *const *names,
-                          const char *const *subfolders);
+/* Checks folder/names[k] likewise, and everything in folder/subfolders[k], which is replaced as a whole; then closes the
+ * inputs. The lists end with NULL; `subfolders` may be NULL. */
+int flesh_inputs_spare_in(flesh_inputs *inputs, const char *folder, const char *const *names, const char *const *subfolders);
 
 #endif

@@ -101,7 +101,7 @@ static int same_place(const char *a, const char *b)
          !strcmp(bases[0], bases[1]);
 }
 
-static int check_files(const char *out, const char *save_state, const flesh_inputs *inputs)
+static int check_files(const char *out, const char *save_state, flesh_inputs *inputs)
 {
   static const char *const subfolders[] = {"frames", "skin", "error", NULL};
   const char *names[WRITTEN + 1] = {NULL};

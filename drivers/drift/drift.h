@@ -4,8 +4,6 @@
 
 #include "flesh/material.h"
 #include "flesh/scene.h"
-#include "cli/options.h"
-#include "cli/overrides.h"
 #include "run/result.h"
 #include "study/settings.h"
 #include "study/study.h"

@@ -44,34 +44,23 @@ static int spare(flesh_error_judge *judge, int k)
   return 1;
 }
 
-/* Adds a companion with key=value. */
-static void add(flesh_error_judge *judge, const char *folder, const char *key, double value)
+/* Adds a companion with key=value, and with time.step=step unless that is 0. */
+static void add(flesh_error_judge *judge, const char *folder, const char *key, double value, double step)
 {
   char number[FLESH_NUMBER_SIZE];
   snprintf(judge->companions[judge->count].folder, FLESH_ERROR_FOLDER, "error/%s", folder);
-  snprintf(judge->companions[judge->count++].set[0], sizeof judge->companions->set[0], "%s=%s", key,
-           flesh_number_text(value, number));
+  char(*set)[sizeof *judge->companions->set] = judge->companions[judge->count++].set;
+  snprintf(set[0], sizeof *set, "%s=%s", key, flesh_number_text(value, number));
+  if (step > 0) snprintf(set[1], sizeof *set, "time.step=%s", flesh_number_text(step, number));
 }
 
 /* A smaller tolerance; and states twice as often, as where these end steps the tolerance changes nothing. */
 static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge)
 {
-  char number[FLESH_NUMBER_SIZE];
   const double tolerance = tolerance_share * time->adaptive.tolerance;
   judge->factor = of_tolerance;
-  add(judge, "step", "time.tolerance", tolerance);
-  snprintf(judge->companions[0].set[1], sizeof judge->companions->set[1], "time.step=%s",
-           flesh_number_text(time->step / 2, number));
+  add(judge, "step", "time.tolerance", tolerance, time->step / 2);
   snprintf(judge->words, sizeof judge->words, "a tolerance of %g and a time.step of %g s", tolerance, time->step / 2);
-}
-
-/* Adds a companion with this body.refine and twice the step. */
-static void add_twice(const flesh_scene *scene, const char *folder, int refine, flesh_error_judge *judge)
-{
-  char number[FLESH_NUMBER_SIZE];
-  add(judge, folder, "body.refine", refine);
-  snprintf(judge->companions[judge->count - 1].set[1], sizeof judge->companions->set[1], "time.step=%s",
-           flesh_number_text(2 * scene->time.step, number));
 }
 
 /* Whether waves that a motion's steps do not follow may come out alike on two meshes: steps are of one length, two at least;
@@ -93,14 +82,14 @@ static void add_coarser(const flesh_scene *scene, int has_twice, flesh_error_jud
   judge->adds = scene->time.method == FLESH_METHOD_STATIC && !has_twice;
   judge->factor = judge->adds ? of_coarser_equilibria : of_coarser_meshes;
   judge->coarser = 1;
-  add(judge, "mesh", "body.refine", refine);
-  if (judge->doubled == 2) add_twice(scene, "twice", refine + 1, judge);
+  add(judge, "mesh", "body.refine", refine, 0);
+  if (judge->doubled == 2) add(judge, "twice", "body.refine", refine + 1, 2 * scene->time.step);
   if (judge->doubled) {
     snprintf(words, sizeof words, ", there with steps of %g s", 2 * scene->time.step);
-    add_twice(scene, "mesh_2_steps", refine, judge);
+    add(judge, "mesh_2_steps", "body.refine", refine, 2 * scene->time.step);
   }
   snprintf(judge->companions[judge->count].set[1], sizeof judge->companions->set[1], "body.element=%s", other);
-  add(judge, "mesh_2", "body.refine", refine);
+  add(judge, "mesh_2", "body.refine", refine, 0);
   snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d)%s, and %s on it", refine, words, other);
 }
 
@@ -109,7 +98,7 @@ static void add_element(int refine, flesh_error_judge *judge)
 {
   judge->better = 1;
   judge->factor = refine ? of_element_on_coarser : of_element;
-  add(judge, "mesh", "body.refine", refine ? refine - 1 : 0);
+  add(judge, "mesh", "body.refine", refine ? refine - 1 : 0, 0);
   strcpy(judge->companions[0].set[1], "body.element=tet10-mean");
   snprintf(judge->words, sizeof judge->words, "tet10-mean on the %s the better answer",
            refine ? "next coarser mesh, mostly" : "same mesh, which is");
@@ -144,8 +133,8 @@ static void choose_steps(const flesh_scene *scene, flesh_error_judge *judge)
     return;
   }
   judge->factor = time->method == FLESH_METHOD_BDF2 ? of_shorter_steps_of_bdf2 : of_shorter_steps;
-  add(judge, "step", "time.step", time->step / 2);
-  add(judge, "step_2", "time.step", 2 * time->step);
+  add(judge, "step", "time.step", time->step / 2, 0);
+  add(judge, "step_2", "time.step", 2 * time->step, 0);
   snprintf(judge->words, sizeof judge->words, "steps of %g s and of %g s", time->step / 2, 2 * time->step);
 }
 

@@ -25,9 +25,7 @@ static int spare_inputs(const flesh_fit *fit)
     flesh_inputs_add(&inputs, fit->experiments[e].scene);
     for (int k = 0; k < fit->experiments[e].measured_count; k++) flesh_inputs_add(&inputs, fit->experiments[e].measured[k].path);
   }
-  const int status = flesh_inputs_spare_in(&inputs, fit->options.out, names, folders);
-  flesh_inputs_close(&inputs);
-  return status;
+  return flesh_inputs_spare_in(&inputs, fit->options.out, names, folders);
 }
 
 /* The search, and what is written of it. */

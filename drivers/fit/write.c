@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
 #include "cli/path.h"

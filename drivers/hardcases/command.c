@@ -26,16 +26,28 @@ static void describe_keys(FILE *stream)
 
 enum { SETTING_LIMIT = 16384 };
 
-typedef struct choice {
+enum { LIST_LIMIT = 64 };
+
+/* The lists as given, of meshes NULL for none; how many of each there are, and their values; and what the plan borrows. */
+typedef struct request {
+  const char *energy_list, *poisson_list, *step_list, *solver_list, *element_list, *mesh_list, *case_list, *share;
+  int energies, poissons, steps, solvers, elements, bodies, count;
+  flesh_energy energy[LIST_LIMIT];
+  flesh_constants constants[LIST_LIMIT];
+  double poisson[LIST_LIMIT], step[LIST_LIMIT];
+  flesh_hardcases_solver solver[FLESH_HARDCASES_SOLVER_LIMIT];
+  flesh_element element[FLESH_ELEMENT_COUNT];
+  flesh_hardcases_body body[LIST_LIMIT];
+  char files[LIST_LIMIT][FLESH_LIST_ITEM];
   flesh_hardcases_battery battery;
-  int count;
-  const flesh_hardcases_case **cases; /* has room for all */
-} choice;
+  const flesh_hardcases_case **cases; /* [count], has room for all of the battery */
+  flesh_hardcases_setting settings[SETTING_LIMIT];
+} request;
 
 /* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
 static int take_case(void *data, const char *item)
 {
-  choice *c = data;
+  request *c = data;
   const int leave = *item == '!';
   int found = 0;
   if (leave && c->count == 0) take_case(data, "*");
@@ -57,7 +69,7 @@ static int take_case(void *data, const char *item)
 }
 
 /* Reads the cases of the file, or the program's own of the plan's kind. */
-static int open_choice(const char *path, const flesh_hardcases_plan *plan, choice *c)
+static int open_choice(const char *path, const flesh_hardcases_plan *plan, request *c)
 {
   const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
   int status = flesh_hardcases_open_battery(path, own, &c->battery);
@@ -71,28 +83,9 @@ static void list_cases(const flesh_hardcases_battery *battery)
     printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
 }
 
-enum { LIST_LIMIT = 64 };
-
-/* How many of each there are, and their values. */
-typedef struct lists {
-  int energies, poissons, steps, solvers, elements, bodies;
-  flesh_energy energy[LIST_LIMIT];
-  flesh_constants constants[LIST_LIMIT];
-  double poisson[LIST_LIMIT], step[LIST_LIMIT];
-  flesh_hardcases_solver solver[FLESH_HARDCASES_SOLVER_LIMIT];
-  flesh_element element[FLESH_ELEMENT_COUNT];
-  flesh_hardcases_body body[LIST_LIMIT];
-  char files[LIST_LIMIT][FLESH_LIST_ITEM];
-} lists;
-
-/* The lists as given; of meshes NULL for none. */
-typedef struct request {
-  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases, *share;
-} request;
-
 static int take_solver(void *data, const char *item)
 {
-  lists *l = data;
+  request *l = data;
   const int all = !strcmp(item, "all"), ablation = !strcmp(item, "ablation");
   for (int s = 0; s < FLESH_HARDCASES_SOLVER_LIMIT; s++) {
     const char *name = flesh_hardcases_solver_name((flesh_hardcases_solver)s);
@@ -117,7 +110,7 @@ static int take_solver(void *data, const char *item)
 /* "8x4x2": cells of a block; or a file, named by what is between its folder and its suffix. */
 static int take_body(void *data, const char *item)
 {
-  lists *l = data;
+  request *l = data;
   if (l->bodies == LIST_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--meshes has more than %d items", LIST_LIMIT);
   flesh_hardcases_body *b = &l->body[l->bodies];
@@ -149,20 +142,20 @@ static int take_body(void *data, const char *item)
 }
 
 /* Reads all but the cases. FLESH_ERR_ARGUMENT with what would be valid. */
-static int read_lists(const request *asked, lists *l)
+static int read_lists(request *l)
 {
   enum { ROOM = LIST_LIMIT };
-  int status = flesh_list_energies(asked->energies, ROOM, l->energy, l->constants, &l->energies);
+  int status = flesh_list_energies(l->energy_list, ROOM, l->energy, l->constants, &l->energies);
   if (!status)
-    status = flesh_list_numbers("poisson", asked->poissons, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
-  if (!status) status = flesh_list_numbers("steps", asked->steps, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);
-  if (!status) status = flesh_list_each("solvers", asked->solvers, take_solver, l);
-  if (!status) status = flesh_list_elements("elements", asked->elements, l->element, &l->elements);
-  return status || !asked->meshes ? status : flesh_list_each("meshes", asked->meshes, take_body, l);
+    status = flesh_list_numbers("poisson", l->poisson_list, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
+  if (!status) status = flesh_list_numbers("steps", l->step_list, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);
+  if (!status) status = flesh_list_each("solvers", l->solver_list, take_solver, l);
+  if (!status) status = flesh_list_elements("elements", l->element_list, l->element, &l->elements);
+  return status || !l->mesh_list ? status : flesh_list_each("meshes", l->mesh_list, take_body, l);
 }
 
 /* A case moves and scales the bodies of --meshes only. */
-static int check_bodies(const choice *c)
+static int check_bodies(const request *c)
 {
   for (int k = 0; k < c->count; k++)
     if (c->cases[k]->scale > 0 || c->cases[k]->offset < 0 || c->cases[k]->offset > 0)
@@ -172,7 +165,7 @@ static int check_bodies(const choice *c)
 }
 
 /* Every value of each list with every one of the others; the last of `digits` runs fastest. */
-static int make_settings(const lists *l, flesh_hardcases_setting *settings, int *count)
+static int make_settings(request *l, int *count)
 {
   enum { ELEMENT, SOLVER, ENERGY, STEP, POISSON, BODY, LISTS };
   const int lengths[LISTS] = {l->elements, l->solvers, l->energies, l->steps, l->poissons, l->bodies ? l->bodies : 1};
@@ -182,15 +175,15 @@ static int make_settings(const lists *l, flesh_hardcases_setting *settings, int 
   for (*count = 0; *count < (int)all; ++*count) {
     int digits[LISTS], left = *count;
     for (int k = LISTS - 1; k >= 0; left /= lengths[k--]) digits[k] = left % lengths[k];
-    settings[*count] = (flesh_hardcases_setting){.energy = l->energy[digits[ENERGY]],
-                                                 .constants = l->constants[digits[ENERGY]],
-                                                 .poisson = l->poisson[digits[POISSON]],
-                                                 .step = l->step[digits[STEP]],
-                                                 .first_poisson = digits[POISSON] == 0,
-                                                 .first_step = digits[STEP] == 0,
-                                                 .solver = l->solver[digits[SOLVER]],
-                                                 .element = l->element[digits[ELEMENT]],
-                                                 .body = l->bodies ? &l->body[digits[BODY]] : NULL};
+    l->settings[*count] = (flesh_hardcases_setting){.energy = l->energy[digits[ENERGY]],
+                                                    .constants = l->constants[digits[ENERGY]],
+                                                    .poisson = l->poisson[digits[POISSON]],
+                                                    .step = l->step[digits[STEP]],
+                                                    .first_poisson = digits[POISSON] == 0,
+                                                    .first_step = digits[STEP] == 0,
+                                                    .solver = l->solver[digits[SOLVER]],
+                                                    .element = l->element[digits[ELEMENT]],
+                                                    .body = l->bodies ? &l->body[digits[BODY]] : NULL};
   }
   return FLESH_OK;
 }
@@ -278,11 +271,11 @@ static void choose_lists(request *asked, const flesh_hardcases_plan *plan, char 
       {1, forms_with_lambda(every), "0,0.3,0.45,0.49,0.499,0.4999", "tet4", NULL, "default"}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
     if (!rows[k].applies) continue;
-    if (!asked->energies) asked->energies = rows[k].energies;
-    if (!asked->poissons) asked->poissons = rows[k].poissons;
-    if (!asked->elements) asked->elements = rows[k].elements;
-    if (!asked->meshes) asked->meshes = rows[k].meshes;
-    if (!asked->solvers) asked->solvers = rows[k].solvers;
+    if (!asked->energy_list) asked->energy_list = rows[k].energies;
+    if (!asked->poisson_list) asked->poisson_list = rows[k].poissons;
+    if (!asked->element_list) asked->element_list = rows[k].elements;
+    if (!asked->mesh_list) asked->mesh_list = rows[k].meshes;
+    if (!asked->solver_list) asked->solver_list = rows[k].solvers;
   }
 }
 
@@ -297,48 +290,40 @@ static int read_share(const char *text, double share[2])
 }
 
 /* Makes the plan from the request. */
-static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_setting *settings,
-                  flesh_hardcases_plan *plan)
+static int choose(request *asked, flesh_hardcases_plan *plan)
 {
   char every[256];
   if (plan->filters && (plan->shapes || plan->ablation))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--filters is a study of its own; it cannot be run with %s",
                       plan->shapes ? "--shapes" : "--ablation");
-  if (plan->ablation && asked->solvers && !(strstr(asked->solvers, "default") && strstr(asked->solvers, "without-")))
+  if (plan->ablation && asked->solver_list && !(strstr(asked->solver_list, "default") && strstr(asked->solver_list, "without-")))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--solvers is '%s'; with --ablation it must have default and a without-TECHNIQUE",
-                      asked->solvers);
+                      asked->solver_list);
   plan->lean = plan->filters || plan->shapes || plan->ablation;
   choose_lists(asked, plan, every);
   if (plan->seeds < 1) plan->seeds = plan->filters && !plan->quick ? 5 : 1;
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
   int status = read_share(asked->share, plan->share);
-  if (!status) status = read_lists(asked, l);
-  if (!status) status = flesh_list_each("cases", asked->cases, take_case, chosen);
-  if (!status && chosen->count == 0)
+  if (!status) status = read_lists(asked);
+  if (!status) status = flesh_list_each("cases", asked->case_list, take_case, asked);
+  if (!status && asked->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
-                        asked->cases);
-  if (!status && !asked->meshes) status = check_bodies(chosen);
-  if (!status) status = make_settings(l, settings, &plan->setting_count);
-  plan->settings = settings;
-  plan->cases = chosen->cases;
-  plan->case_count = chosen->count;
+                        asked->case_list);
+  if (!status && !asked->mesh_list) status = check_bodies(asked);
+  if (!status) status = make_settings(asked, &plan->setting_count);
+  plan->settings = asked->settings;
+  plan->cases = asked->cases;
+  plan->case_count = asked->count;
   return status;
 }
 
-/* The lists that the plan borrows. */
-typedef struct room {
-  lists lists;
-  choice chosen;
-  flesh_hardcases_setting settings[SETTING_LIMIT];
-} room;
-
 /* Lists the cases of the file, or runs them. Returns the exit code. */
-static int list_or_batter(const char *path, int list, request *asked, room *room, flesh_hardcases_plan *plan)
+static int list_or_batter(const char *path, int list, request *asked, flesh_hardcases_plan *plan)
 {
-  int status = open_choice(path, plan, &room->chosen);
-  if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&room->chosen.battery);
+  int status = open_choice(path, plan, asked);
+  if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&asked->battery);
   if (list) return status ? flesh_command_fail("hardcases", status) : 0;
-  if (!status) status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
+  if (!status) status = choose(asked, plan);
   flesh_interrupt_watch();
   if (!status) status = make_runs(plan);
   const flesh_study study = flesh_hardcases_study(plan);
@@ -347,27 +332,28 @@ static int list_or_batter(const char *path, int list, request *asked, room *room
 
 int flesh_command_hardcases(int argc, char **argv)
 {
-  request asked = {.steps = "1/60", .cases = "*", .share = "0:1"};
-  room *room = calloc(1, sizeof *room);
+  request *asked = calloc(1, sizeof *asked);
+  if (!asked) return flesh_command_fail("hardcases", flesh_no_memory());
+  asked->step_list = "1/60", asked->case_list = "*", asked->share = "0:1";
   flesh_hardcases_plan plan = {.options = {.out = "out/hardcases"}};
   int list = 0, count;
   const flesh_option rows[] = {
-      {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
+      {"energies", "LIST", FLESH_OPTION_TEXT, &asked->energy_list,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
-      {"poisson", "LIST", FLESH_OPTION_TEXT, &asked.poissons,
+      {"poisson", "LIST", FLESH_OPTION_TEXT, &asked->poisson_list,
        "Poisson's ratios (default 0,0.3,0.45,0.49,0.499,0.4999; 0.45,0.49 with --quick)"},
-      {"steps", "LIST", FLESH_OPTION_TEXT, &asked.steps,
+      {"steps", "LIST", FLESH_OPTION_TEXT, &asked->step_list,
        "steps of the cases without one of their own (default 1/60)"},
-      {"cases", "LIST", FLESH_OPTION_TEXT, &asked.cases,
+      {"cases", "LIST", FLESH_OPTION_TEXT, &asked->case_list,
        "cases, groups or patterns, without those after a ! (default: all)"},
-      {"solvers", "LIST", FLESH_OPTION_TEXT, &asked.solvers,
+      {"solvers", "LIST", FLESH_OPTION_TEXT, &asked->solver_list,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
        "                         trust-region or all; without-TECHNIQUE, as without-watchdog (default: default)"},
-      {"elements", "LIST", FLESH_OPTION_TEXT, &asked.elements,
+      {"elements", "LIST", FLESH_OPTION_TEXT, &asked->element_list,
        "tet4, tet10 or tet10-mean; the latter two put nodes on the edges of the same meshes (default: tet4)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
        "how often the random cases run, each with other numbers (default 1; 5 with --filters)"},
-      {"share", "LOW:HIGH", FLESH_OPTION_TEXT, &asked.share,
+      {"share", "LOW:HIGH", FLESH_OPTION_TEXT, &asked->share,
        "only the runs whose hash is in this part of 0:1; of one case, seed, form, ratio, mesh and step all or none"},
       {"filters", NULL, FLESH_OPTION_SWITCH, &plan.filters,
        "compare eigenvalue filters by performance profiles"},
@@ -375,7 +361,7 @@ int flesh_command_hardcases(int argc, char **argv)
        "run the cases that suit bodies of any shape on those of --meshes (default 8x4x4)"},
       {"ablation", NULL, FLESH_OPTION_SWITCH, &plan.ablation,
        "compare the default solver with and without each technique; also with --shapes"},
-      {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
+      {"meshes", "LIST", FLESH_OPTION_TEXT, &asked->mesh_list,
        "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, not the cases' own"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
@@ -389,11 +375,10 @@ int flesh_command_hardcases(int argc, char **argv)
   char *text = flesh_settings_help(flesh_own_text("hardcases_help"), describe_keys, "");
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int code = room ? flesh_study_open(&plan.options, &usage, argc, argv, &count)
-                  : flesh_command_fail("hardcases", flesh_no_memory());
-  if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, &asked, room, &plan);
+  int code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, asked, &plan);
   flesh_study_close(&plan.options);
-  if (room) flesh_hardcases_close_battery(&room->chosen.battery);
-  free(plan.runs), free(room), free(text);
+  flesh_hardcases_close_battery(&asked->battery);
+  free(plan.runs), free(asked), free(text);
   return code;
 }

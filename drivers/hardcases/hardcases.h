@@ -10,7 +10,6 @@
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "run/run_trace.h"
-#include "cli/options.h"
 #include "cli/path.h"
 #include "study/study.h"
 #include "hardcases/cases.h"

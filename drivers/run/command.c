@@ -169,8 +169,9 @@ static int refuse_twice(const given *g, const char *option, const char *value, c
 }
 
 /* Whether all that was given can be; the exit code else. */
-static int check(given *g, int positionals)
+static int check(void *data, int positionals)
 {
+  given *g = data;
   const char *folder = g->resume;
   if (g->to && !flesh_adapt_is_spec(g->to))
     return flesh_option_refuse("run", "to", g->to, "TOLERANCE:COLUMN, as 1%:tip.position_z or 0.01:tip.position_z");
@@ -268,23 +269,6 @@ static int run_to(const given *g)
   return status ? flesh_command_fail("run", status) : 0;
 }
 
-/* Reads the command line; the first rank reads it before the others, so that only one reports its errors. */
-static int read_options(given *g, const flesh_usage *usage, int argc, char **argv)
-{
-  int code = FLESH_OPTIONS_GO_ON;
-  for (int others = 0; others < (g->ranks ? 2 : 1) && code == FLESH_OPTIONS_GO_ON; others++) {
-    int positionals;
-    if (flesh_ranks_first(g->ranks) == !others) {
-      code = flesh_options_read(usage, argc, argv, &positionals);
-      if (code == FLESH_OPTIONS_GO_ON) code = check(g, positionals);
-    }
-    code = flesh_ranks_largest(g->ranks, code);
-  }
-  g->options.ranks = g->ranks;
-  g->options.quiet |= !flesh_ranks_first(g->ranks);
-  return code;
-}
-
 static uint64_t sum_text(uint64_t before, const char *text)
 {
   return text ? flesh_archive_sum(before, text, strlen(text) + 1) : before + 1;
@@ -338,7 +322,7 @@ static int read_and_run(given *g, int argc, char **argv)
   const flesh_usage usage = {
       "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", flesh_own_text("run_help"), 0, 1, rows, NULL,
       FLESH_EXITS_ALL};
-  int code = read_options(g, &usage, argc, argv);
+  int count, code = flesh_ranks_read_options(g->ranks, &usage, argc, argv, &count, check, g);
   flesh_checkpoint checkpoint = {0};
   flesh_scene *scene = NULL;
   char *made = NULL; /* a name */
@@ -378,6 +362,8 @@ int flesh_command_run(int argc, char **argv)
   for (int a = 0; a < argc && words; a++) words[a] = argv[a];
   g.options.argc = argc;
   g.options.argv = words;
+  g.options.ranks = g.ranks;
+  g.options.quiet = !flesh_ranks_first(g.ranks);
   status = flesh_ranks_agree(g.ranks, status);
   code = status ? flesh_ranks_fail(g.ranks, "run", status) : read_and_run(&g, argc, argv);
   flesh_ranks_close(&g.ranks);

@@ -102,11 +102,15 @@ int flesh_ranks_refuse(const char *name)
   return code;
 }
 
-int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count)
+int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count,
+                             int (*check)(void *data, int count), void *data)
 {
   int code = FLESH_OPTIONS_GO_ON;
   for (int others = 0; others < (ranks ? 2 : 1) && code == FLESH_OPTIONS_GO_ON; others++) {
-    if (flesh_ranks_first(ranks) == !others) code = flesh_options_read(usage, argc, argv, count);
+    if (flesh_ranks_first(ranks) == !others) {
+      code = flesh_options_read(usage, argc, argv, count);
+      if (code == FLESH_OPTIONS_GO_ON && check) code = check(data, *count);
+    }
     code = flesh_ranks_largest(ranks, code);
   }
   return code;

@@ -43,8 +43,9 @@ int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
 /* For a command that ranks do not share out: 0 where one process is started, else an exit code; one rank says why. */
 int flesh_ranks_refuse(const char *name);
 /* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As
- * flesh_options_read. */
-int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count);
+ * flesh_options_read; then check(data, count) (NULL: none) returns FLESH_OPTIONS_GO_ON or an exit code. */
+int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count,
+                             int (*check)(void *data, int count), void *data);
 /* The first one's number on all that work. */
 int flesh_ranks_follow(const flesh_ranks *ranks, int number);
 

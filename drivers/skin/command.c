@@ -72,10 +72,9 @@ static int spare_surface(const char *surface, const char *out)
   const char *slash = strrchr(surface, '/'), *name = slash ? slash + 1 : surface;
   const char *const names[] = {name, NULL};
   flesh_inputs inputs = {0};
+  if (strncmp(name, "skin_", 5)) return FLESH_OK;
   flesh_inputs_add(&inputs, surface);
-  int status = strncmp(name, "skin_", 5) ? FLESH_OK : flesh_inputs_spare_in(&inputs, out, names, NULL);
-  flesh_inputs_close(&inputs);
-  return status;
+  return flesh_inputs_spare_in(&inputs, out, names, NULL);
 }
 
 static int command_apply(int argc, char **argv)

@@ -271,7 +271,7 @@ int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int
   if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);
   else if (!status) status = flesh_no_memory();
   return status ? flesh_command_fail(usage->command, status)
-                : flesh_ranks_read_options(options->ranks, usage, argc, argv, count);
+                : flesh_ranks_read_options(options->ranks, usage, argc, argv, count, NULL, NULL);
 }
 
 void flesh_study_close(flesh_study_options *options)

@@ -15,7 +15,6 @@
 #include "study/embedded.h"
 #include "study/formats.h"
 #include "study/results.h"
-#include "study/tables.h"
 #include "sweep/sweep.h"
 
 #define NAME_OF(name, doc) "|" #name
@@ -266,9 +265,7 @@ static int spare_database(const picture *p, const char *database)
   for (int k = 0; k < 3; k++) snprintf(files[k], sizeof files[k], "%.*s%s", NAME, p->name, suffixes[k]);
   flesh_inputs inputs = {0};
   flesh_inputs_add(&inputs, database);
-  int status = flesh_inputs_spare_in(&inputs, p->folder, names, NULL);
-  flesh_inputs_close(&inputs);
-  return status;
+  return flesh_inputs_spare_in(&inputs, p->folder, names, NULL);
 }
 
 int flesh_sweep_plot(int argc, char **argv)
