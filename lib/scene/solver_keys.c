@@ -47,7 +47,8 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, max_newton),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "1200",
-     .doc = "Newton iterations per solve; every 300 must gain a tenth of the decrease of the potential so far"},
+     .doc = "most Newton iterations of a solve, which ends sooner when 300 (100 in a motion of bodies that touch) "
+            "lower the potential by less than a tenth of its decrease so far"},
     {.name = "max_linear",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, max_linear),
