@@ -87,7 +87,7 @@ typedef struct job {
   const flesh_shift *shift; /* arguments of the Jacobian, and of the potential of friction */
   flesh_frame frame, lagged;
   double *r;            /* NULL: the residual is not wanted */
-  int rubbing, summing; /* whether there is friction; whether potentials are wanted */
+  int has_friction, with_potential;
   flesh_block_matrix *K;
   int parts;
   struct {
@@ -99,7 +99,7 @@ typedef struct job {
 static void open_job(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, job *j)
 {
   *j = (job){.self = effect->data, .point = point, .shift = shift};
-  j->rubbing = j->self->friction > 0;
+  j->has_friction = j->self->friction > 0;
   const int parts = j->self->count / NODES_OF_PART;
   j->parts = parts < 1 ? 1 : parts < MOST_PARTS ? parts : MOST_PARTS;
   flesh_obstacle_frame(j->self->obstacle, point->t, &j->frame);
@@ -113,12 +113,12 @@ static int is_far(const contact *self, const flesh_frame *frame, int k, int end,
   return flesh_obstacle_is_far(self->obstacle, &own, reach);
 }
 
-/* Whether nodes k to end-1 are out of reach now and, with friction, at the lagged state, so that they feel nothing. */
-static int is_unfelt(const job *j, int k, int end)
+/* Whether nodes k to end-1 are out of reach now and, with friction, at the lagged state, so that no force acts on them. */
+static int is_inactive(const job *j, int k, int end)
 {
   const contact *self = j->self;
   return is_far(self, &j->frame, k, end, j->point->x, self->thickness) &&
-         (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->lagged.x, self->thickness));
+         (!j->has_friction || is_far(self, &j->lagged, k, end, j->point->lagged.x, self->thickness));
 }
 
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
@@ -142,7 +142,7 @@ static void residual_of_part(void *data, int task)
   const contact *self = j->self;
   double energy = 0, friction = 0, size = 0;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
-    if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
+    if (k == box && is_inactive(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
       continue;
     }
@@ -158,12 +158,12 @@ static void residual_of_part(void *data, int task)
       if (j->frame.moved) flesh_mat3_times(j->frame.R, barrier.gradient, gradient);
       for (int c = 0; c < 3; c++) j->r[i + c] += flesh_contact_weight(self, k) * gradient[c];
     }
-    if (!j->rubbing) continue;
+    if (!j->has_friction) continue;
     const node_friction of_node = friction_of(self, &j->frame, &j->lagged, j->point, k);
     if (of_node.force == 0) continue;
     const double ratio = of_node.force * flesh_slip_ratio(of_node.speed, self->slip_speed);
     for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * of_node.u[c];
-    if (!j->summing) continue;
+    if (!j->with_potential) continue;
     const double share = friction_potential(j, &of_node, i);
     friction += share;
     size += fabs(share);
@@ -177,7 +177,7 @@ static void residual_of_part(void *data, int task)
 static int residual_kernel(job *j, double *r, double *energy)
 {
   j->r = r;
-  j->summing = energy != NULL;
+  j->with_potential = energy != NULL;
   flesh_threads_run(j->point->threads, j->parts, residual_of_part, j);
   for (int p = 0; p < j->parts; p++) {
     if (j->found[p].undefined) return FLESH_UNDEFINED;
@@ -222,7 +222,7 @@ static int contact_energy(const flesh_effect *effect, const flesh_point *point, 
 {
   job j;
   open_job(effect, point, NULL, &j);
-  j.rubbing = 0;
+  j.has_friction = 0;
   *energy = 0;
   return residual_kernel(&j, NULL, energy);
 }
@@ -269,7 +269,7 @@ static void jacobian_of_part(void *data, int task)
   const int to_rest = flesh_environment_of(j->point)->slips_to_rest;
   const void *predicted = flesh_environment_of(j->point)->tangents ? NULL : flesh_environment_of(j->point)->predicted;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
-    if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
+    if (k == box && is_inactive(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
       continue;
     }
@@ -282,7 +282,7 @@ static void jacobian_of_part(void *data, int task)
       const double scale = shift->x * flesh_contact_weight(self, k) * flesh_contact_softness(self, predicted, k, &barrier);
       for (int e = 0; e < 9; e++) block[e] += scale * placed[e];
     }
-    if (!j->rubbing || shift->v == 0) continue;
+    if (!j->has_friction || shift->v == 0) continue;
     const node_friction of_node = friction_of(self, &j->frame, &j->lagged, j->point, k);
     if (of_node.force > 0) add_friction(self, &of_node, shift->v, to_rest, block);
   }
@@ -302,7 +302,7 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
 
 /* Computes w [9], the derivative of a node's velocity relative to the obstacle by the lagged state. It is linear on
  * either side of a kink. */
-static void turn_velocity(const job *j, flesh_argument argument, int i, double w[9])
+static void velocity_by_lagged(const job *j, flesh_argument argument, int i, double w[9])
 {
   const flesh_lagged *lagged = &j->point->lagged;
   const double step = 1e-2 * (argument == FLESH_LAGGED_X ? j->self->thickness : j->self->slip_speed);
@@ -320,7 +320,7 @@ static void turn_velocity(const job *j, flesh_argument argument, int i, double w
 
 /* Computes the derivative of a node's friction r = N f(|u|)/|u| u by the lagged state. N is proportional to the norm of
  * the barrier's gradient g, and u is the part of the relative velocity w orthogonal to n = g/|g|. */
-static void turn_friction(const job *j, flesh_argument argument, int k, const node_friction *of_node, double block[9])
+static void friction_by_lagged(const job *j, flesh_argument argument, int k, const node_friction *of_node, double block[9])
 {
   const double *n = of_node->normal, *u = of_node->u, e = j->self->slip_speed, speed = of_node->speed;
   const double ratio = of_node->force * flesh_slip_ratio(speed, e),
@@ -328,7 +328,7 @@ static void turn_friction(const job *j, flesh_argument argument, int k, const no
   const int i = 3 * j->self->nodes[k];
   double turned[9] = {0}, w[9], push = 1;
   flesh_barrier barrier = {0};
-  turn_velocity(j, argument, i, w);
+  velocity_by_lagged(j, argument, i, w);
   if (argument == FLESH_LAGGED_X && !flesh_contact_barrier_at(j->self, &j->lagged, j->point->lagged.x + i, &barrier)) {
     push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
     place_hessian(&j->lagged, FLESH_FILTER_NONE, barrier.hessian, turned);
@@ -352,10 +352,10 @@ static int contact_couple(const flesh_effect *effect, const flesh_point *point, 
   double block[9];
   int status = FLESH_OK;
   open_job(effect, point, NULL, &j);
-  for (int k = 0; k < j.self->count && j.rubbing && !status; k++) {
+  for (int k = 0; k < j.self->count && j.has_friction && !status; k++) {
     const node_friction of_node = friction_of(j.self, &j.frame, &j.lagged, point, k);
     if (of_node.force == 0) continue;
-    turn_friction(&j, argument, k, &of_node, block);
+    friction_by_lagged(&j, argument, k, &of_node, block);
     status = add(to, j.self->nodes[k], j.self->nodes[k], block);
   }
   return status;

@@ -16,10 +16,10 @@ typedef flesh_surface_contact contact;
 typedef flesh_surface_near near;
 
 /* Gets the contact cache of the run, or a new one for this call, and updates its pairs to the point. */
-static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
+static int open_near(const flesh_effect *effect, const flesh_point *point, int with_friction, near **self, int *own)
 {
   int status = flesh_surface_near_of(effect, point, self, own);
-  if (!status && rubbing) status = flesh_surface_near_update_friction(*self, point);
+  if (!status && with_friction) status = flesh_surface_near_update_friction(*self, point);
   if (!status) status = flesh_surface_near_update_pairs(*self, point->x);
   return status;
 }
@@ -98,8 +98,8 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
   near *self;
   int own;
   (void)slots;
-  const int rubs = ((const contact *)effect->data)->friction > 0 && shift->v != 0;
-  if (shift->x == 0 && !rubs) return FLESH_OK;
+  const int has_friction = ((const contact *)effect->data)->friction > 0 && shift->v != 0;
+  if (shift->x == 0 && !has_friction) return FLESH_OK;
   int status = open_near(effect, point, 1, &self, &own);
   if (!status && shift->x != 0 && !(status = flesh_surface_near_reserve(self, self->set.count))) {
     flesh_surface_near_expect(self, point->x, flesh_environment_of(point)->tangents);
@@ -117,7 +117,7 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
       for (int e = 0; e < 144; e++) H[e] *= shift->x;
       add_blocks(K, 4, self->seats[k].nodes, H);
     }
-  const int friction_pairs = self && rubs ? self->friction.count : 0;
+  const int friction_pairs = self && has_friction ? self->friction.count : 0;
   if (!status && friction_pairs && !(status = flesh_surface_near_reserve(self, friction_pairs))) {
     flesh_contact_friction_hessians(&self->friction, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
                                     self->hessians);

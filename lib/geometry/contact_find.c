@@ -120,7 +120,7 @@ static void emit(job *j, int part, const flesh_contact_pair *pair)
 
 /* Whether features at this squared distance are within the thickness. Records the least distance, and contact at
  * distance 0 as undefined. */
-static int is_felt(job *j, int part, double squared)
+static int is_within_reach(job *j, int part, double squared)
 {
   const double w = j->set->law.thickness;
   if (squared >= w * w) return 0;
@@ -154,7 +154,7 @@ static double list_faces(job *j, int part, int node, int begin, int end, const d
     const int face = j->candidates->point_faces[2 * k + 1], *nodes = s->faces + 3 * face;
     if (is_far(j->x, 1, &node, 3, nodes, j->set->law.thickness)) continue;
     const double squared = flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
-    if (!is_felt(j, part, squared)) continue;
+    if (!is_within_reach(j, part, squared)) continue;
     least = squared < least ? squared : least;
     add(g, FEATURES, bearer_of(s, face, weights), 1);
     for (int c = 0; c < 3; c++) {
@@ -282,7 +282,7 @@ static void edges_of_part(job *j, int part)
     flesh_contact_pair pair = {.nodes = {first[0], first[1], second[0], second[1]}, .owner = -1, .thickness = w};
     pair.kind = FLESH_CONTACT_EDGE_EDGE;
     flesh_contact_find_closest(pair.kind, 0, pair.nodes, j->x, &at);
-    if (at.distance >= w || !is_felt(j, found, at.distance * at.distance)) continue;
+    if (at.distance >= w || !is_within_reach(j, found, at.distance * at.distance)) continue;
     pair.weight = set->law.stiffness * (s->edge_area[a] + s->edge_area[b]) / 4;
     pair.parallel = flesh_contact_parallel(set->edge_squared[a], set->edge_squared[b]);
     emit(j, found, &pair);
