@@ -24,7 +24,7 @@
   ROW(schema, "document the keys of a scene and the results of a run") \
   ROW(check, "validate a scene and differentiate its effects") \
   ROW(manual, "print a manual page") \
-  ROW(completion, "print what bash or zsh completes command lines with")
+  ROW(completion, "print the script by which bash or zsh completes command lines")
 
 #define FLESH_COMMAND_DECLARE(name, summary) int flesh_command_##name(int argc, char **argv);
 FLESH_COMMAND_LIST(FLESH_COMMAND_DECLARE)

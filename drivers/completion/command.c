@@ -46,13 +46,13 @@ static void print_branches(int zsh)
 int flesh_command_completion(int argc, char **argv)
 {
   static const flesh_option none[] = {{0}};
-  const flesh_usage usage = {"completion", "bash|zsh", "Prints what a shell completes command lines with.",
+  const flesh_usage usage = {"completion", "bash|zsh", "Prints the script by which a shell completes command lines.",
                              flesh_own_text("completion_help"), 1, 1, none, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const int zsh = !strcmp(argv[1], "zsh");
   if (!zsh && strcmp(argv[1], "bash"))
-    return flesh_command_refuse("completion", "there is none for '%.100s'; it must be bash or zsh", argv[1]);
+    return flesh_command_refuse("completion", "there is no script for '%.100s'; the shell must be bash or zsh", argv[1]);
   /* Lines like @KEYS@ are replaced by what they name. */
   int status = FLESH_OK;
   for (const char *line = flesh_embedded_text(flesh_completions, argv[1]), *end; *line && !status; line = end) {

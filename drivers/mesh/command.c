@@ -122,7 +122,7 @@ static int show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
     }
   free(nodes);
   if (found)
-    printf("  %-14s %d node%s where another is, as %d and %d: the mesh is torn there. Join the parts before meshing\n"
+    printf("  %-14s %d node%s where another is, for example %d and %d: the mesh is torn there. Join the parts before meshing\n"
            "  %-14s (in Gmsh by BooleanFragments or Coherence), or hold them together by the effect weld\n",
            "coincident", found, found == 1 ? "" : "s", first[0], first[1], "");
   return FLESH_OK;
@@ -343,8 +343,8 @@ static int command_split(int argc, char **argv)
 {
   int parts = 0, files;
   const char *out = NULL;
-  const flesh_option options[] = {{"parts", "N", FLESH_OPTION_COUNT, &parts, "number of parts: ranks of the runs to come"},
-                                  {"out", "FOLDER", FLESH_OPTION_TEXT, &out, "where the index and the parts go"},
+  const flesh_option options[] = {{"parts", "N", FLESH_OPTION_COUNT, &parts, "number of parts, one for each rank of a run"},
+                                  {"out", "FOLDER", FLESH_OPTION_TEXT, &out, "folder for the index and the parts"},
                                   {.name = NULL}};
   const flesh_usage usage = {"mesh split", "MESH --parts N --out FOLDER", "Writes a mesh in parts, one for each rank of a run.",
                              flesh_own_text("mesh_split_help"), 1, 1, options, NULL, 0};
@@ -373,7 +373,7 @@ static int command_box(int argc, char **argv)
   const flesh_option options[] = {
       {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "number of boxes along each axis, at least 1 each"},
       {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
-      {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "its low corner, m (default 0,0,0)"},
+      {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "low corner of the grid, m (default 0,0,0)"},
       {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes (default); 2: of ten"},
       {"parts", "N", FLESH_OPTION_COUNT, &parts,
        "write it split into N blocks, one at a time: the whole is never in memory (see flesh mesh split)"},

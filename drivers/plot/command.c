@@ -73,15 +73,15 @@ int flesh_command_plot(int argc, char **argv)
   int log = -1;
   picture p = {.width = 960, .height = 600};
   const flesh_option options[] = {
-      {"y", "COLUMN[,COLUMN]...", FLESH_OPTION_TEXT, &p.y, "what is drawn"},
-      {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "over what (default t, else the first column)"},
+      {"y", "COLUMN[,COLUMN]...", FLESH_OPTION_TEXT, &p.y, "columns to draw"},
+      {"x", "COLUMN", FLESH_OPTION_TEXT, &p.x, "column of the horizontal axis (default t, else the first column)"},
       {"by", "COLUMN", FLESH_OPTION_TEXT, &p.by, "a curve for each value of this column"},
       {"log", "x|y|xy", FLESH_OPTION_CHOICE, &log, "logarithmic axes; values that are not positive are left out"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "picture to write, .svg, .png or .pdf (default plot.svg)"},
-      {"title", "TEXT", FLESH_OPTION_TEXT, &p.title, "above the picture"},
+      {"title", "TEXT", FLESH_OPTION_TEXT, &p.title, "title of the picture"},
       {"points", NULL, FLESH_OPTION_SWITCH, &p.points, "mark every row (default: up to 40 of them)"},
-      {"width", "N", FLESH_OPTION_COUNT, &p.width, "pixels (default 960)"},
-      {"height", "N", FLESH_OPTION_COUNT, &p.height, "pixels (default 600)"},
+      {"width", "N", FLESH_OPTION_COUNT, &p.width, "width of the picture, pixels (default 960)"},
+      {"height", "N", FLESH_OPTION_COUNT, &p.height, "height of the picture, pixels (default 600)"},
       {.name = NULL}};
   const flesh_usage usage = {"plot", "RUN... --y COLUMN", "Draws curves of what runs have written, over time or each other.",
                              flesh_own_text("plot_help"), 1, INT_MAX, options, NULL, 0};

@@ -59,9 +59,9 @@ check convert_keeps_sets 0 'sets.msh: 23 nodes, 48 tets, 2 regions, 2 named sets
   convert "$reference/two_boxes_41_ascii.msh" sets.msh
 torn() { printf 'nodes 7\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 0\n1 %s 0\n0 0 -1\ntets 2\n0 1 2 3\n4 5 2 6\n' "$1" > torn.txt; }
 torn 1e-5
-check torn_mesh 0 'coincident     2 nodes where another is, as 0 and 4: the mesh is torn there' info torn.txt
+check torn_mesh 0 'coincident     2 nodes where another is, for example 0 and 4: the mesh is torn there' info torn.txt
 torn 2e-3
-check node_apart 0 'coincident     1 node where another is, as 0 and 4' info torn.txt
+check node_apart 0 'coincident     1 node where another is, for example 0 and 4' info torn.txt
 # Nodes on two edges of a flat tet coincide, which does not make a mesh torn.
 printf 'nodes 4\n0 0 0\n1 0 0\n1 1 1e-6\n0 1 0\ntets 1\n0 1 2 3\n' >flat.txt
 check flat_tet_of_ten 0 '10 nodes, 1 tet of ten nodes' convert --order 2 flat.txt flat.msh
