@@ -1,5 +1,6 @@
-/* checkpoint.c: two lines of text that say what it is and of which flesh, then an archive of what is of the whole run, and
- * one of each piece, every one with its length and its sum before it. */
+/* checkpoint.c: writes and reads checkpoint.bin: two lines of text that name the format and the build of flesh, then an
+ * archive of the parts that belong to the whole run, then one of each piece; the length and the checksum of an archive
+ * stand before it. */
 #include "run/checkpoint.h"
 
 #include <errno.h>
@@ -62,7 +63,7 @@ static void archive_head(flesh_checkpoint_head *head, flesh_archive *archive)
   FLESH_ARCHIVE(archive, head->probes);
 }
 
-/* Text that is loaded is new. */
+/* Archives a text; a text that is loaded is new. */
 static int archive_text(char **text, flesh_archive *archive)
 {
   int length = *text ? (int)strlen(*text) : 0;
@@ -118,7 +119,7 @@ static int archive_all(const flesh_checkpoint_head *head, const char *digest, co
   return status ? status : archive_parts(parts, archive);
 }
 
-/* The length and the sum of the bytes, and these. */
+/* Writes the length and the checksum of the bytes, then the bytes. */
 static void write_bytes(FILE *stream, size_t size, const uint8_t *bytes)
 {
   const uint64_t head[2] = {size, flesh_archive_sum(0, bytes, size)};
@@ -152,7 +153,7 @@ int flesh_checkpoint_refuse(const char *folder)
   return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": the checkpoint is damaged", folder);
 }
 
-/* Reads the two lines, where they are right. */
+/* Reads the two lines of text; fails unless they are those of this build. */
 static int read_lines(const char *folder, FILE *file)
 {
   char identity[FLESH_IDENTITY_SIZE], line[2 * FLESH_IDENTITY_SIZE];
@@ -168,7 +169,7 @@ static int read_lines(const char *folder, FILE *file)
                     identity);
 }
 
-/* Bytes with their length and their sum, from where the file is; new. */
+/* Reads the length, the checksum and the bytes at the file's current place; *bytes is new. */
 static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes, size_t *size)
 {
   uint64_t head[2];
@@ -185,7 +186,7 @@ static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes,
   return flesh_checkpoint_refuse(folder);
 }
 
-/* Finds where the pieces begin: they take up the file from here to its end. */
+/* Finds where each piece begins; the pieces fill the file from its current place to its end. */
 static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoint *checkpoint)
 {
   const int pieces = checkpoint->head.pieces;

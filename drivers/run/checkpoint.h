@@ -1,5 +1,6 @@
-/* checkpoint.h: the file from which a run goes on: what it was told, where it stands, and in a piece for each rank that it
- * had, or one of a process by itself, the state and what the integrator remembers. Any number of ranks reads it. */
+/* checkpoint.h: the file from which a run resumes: the options that it was given, where it stands and, in a piece for
+ * each rank that it had (one piece for a process without ranks), the state and what the integrator remembers. Any
+ * number of ranks can read it. */
 #ifndef FLESH_RUN_CHECKPOINT_H
 #define FLESH_RUN_CHECKPOINT_H
 
@@ -11,24 +12,24 @@
 
 #define FLESH_CHECKPOINT_NAME "checkpoint.bin"
 
-/* When checkpoints are written: every so many seconds, or steps; both 0: never. */
+/* When checkpoints are written: every so many seconds or every so many steps; never if both are 0. */
 typedef struct flesh_checkpoint_times {
   double seconds;
   int steps;
 } flesh_checkpoint_times;
 
-/* "60s" or "100steps". FLESH_ERR_ARGUMENT. */
+/* Reads "60s" or "100steps". FLESH_ERR_ARGUMENT for other texts. */
 int flesh_checkpoint_times_read(const char *text, flesh_checkpoint_times *times);
 
-/* The numbers that stand for themselves. */
+/* The scalar values of a checkpoint. */
 typedef struct flesh_checkpoint_head {
   flesh_checkpoint_times times;
   int no_frames, step;
-  int exact;                   /* going on from here by as many ranks gives the same bits */
-  int pieces;                  /* as many as there were ranks; 1: a process by itself */
-  double max_seconds, start_t; /* s; of the budget and of the run's begin */
+  int exact;                   /* resuming on the same number of ranks gives the same bits */
+  int pieces;                  /* number of ranks that the run had; 1: a process without ranks */
+  double max_seconds, start_t; /* s; the run's budget, and the time at which it began */
   double wall_s, cpu_s;        /* s, spent so far */
-  int64_t history, probes;     /* bytes of their files; probes -1: there are none */
+  int64_t history, probes;     /* sizes of their files in bytes; probes is -1 if there is none */
 } flesh_checkpoint_head;
 
 /* The parts of a checkpoint that belong to the run as a whole; all borrowed. */
@@ -42,45 +43,48 @@ typedef struct flesh_checkpoint_parts {
 typedef struct flesh_checkpoint_piece {
   const flesh_rank_part *part;   /* NULL: the whole */
   int nodes;
-  flesh_state *state;            /* with room for everything where it is restored */
-  flesh_integrator *integrator;  /* NULL where it is restored: the state alone is wanted */
+  flesh_state *state;            /* has room for everything when it is restored */
+  flesh_integrator *integrator;  /* NULL when it is restored: only the state is wanted */
 } flesh_checkpoint_piece;
 
-/* A piece as bytes, whose number is a multiple of 8; new, freed by the caller. FLESH_ERR_MEMORY. */
+/* Packs a piece into new bytes, whose number is a multiple of 8; the caller frees them. FLESH_ERR_MEMORY. */
 int flesh_checkpoint_pack(const flesh_checkpoint_piece *piece, uint8_t **bytes, size_t *size);
-/* Opens folder/checkpoint.bin to be written to the disk whole or not at all: flesh_checkpoint_add for each piece, by rising
- * rank, then flesh_sync_commit, or flesh_file_abandon. `scene_digest`: SHA-256 of the folder's scene.yaml; `notes`:
- * text. */
+/* Opens folder/checkpoint.bin, which is written to the disk completely or not at all: call flesh_checkpoint_add for
+ * each piece, by rising rank, then flesh_sync_commit, or flesh_file_abandon to give up. `scene_digest`: SHA-256 of the
+ * folder's scene.yaml; `notes`: text. */
 int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
                            const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file);
 void flesh_checkpoint_add(flesh_file *file, size_t size, const uint8_t *bytes);
-/* SHA-256 of a folder's scene.yaml as text; "" where there is none. */
+/* Computes the SHA-256 of a folder's scene.yaml as text; "" if there is none. */
 enum { FLESH_DIGEST_SIZE = 65 };
 void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE]);
 
-/* A folder's checkpoint as it was read, but for its pieces. */
+/* A folder's checkpoint as it was read, without its pieces. */
 typedef struct flesh_checkpoint {
   flesh_checkpoint_head head;
   char *notes;
-  uint8_t *main;      /* the bytes of all but the pieces */
-  size_t parts, size; /* where in these those of the parts begin, and how many there are */
-  long *places;       /* [pieces] in the file */
+  uint8_t *main;      /* bytes of the file without the pieces */
+  size_t parts, size; /* offset of the parts in `main`, and size of `main` */
+  long *places;       /* [pieces] offsets of the pieces in the file */
 } flesh_checkpoint;
 
-/* Zero-initialise before; closed by the caller, also where it fails. FLESH_ERR_FILE with a sentence: there is none, or it
- * is damaged. FLESH_ERR_ARGUMENT: it was written by another flesh, or scene.yaml is another one. */
+/* Opens a folder's checkpoint. The struct is zero-initialised before and closed by the caller, even after a failure.
+ * FLESH_ERR_FILE with a sentence: there is no checkpoint, or it is damaged. FLESH_ERR_ARGUMENT: another build of flesh
+ * wrote it, or scene.yaml has changed. */
 int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint);
 void flesh_checkpoint_close(flesh_checkpoint *checkpoint);
-/* Gives the parts back what they were. */
+/* Restores the parts from the checkpoint. */
 int flesh_checkpoint_restore(const char *folder, flesh_checkpoint *checkpoint, const flesh_checkpoint_parts *parts);
-/* Whether the piece of this `rank` of as many `ranks` has this one's nodes: then it has the same bits to go on with. */
+/* Finds whether the checkpoint has as many pieces as there are `ranks`, and the one of `rank` has the nodes and tets of
+ * this piece; the run then resumes with the same bits. */
 int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint, int rank, int ranks,
                           const flesh_checkpoint_piece *piece, int *fits);
-/* Gives a piece back what it was, from that of the rank; of a rank of -1 what all pieces have of its nodes, by whomever they
- * were written. Status also of flesh_integrator_load. */
+/* Restores a piece from the checkpoint's piece of `rank`; with rank -1 from the data that any rank's piece has of its
+ * nodes. Fails also with the status of flesh_integrator_load. */
 int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoint, int rank,
                             const flesh_checkpoint_piece *piece);
-/* For these two: the bytes of a piece, new; and that the checkpoint is damaged, FLESH_ERR_FILE. */
+/* Helpers of these two: reading the bytes of a piece, which are new, and failing with FLESH_ERR_FILE because the
+ * checkpoint is damaged. */
 int flesh_checkpoint_read_piece(const char *folder, const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes,
                                 size_t *size);
 int flesh_checkpoint_refuse(const char *folder);

@@ -1,5 +1,6 @@
-/* checkpoint_pieces.c: pieces of a checkpoint as bytes and back. A piece says which nodes of the body it has, its own first,
- * and which tets where these have multipliers, then the state at these, then what the integrator remembers. */
+/* checkpoint_pieces.c: packs pieces of a checkpoint into bytes, and unpacks them. A piece has the numbers of its nodes,
+ * its own ones first, and of its tets if these have multipliers, then the state there, then what the integrator
+ * remembers. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,13 +11,14 @@
 #include "run/checkpoint.h"
 #include "time/integrator.h"
 
-/* The nodes and tets that a piece has; numbers NULL: all of the whole, in order. Tets count where they have multipliers. */
+/* The nodes and tets of a piece; if the numbers are NULL, all of the whole in order. Tets count only if they have
+ * multipliers. */
 typedef struct piece_parts {
   int nodes, own, tets;
-  int *node_numbers, *tet_numbers; /* in the whole; of a piece that was read new */
+  int *node_numbers, *tet_numbers; /* numbers in the whole; new if the piece was read */
 } piece_parts;
 
-/* Describes this piece; its numbers are only read, those of the whole also where the mesh is split. */
+/* Describes this piece; the numbers that it borrows are only read. On a split mesh, too, they number the whole. */
 static piece_parts parts_of(const flesh_checkpoint_piece *piece)
 {
   const flesh_team *team = piece->part ? flesh_rank_part_team(piece->part) : NULL;
@@ -26,7 +28,7 @@ static piece_parts parts_of(const flesh_checkpoint_piece *piece)
 
 static int fail_for_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for a checkpoint's piece"); }
 
-/* [count] numbers, new where they are loaded. */
+/* Archives [count] numbers; numbers that are loaded are new. */
 static int archive_numbers(int count, int **numbers, flesh_archive *archive)
 {
   const size_t bytes = (size_t)count * sizeof **numbers;
@@ -59,7 +61,7 @@ static void archive_state(const flesh_checkpoint_piece *piece, flesh_archive *ar
   flesh_archive_bytes(archive, state->internal, (size_t)state->internal_count * sizeof(double));
 }
 
-/* All but the integrator's bytes, whose number is *size. */
+/* Archives a piece without the integrator's bytes, whose number is *size. */
 static int archive_head(const flesh_checkpoint_piece *piece, piece_parts *parts, size_t *size, flesh_archive *archive)
 {
   const int status = archive_parts(parts, archive);
@@ -85,10 +87,10 @@ int flesh_checkpoint_pack(const flesh_checkpoint_piece *piece, uint8_t **bytes, 
   return status ? status : flesh_integrator_save(piece->integrator, *size - archive.at, *bytes + archive.at, &saved);
 }
 
-/* A piece as it was read. */
+/* A piece that was read. */
 typedef struct piece_bytes {
   uint8_t *bytes;
-  flesh_archive archive; /* behind the parts */
+  flesh_archive archive; /* positioned behind the parts */
   piece_parts parts;
 } piece_bytes;
 
@@ -129,8 +131,8 @@ int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint
   return status;
 }
 
-/* Finds the numbers here of the own nodes and the tets of the piece that was read; nodes that it shares are another's.
- * Room for both in `places`, new. */
+/* Finds the indices in this piece of the own nodes and of the tets of the piece that was read; its shared nodes are
+ * left to their owner. *places is new and holds both. */
 static int find_places(const piece_parts *from, const flesh_checkpoint_piece *piece, int **places,
                        flesh_archive_others *others)
 {
@@ -150,7 +152,7 @@ static int find_places(const piece_parts *from, const flesh_checkpoint_piece *pi
   return FLESH_OK;
 }
 
-/* Takes over piece k: all of it or, if it is not this rank's `own`, the data of this rank's nodes. */
+/* Takes over piece k: all of it if it is this rank's `own`, else the data of this rank's nodes. */
 static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, int own, const flesh_checkpoint_piece *piece)
 {
   piece_bytes read;
@@ -181,7 +183,7 @@ int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoi
 {
   int status = FLESH_OK;
   if (rank >= 0) return take(folder, checkpoint, rank, 1, piece);
-  /* Data that belong to no node: the first rank's piece comes last, so that its data stay, as in result.json. */
+  /* For data that belong to no node, the last piece that is taken decides: the first rank's, as in result.json. */
   for (int k = checkpoint->head.pieces - 1; k >= 0 && !status; k--) status = take(folder, checkpoint, k, 0, piece);
   return status;
 }

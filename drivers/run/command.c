@@ -26,7 +26,7 @@
 #include "study/csv.h"
 #include "study/embedded.h"
 
-/* out/<scene's name without folder and suffix>. Returns new text. */
+/* Returns out/<scene's name without folder and suffix> as new text. */
 static char *default_folder(const char *scene)
 {
   const char *slash = strrchr(scene, '/'), *base = slash ? slash + 1 : scene;
@@ -85,7 +85,7 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   printf("results: %s\n", out);
 }
 
-/* Their names with bars between them. */
+/* Names of the methods, with bars between them. */
 #define METHOD_NAME(NAME, name, text, order, doc) "|" text
 static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME) "|adaptive")[1];
 #undef METHOD_NAME
@@ -130,7 +130,7 @@ typedef struct given {
   flesh_runner_options options;
   flesh_overrides overrides;
   const char *start_state, *method, *checkpoint, *resume, *to;
-  int error; /* bars are wanted whatever the scene says */
+  int error; /* error bars are made whatever the scene says */
 } given;
 
 static int refuse_bars(const given *g, const flesh_scene *scene)
@@ -141,7 +141,7 @@ static int refuse_bars(const given *g, const flesh_scene *scene)
              : FLESH_OK;
 }
 
-/* The scene, with what the command line says of it. */
+/* Reads the scene, with the overrides of the command line. */
 static int read_given(given *g, const char *path, flesh_scene **scene)
 {
   flesh_overrides *overrides = &g->overrides;
@@ -156,7 +156,7 @@ static int read_given(given *g, const char *path, flesh_scene **scene)
   return status ? status : refuse_bars(g, *scene);
 }
 
-/* An option that stands for a key of the scene, and the key in --set as well: neither wins. */
+/* Refuses an option that stands for a key of the scene if --set gives that key, too; neither wins. */
 static int refuse_twice(const given *g, const char *option, const char *value, const char *key)
 {
   const size_t length = strlen(key);
@@ -168,7 +168,7 @@ static int refuse_twice(const given *g, const char *option, const char *value, c
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Whether all that was given can be; the exit code else. */
+/* Checks that the options and arguments fit together. Returns FLESH_OPTIONS_GO_ON or the exit code. */
 static int check(void *data, int positionals)
 {
   given *g = data;
@@ -192,8 +192,8 @@ static int check(void *data, int positionals)
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Whether the folder is that of a run that has come to its end. One that has not yet put away its checkpoint may have
- * been stopped before all was on the disk: its last steps are taken again. */
+/* Returns whether the folder's run is complete, and if so prints it. A run that still has its checkpoint may have been
+ * stopped before all its files were on the disk; its last steps are repeated. */
 static int is_complete(const char *folder)
 {
   struct stat info;
@@ -211,8 +211,8 @@ static int is_complete(const char *folder)
   return complete;
 }
 
-/* Opens the folder's checkpoint and its scene, whose path is new text, on every rank. FLESH_OPTIONS_GO_ON, or the exit
- * code. */
+/* Opens the folder's checkpoint and its scene on every rank; *path, the scene's, is new text. Returns
+ * FLESH_OPTIONS_GO_ON or the exit code. */
 static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
 {
   flesh_runner_options *options = &g->options;
@@ -243,7 +243,7 @@ static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_sc
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Runs the scene, and says what came of it; with error bars where they are wanted. */
+/* Runs the scene and prints its outcome; adds error bars if they are wanted. */
 static int run_scene(const flesh_scene *scene, const flesh_runner_options *options, int bars)
 {
   flesh_figures figures = {0};
@@ -262,7 +262,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   return status ? flesh_command_fail("run", status) : code;
 }
 
-/* Runs the scene on meshes that are refined to a tolerance. */
+/* Runs the scene on meshes that are refined until a tolerance is met. */
 static int run_to(const given *g)
 {
   const int status = flesh_adapt_run(&g->options, &g->overrides.texts, g->to);
@@ -274,7 +274,7 @@ static uint64_t sum_text(uint64_t before, const char *text)
   return text ? flesh_archive_sum(before, text, strlen(text) + 1) : before + 1;
 }
 
-/* Whether the ranks are to do the same: what of the options is not in the scene. */
+/* Fails unless all ranks have the same build and the same options beside the scene. */
 static int agree_on_options(const given *g)
 {
   const flesh_runner_options *options = &g->options;
@@ -325,7 +325,7 @@ static int read_and_run(given *g, int argc, char **argv)
   int count, code = flesh_ranks_read_options(g->ranks, &usage, argc, argv, &count, check, g);
   flesh_checkpoint checkpoint = {0};
   flesh_scene *scene = NULL;
-  char *made = NULL; /* a name */
+  char *made = NULL; /* path of a file or of a folder */
   if (code != FLESH_OPTIONS_GO_ON) return code;
   const int agreed = agree_on_options(g);
   if (agreed) return flesh_ranks_fail(g->ranks, "run", agreed);
@@ -343,7 +343,7 @@ static int read_and_run(given *g, int argc, char **argv)
     if (status) code = flesh_ranks_fail(g->ranks, "run", status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
-  flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is this function's */
+  flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is a local variable */
   if (code == FLESH_OPTIONS_GO_ON) code = g->to ? run_to(g) : run_scene(scene, options, g->error || flesh_error_wanted(scene));
   flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);
@@ -357,7 +357,7 @@ int flesh_command_run(int argc, char **argv)
   int status = flesh_ranks_open(&g.ranks), code;
   if (status) return flesh_command_fail("run", status);
   status = flesh_overrides_open(&g.overrides, argc);
-  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
+  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* reading the options permutes argv */
   if (!words && !status) status = flesh_no_memory();
   for (int a = 0; a < argc && words; a++) words[a] = argv[a];
   g.options.argc = argc;

@@ -1,5 +1,6 @@
-/* describe.c: which bodies touch, which are let apart, and what never touches; loads on single nodes, by what their residual
- * touches; and loads and motions that begin, turn or end more than once within a step which evaluates them at its end. */
+/* describe.c: tells which bodies touch, which parts of surfaces are let apart and which never touch; finds loads on
+ * single nodes, by the nodes that their residual touches; and counts steps, evaluated at their ends, within which loads
+ * and motions begin, turn or end more than once. */
 #include "run/describe.h"
 
 #include <math.h>
@@ -13,9 +14,9 @@
 #include "mesh/pieces.h"
 #include "scene/scene.h"
 
-enum { MOST = 8 }; /* pairs of patches that are told one by one */
+enum { MOST = 8 }; /* number of pairs of patches that are printed one by one */
 
-/* Says of several bodies whether they touch or pass through each other. */
+/* Prints whether several bodies touch or pass through each other. */
 static void describe_bodies(const flesh_scene *scene, FILE *stream)
 {
   const flesh_system *system = flesh_scene_system(scene);
@@ -46,7 +47,7 @@ static void describe_ignored(const flesh_scene *scene, const flesh_effect *effec
   const flesh_body *body = flesh_scene_body(scene);
   flesh_patch_pair *pairs;
   int count;
-  if (flesh_surface_contact_ignored(effect, x, &count, &pairs)) return; /* the run fails for the same reason */
+  if (flesh_surface_contact_ignored(effect, x, &count, &pairs)) return; /* the run will fail for the same reason */
   for (int k = 0; k < count && k < MOST; k++) {
     const flesh_patch_pair *pair = &pairs[k];
     const int itself = pair->bodies[0] == pair->bodies[1];
@@ -79,7 +80,7 @@ void flesh_describe_touching(const flesh_scene *scene, FILE *stream)
   }
 }
 
-/* Whether all marked nodes are those of one tet; 0 where none is. */
+/* Returns whether one tet has all marked nodes; 0 if none is marked. */
 static int within_a_tet(const flesh_mesh *mesh, const char *marked)
 {
   int count = 0;
@@ -111,10 +112,10 @@ const char *flesh_point_load(const flesh_scene *scene)
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const int n = flesh_system_unknowns(system);
   const char *found = NULL;
-  double *x = calloc((size_t)n, 3 * sizeof *x + 1), *zero = x + n, *r = zero + n; /* and chars behind the doubles */
+  double *x = calloc((size_t)n, 3 * sizeof *x + 1), *zero = x + n, *r = zero + n; /* the marks stand behind the doubles */
   if (!x) return NULL;
   char *marked = (char *)(r + n);
-  /* Off the rest shape, so that a spring is not without extension. */
+  /* The positions differ from the rest shape, so that springs are extended. */
   for (int d = 0; d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] * 1.01 + 1e-3;
   for (int k = 0; !found && k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);

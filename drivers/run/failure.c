@@ -1,4 +1,4 @@
-/* failure.c: what is reported of a run that failed: where it did, and what may help. */
+/* failure.c: what is reported of a failed run: where it failed, and advice. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,7 +7,7 @@
 #include "system/ranks.h"
 #include "run/result.h"
 
-/* Whether some material of the scene has no value at J <= 0. */
+/* Returns whether some material of the scene has no value at J <= 0. */
 static int needs_positive_J(const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;
@@ -16,7 +16,7 @@ static int needs_positive_J(const flesh_scene *scene)
   return 0;
 }
 
-/* Whether no node of some body is held; not known of parts on several ranks. */
+/* Returns whether some body has no constrained node; 0 on several ranks, where it is not known. */
 static int holds_nothing_of_a_body(const flesh_scene *scene)
 {
   const flesh_body *body = flesh_scene_body(scene);
@@ -67,7 +67,7 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
 const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene *scene, const flesh_figures *figures)
 {
   const flesh_solver_options *solver = flesh_scene_solver(scene);
-  /* Solves fail where a motion has blown up; the cause is that. */
+  /* The solve failed because the motion has blown up; the advice is about that cause. */
   if (failure->status == FLESH_ERR_ENERGY || figures->balance.gain > 0.1) return energy_advice(scene, figures);
   if (failure->volume_gap > 0)
     return "pins and prescribed motions may leave incompressible tets no room to keep their volumes: hold fewer nodes "
@@ -105,7 +105,7 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
   return "try a shorter time.step, a larger solver.max_newton or max_cutbacks, or linear_solver=klu";
 }
 
-/* The body that a tet belongs to, where there are several. */
+/* Returns the name of the body to which a tet belongs; NULL if there is only one body. */
 static const char *body_of(const flesh_scene *scene, int tet)
 {
   const flesh_body *body = flesh_scene_body(scene);

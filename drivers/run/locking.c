@@ -1,5 +1,5 @@
-/* locking.c: how far four-node tets lock, from a linear solve on the mesh at hand where that is cheap beside the run, else
- * from a table. */
+/* locking.c: estimates how far four-node tets lock: by a linear solve on the scene's mesh if that is cheap compared
+ * with the run, else from a table. */
 #include "run/describe.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@
 
 static const double warns_from = 0.47 - 1e-9;
 
-/* Whether a tet of four nodes is of the material. */
+/* Returns whether some four-node tet has the material. */
 static int has_four_nodes(const flesh_body *body, int material)
 {
   const int *edges = flesh_mesh_tet_edges(body->mesh);
@@ -23,7 +23,7 @@ static int has_four_nodes(const flesh_body *body, int material)
   return 0;
 }
 
-/* The largest Poisson's ratio of small strain among the tets of four nodes; NaN: none is known. */
+/* Returns the largest Poisson's ratio at small strain among the materials of four-node tets; NaN if none is known. */
 static double largest_ratio(const flesh_scene *scene)
 {
   const flesh_body *body = flesh_scene_body(scene);
@@ -31,15 +31,15 @@ static double largest_ratio(const flesh_scene *scene)
   for (int k = 0; body->materials && k < flesh_scene_material_count(scene); k++) {
     double mu, lambda;
     if (!has_four_nodes(body, k) || flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL)) continue;
-    largest = fmax(largest, lambda / (2 * (lambda + mu))); /* fmax takes NaN for nothing */
+    largest = fmax(largest, lambda / (2 * (lambda + mu))); /* fmax ignores NaN */
   }
   return largest;
 }
 
-/* A body of one element, its pins and its load. */
+/* A body of one kind of element, with its pins and its load. */
 typedef struct trial {
   flesh_body body;
-  flesh_mesh *raised; /* NULL: the scene's mesh serves */
+  flesh_mesh *raised; /* NULL: the scene's mesh is used */
   flesh_material *materials;
   flesh_system *system;
   flesh_integrator *integrator;
@@ -57,7 +57,8 @@ static void close_trial(trial *t)
   free(t->mass);
 }
 
-/* The scene's materials as S, which is stress-free, with their constants of small strain. */
+/* Makes the scene's materials with the form S, which is free of stress at rest, and with their small-strain
+ * constants. */
 static int make_materials(const flesh_scene *scene, trial *t)
 {
   const int count = flesh_scene_material_count(scene);
@@ -74,7 +75,7 @@ static int make_materials(const flesh_scene *scene, trial *t)
   return status;
 }
 
-/* Pins what the scene holds when it starts; a node between two held ones is held. */
+/* Pins the dofs that the scene constrains at the start; a mid-edge node is pinned if both ends of its edge are. */
 static int add_pins(const flesh_scene *scene, trial *t)
 {
   const flesh_mesh *mesh = t->body.mesh, *own = flesh_scene_mesh(scene);
@@ -97,7 +98,7 @@ static int add_pins(const flesh_scene *scene, trial *t)
   }
   free(fixed);
   free(held);
-  /* A body that can turn about what holds it is found out by the solve. */
+  /* If the body can still rotate about its pins, the solve fails. */
   return status || any == 7 ? status : flesh_fail(FLESH_ERR_SOLVE, "nothing holds the body");
 }
 
@@ -106,7 +107,7 @@ static int add_effect(trial *t, int status, flesh_effect **effect)
   return status ? status : flesh_system_add_effect(t->system, effect);
 }
 
-/* A load per mass across the body, along the shortest side of its box, that strains it by some 1e-5. */
+/* Finds a load per mass along the shortest side of the body's box that strains it by about 1e-5. */
 static void find_load(const trial *t, double load[3])
 {
   flesh_mesh_info info;
@@ -154,7 +155,7 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   return flesh_integrator_create(t->system, FLESH_METHOD_STATIC, &options, &t->integrator);
 }
 
-/* The work of the load, J. */
+/* Computes the work of the load, J. */
 static int find_work(const flesh_scene *scene, flesh_element element, int max_linear, double *work)
 {
   trial t = {.body = *flesh_scene_body(scene)};
@@ -174,9 +175,9 @@ static int find_work(const flesh_scene *scene, flesh_element element, int max_li
   return status > 0 ? flesh_fail(FLESH_ERR_SOLVE, "the linear solve did not converge") : status;
 }
 
-/* How much less the body gives under a small load across it with four-node tets than with tet10-mean on the same mesh:
- * 1 - the ratio of the works of the load. With the scene's pins and small-strain constants. FLESH_ERR_SOLVE where it
- * is held so that it could move as a rigid body, or the solve takes more than `max_linear` iterations. */
+/* Computes how much less the body yields to a small transverse load with four-node tets than with tet10-mean on the
+ * same mesh: 1 - the ratio of the works of the load. The scene's pins and small-strain constants are used.
+ * FLESH_ERR_SOLVE if the body could move as a rigid body, or if a solve takes more than `max_linear` iterations. */
 static int find_locking(const flesh_scene *scene, int max_linear, double *missing)
 {
   double stiff, soft;
@@ -187,8 +188,8 @@ static int find_locking(const flesh_scene *scene, int max_linear, double *missin
   return status;
 }
 
-/* How far linear tets fall short: a clamped bar of 4 x 1 x 1 m that bends under its weight, of S, against the limit of
- * fine meshes. */
+/* Prints by how much linear tets bend too little according to a table: a clamped bar of 4 x 1 x 1 m of the form S that
+ * bends under its weight, compared with the limit of fine meshes. */
 static void say_table(double ratio, const char *why, FILE *stream)
 {
   static const struct {
@@ -202,11 +203,13 @@ static void say_table(double ratio, const char *why, FILE *stream)
           locking[k].poisson, locking[k].coarse, locking[k].fine, why);
 }
 
-/* Limits on the cost of both solves, for steps of four-node tets: 63 and 73 at nu = 0.49 with 1536 and 5184 tets of a
- * bar, 23 and 27 at 0.4999, where steps cost more. They are counts, so that the words do not depend on the machine. */
+/* Limits on the cost of the two solves, in steps of four-node tets. The two cost as much as 63 and 73 steps at nu =
+ * 0.49 with 1536 and 5184 tets of a bar, and 23 and 27 at 0.4999, where steps cost more. The limits are counts, so that
+ * the printed words do not depend on the machine. */
 enum { TRIAL_STEPS = 75, ITERATIONS_A_STEP = 5, MOST_ITERATIONS = 5000 };
 
-/* The linear iterations that a solve may take, where both cost a fifth of the run at most; 0 where they cost more. */
+/* Returns the number of linear iterations allowed for a solve so that both cost at most a fifth of the run; 0 if they
+ * would cost more. */
 static int affordable(const flesh_scene *scene)
 {
   const flesh_scene_time *time = flesh_scene_times(scene);
@@ -222,7 +225,7 @@ void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
   double missing;
   if (!(ratio >= warns_from)) return;
   fprintf(stream, "warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (", ratio);
-  const int split = flesh_scene_mesh(scene)->split != NULL; /* no rank has the whole for a solve */
+  const int split = flesh_scene_mesh(scene)->split != NULL; /* no rank has the whole mesh, so no solve is possible */
   const int most = mixed || split ? 0 : affordable(scene);
   if (most && !find_locking(scene, most, &missing))
     fprintf(stream, "by a linear solve on this mesh, the body yields %.0f %% less to a small transverse load than with "

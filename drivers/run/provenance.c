@@ -1,4 +1,4 @@
-/* provenance.c: program, machine and inputs of a result. */
+/* provenance.c: records the program, machine and inputs of a result. */
 #include "run/provenance.h"
 
 #include <errno.h>
@@ -54,7 +54,7 @@ void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE])
 
 static void cpu_model(char *text, size_t size)
 {
-  char head[2048]; /* the first processor's lines */
+  char head[2048]; /* lines of the first processor */
   int file = open("/proc/cpuinfo", O_RDONLY | O_CLOEXEC);
   ssize_t got = file < 0 ? 0 : read(file, head, sizeof head - 1);
   if (file >= 0) close(file);
@@ -87,7 +87,7 @@ json_t *flesh_provenance_program(int argc, char **argv)
                    "system", known ? flesh_json_text(machine) : NULL, "date", date);
 }
 
-/* Once each, by the name that no working directory changes. */
+/* Adds a file once, by its absolute path, which does not depend on the working directory. */
 static void add_file(json_t *files, const char *path)
 {
   char digest[SHA256_DIGEST_STRING_LENGTH], *whole = realpath(path, NULL);
@@ -109,7 +109,7 @@ static void add_file(json_t *files, const char *path)
 static void add_input(void *data, const char *path)
 {
   add_file(data, path);
-  /* TetGen's meshes are two files. */
+  /* TetGen's meshes consist of two files. */
   const char *name = flesh_tetgen_partner(path);
   if (name) add_file(data, name);
 }

@@ -1,4 +1,4 @@
-/* ranks.c: what a run needs of the ranks that share out its scene. */
+/* ranks.c: what a run needs to know of the ranks that share its scene, and to do with them. */
 #include "parallel/rank_part.h"
 #include "run/ranks.h"
 
@@ -15,8 +15,8 @@
 #include "parallel/communicator.h"
 #include "run/result.h"
 
-/* Whether a launcher's variables announce several ranks: those of Open MPI, PMI (MPICH, Intel MPI), MVAPICH, and Slurm
- * with PMIx. */
+/* Returns whether the environment variables of a launcher announce several ranks: Open MPI, PMI (MPICH, Intel MPI),
+ * MVAPICH, or Slurm with PMIx. */
 static int launched(void)
 {
   static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"};
@@ -57,7 +57,7 @@ void flesh_ranks_close(flesh_ranks **ranks)
   flesh_gather_destroy(&self->tets);
   flesh_scene_share_destroy(&self->share);
   if (self->working != self->communicator) flesh_communicator_destroy(&self->working);
-  fflush(NULL); /* a launcher may end all once the first has left */
+  fflush(NULL); /* a launcher may end all ranks once the first has left */
   flesh_ranks_leave(&self->communicator);
   free(self);
   *ranks = NULL;
@@ -131,7 +131,7 @@ int flesh_ranks_largest(const flesh_ranks *ranks, int number)
 
 int flesh_ranks_works(const flesh_ranks *ranks) { return !ranks || ranks->working; }
 
-/* One tet to a rank at least. */
+/* Limits the ranks that work so that each has at least one tet. */
 static int choose_workers(flesh_ranks *self, int tets)
 {
   if (self->count <= tets) return FLESH_OK;
@@ -144,7 +144,7 @@ static int choose_workers(flesh_ranks *self, int tets)
 
 int flesh_ranks_mesh_is_split(const flesh_scene *scene) { return flesh_scene_mesh(scene)->split != NULL; }
 
-/* Fills in the figures of a whole, split mesh that are sums over the ranks' own tets. */
+/* Computes the figures of a split mesh as a whole, by sums over the ranks' own tets. */
 static void measure_whole(flesh_ranks *self, const flesh_mesh *mesh)
 {
   const flesh_split_part *split = mesh->split;
@@ -163,7 +163,7 @@ void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, fle
   else flesh_mesh_inspect(flesh_scene_mesh(scene), info);
 }
 
-/* All that follows is computed by each rank from what it has read. */
+/* Fails unless all ranks have read the same scene; each computes everything else from it. */
 static int agree_on_scene(const flesh_ranks *self, const flesh_scene *scene)
 {
   flesh_scene_sums sums = {0};
@@ -208,7 +208,7 @@ int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)
   return available > ranks->neighbours_here ? available / ranks->neighbours_here : 1;
 }
 
-/* One message from rank k to the first, in doubles. */
+/* Sends one message from rank k to the first, in doubles. */
 static void send(const flesh_ranks *ranks, int k, int count, const uint8_t *bytes, double *room)
 {
   const int other = ranks->rank ? 0 : k, all[2] = {0, count}, none[2] = {0};
@@ -217,7 +217,8 @@ static void send(const flesh_ranks *ranks, int k, int count, const uint8_t *byte
   flesh_communicator_end(ranks->working);
 }
 
-/* Whatever has become of the first ones', those that are behind hand over theirs. */
+/* Sends the bytes of every rank to the first one, which takes them. The other ranks send even if an earlier one's bytes
+ * could not be taken. */
 static int take_all(const flesh_ranks *ranks, const double *sizes, const uint8_t *bytes, double *room,
                     int (*take)(void *data, size_t size, const uint8_t *bytes), void *data)
 {
@@ -255,7 +256,7 @@ int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *
   return status;
 }
 
-/* Figures of each rank in result.json. */
+/* Figures of each rank, in result.json. */
 enum { NODES, OWN, TETS, NEIGHBOURS, MESSAGES, BYTES, REDUCTIONS, PEAK, NUMBERS };
 
 static void describe(const flesh_ranks *ranks, double *row)

@@ -1,4 +1,4 @@
-/* ranks.h: the ranks that mpirun starts, to run one scene together. NULL stands for a process by itself. */
+/* ranks.h: the ranks that mpirun starts, which run one scene together. NULL stands for a process without ranks. */
 #ifndef FLESH_RUN_RANKS_H
 #define FLESH_RUN_RANKS_H
 
@@ -12,81 +12,84 @@
 #include "cli/options.h"
 
 typedef struct flesh_ranks {
-  flesh_communicator *communicator; /* all of them */
-  flesh_communicator *working;      /* those with a part of the scene; NULL: this one has none */
-  int rank, count, all; /* count: those with a part, of all */
-  int neighbours_here; /* ranks on this machine, this one included */
-  flesh_scene_share *share; /* with the next, once a scene is shared out */
-  flesh_gather *gather, *tets; /* of nodes; of tets; NULL where the mesh is split, and no rank has the whole */
-  flesh_mesh_info whole;       /* of a split mesh's: counts of nodes, tets, surface triangles, and the volume */
-  int takes_volumes_out;       /* flesh_takes_volumes_out of what they share */
+  flesh_communicator *communicator; /* all ranks */
+  flesh_communicator *working;      /* ranks with a part of the scene; NULL if this one has none */
+  int rank, count, all; /* count: number of ranks with a part; all: number of all */
+  int neighbours_here; /* number of ranks on this machine, including this one */
+  flesh_scene_share *share; /* this and the next member are set once a scene is shared out */
+  flesh_gather *gather, *tets; /* of nodes; of tets; NULL if the mesh is split: no rank has the whole */
+  flesh_mesh_info whole;       /* counts of nodes, tets and surface triangles, and volume, of a split mesh */
+  int takes_volumes_out;       /* flesh_takes_volumes_out of the system that they share */
 } flesh_ranks;
 
-/* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns
- * a status. */
+/* Joins the ranks if a launcher of MPI has started two or more (as its environment variables say); else *ranks is NULL.
+ * Returns a status. */
 int flesh_ranks_open(flesh_ranks **ranks);
-/* In a process that a rank has forked: it is by itself, and what it opens from now on is NULL. */
+/* Detaches a process that a rank has forked: it has no ranks, and flesh_ranks_open gives it NULL from now on. */
 void flesh_ranks_forget(void);
-/* Everything that was printed is out before. NULL-safe; sets *ranks to NULL. */
+/* Flushes everything that was printed, then leaves the ranks. NULL-safe; sets *ranks to NULL. */
 void flesh_ranks_close(flesh_ranks **ranks);
 
-/* Whether this one prints and writes. */
+/* Returns whether this rank is the one that prints and writes files. */
 int flesh_ranks_first(const flesh_ranks *ranks);
-/* The worst status of all, with its sentence. The functions up to flesh_ranks_share are for all ranks to call, those
- * behind it, and _agree and _largest from then on, for those that work. */
+/* Returns the worst status of all ranks, with its sentence. All ranks call the functions up to flesh_ranks_share; the
+ * ranks that work call those after it, and from then on also _agree and _largest. */
 int flesh_ranks_agree(const flesh_ranks *ranks, int status);
-/* Whether all ranks have the first one's number for what they were given; FLESH_ERR_ARGUMENT on all ranks, with `what` is
- * another, where not. */
+/* Checks that all ranks have the first one's number. FLESH_ERR_ARGUMENT on all ranks if not; the sentence says of a
+ * rank that it has `what`, as "another scene". */
 int flesh_ranks_same(const flesh_ranks *ranks, uint64_t number, const char *what);
-/* The exit code of what has failed on all ranks; the first says it. */
+/* Returns the exit code of a failure on all ranks; the first rank prints the sentence. */
 int flesh_ranks_fail(const flesh_ranks *ranks, const char *name, int status);
-/* For a command that ranks do not share out: 0 where one process is started, else an exit code; one rank says why. */
+/* Refuses ranks for a command that they cannot share: returns 0 if one process is started, else an exit code; one rank
+ * prints why. */
 int flesh_ranks_refuse(const char *name);
-/* The command line; the first rank reads it before the others, so that one tells of what is wrong with it. As
- * flesh_options_read; then check(data, count) (NULL: none) returns FLESH_OPTIONS_GO_ON or an exit code. */
+/* Reads the command line with flesh_options_read; the first rank reads it before the others, so that only one prints
+ * what is wrong with it. Then check(data, count) (NULL: none) returns FLESH_OPTIONS_GO_ON or an exit code. */
 int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count,
                              int (*check)(void *data, int count), void *data);
-/* The first one's number on all that work. */
+/* Returns the first rank's number on all ranks that work. */
 int flesh_ranks_follow(const flesh_ranks *ranks, int number);
 
-/* The largest number of all. */
+/* Returns the largest number of all ranks. */
 int flesh_ranks_largest(const flesh_ranks *ranks, int number);
 
-/* Shares out the scene's body. Where there are more ranks than tets, the last have nothing to do: flesh_ranks_works says
- * so. Status. */
+/* Shares out the scene's body and returns a status. If there are more ranks than tets, the last ranks have nothing to
+ * do; flesh_ranks_works returns whether this one works. */
 int flesh_ranks_works(const flesh_ranks *ranks);
 int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene);
-/* Whether each rank has a part of the scene's mesh alone. */
+/* Returns whether each rank has only a part of the scene's mesh. */
 int flesh_ranks_mesh_is_split(const flesh_scene *scene);
-/* The system that this process steps, and the threads that it takes for it. */
+/* The system that this process steps, and the number of threads that it uses. */
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
 
-/* flesh_takes_volumes_out of the system that is stepped; not collective. */
+/* Returns flesh_takes_volumes_out of the system that this process steps; not collective. */
 int flesh_ranks_take_volumes_out(const flesh_ranks *ranks, const flesh_scene *scene);
 
-/* Counts and volume of the scene's whole mesh. */
+/* Finds counts and volume of the scene's whole mesh. */
 void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);
 
-/* The first one takes the bytes of each rank, whose number is a multiple of 8, by rising rank. What it returns is the status
- * of all. */
+/* Gives the bytes of each rank, whose number is a multiple of 8, to `take` on the first rank, by rising rank. Returns
+ * the worst status of all ranks, on each. */
 int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
                           int (*take)(void *data, size_t size, const uint8_t *bytes), void *data);
 
-/* The ranks' figures for result.json, on the first rank; NULL on the others. Every rank calls it. New. */
+/* Returns the ranks' figures for result.json: a new object on the first rank, NULL on the others. Every rank calls
+ * it. */
 json_t *flesh_ranks_json(const flesh_ranks *ranks);
 
-/* MPI's begin and end, with MPI (ranks_mpi.c) or without (ranks_alone.c). */
-/* All ranks that the launcher has started, and how many of them are on this machine. Status. */
+/* The functions below begin and end MPI and exchange messages, with MPI (ranks_mpi.c) or without (ranks_alone.c). */
+/* Joins all ranks that the launcher has started; *here is their number on this machine. Returns a status. */
 int flesh_ranks_join(flesh_communicator **communicator, int *here);
-/* The communicator of the ranks that take part, which all ranks call for; NULL on one that does not. Status. */
+/* Makes the communicator of the ranks that take part; NULL on a rank that does not. All ranks call it. Returns a
+ * status. */
 int flesh_ranks_split(int takes_part, flesh_communicator **communicator);
-/* Bytes from one of all ranks to another; does not wait until they are received. */
+/* Sends bytes from one rank to another, numbered among all; does not wait until they are received. */
 void flesh_ranks_send(int to, size_t size, const void *bytes);
-/* Whether a message is there, from whom, and its size; then receives it. */
+/* Returns whether a message has arrived, from which rank, and its size; flesh_ranks_receive then receives it. */
 int flesh_ranks_probe(int *from, size_t *size);
 void flesh_ranks_receive(int from, size_t size, void *bytes);
-/* Ends MPI where it has begun. NULL-safe member; sets it to NULL. */
+/* Ends MPI if it has begun. NULL-safe member; sets it to NULL. */
 void flesh_ranks_leave(flesh_communicator **communicator);
 
 #endif

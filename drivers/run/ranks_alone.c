@@ -1,4 +1,4 @@
-/* ranks_alone.c: where flesh is built without MPI, it cannot run on ranks. */
+/* ranks_alone.c: replaces ranks_mpi.c in a build without MPI, which cannot run on ranks. */
 #include "base/error.h"
 #include "run/ranks.h"
 

@@ -1,4 +1,4 @@
-/* ranks_mpi.c: begin and end of MPI. */
+/* ranks_mpi.c: begins and ends MPI, and exchanges messages. */
 #include <mpi.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ int flesh_ranks_split(int takes_part, flesh_communicator **communicator)
   return status;
 }
 
-/* Sent, but perhaps not yet received. */
+/* A message that was sent but perhaps not yet received. */
 typedef struct sent {
   struct sent *next;
   MPI_Request request;
@@ -39,7 +39,7 @@ static sent *pending;
 
 enum { TAG = 7 };
 
-/* Frees what has been received; with `wait`, all, once it has been. */
+/* Frees the messages that have been received; with `wait`, waits for all of them. */
 static void reap(int wait)
 {
   for (sent **at = &pending; *at;) {

@@ -1,5 +1,5 @@
-/* run_trace.c: what is kept of every step of a run, the step of it that took most iterations, beside the median, and a tangle,
- * or another stable shape than that at rest, that a body at rest keeps without any load. */
+/* run_trace.c: records every step of a run; finds the step with the most iterations, compared with the median, and a
+ * body at rest that is stressed without any load: a tangle, or another stable shape than that at rest. */
 #include "run/run_trace.h"
 
 #include <math.h>
@@ -32,9 +32,10 @@ void flesh_run_trace_clear(flesh_run_trace *trace)
   *trace = (flesh_run_trace){0};
 }
 
-enum { LEAST_OF_MEDIAN = 3 }; /* of a median */
+enum { LEAST_OF_MEDIAN = 3 }; /* number of steps of which a median is taken */
 
-/* Median over the steps of the Newton iterations, plus the linear ones if `all`. NaN: too few steps, or no memory. */
+/* Returns the median over the steps of the Newton iterations, plus the linear ones if `all`; NaN if there are too few
+ * steps or out of memory. */
 static double median_of(const flesh_run_trace *trace, int all)
 {
   long *sorted = malloc(sizeof *sorted * ((size_t)trace->count + 1));
@@ -76,18 +77,19 @@ int flesh_longest_step_tell(const flesh_longest_step *longest, size_t size, char
   return 1;
 }
 
-/* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
+/* Limits as shares of the force that strains the body: on what a node may be out of balance by, and on the loads at
+ * it. */
 static const double unbalanced_share = 0.02, load_share = 1e-3;
-/* The work of loads that counts, as a share of the strain energy: small loads bend thin bodies far. */
+/* Limit on the work of loads, as a share of the strain energy; even small loads bend thin bodies far. */
 static const double work_share = 0.01;
-/* Least strain energy that counts, as a share of that of a body strained by 1. */
+/* Least strain energy that is considered, as a share of that of a body strained by 1. */
 static const double least_stored = 1e-6;
 /* Limits for a body at rest: its kinetic energy and its change of strain energy, as shares of the strain energy. */
 static const double moving_share = 1e-4, changing_share = 1e-3;
 enum { LEAST_STEPS = 5 };
 
-/* Strain energy of a free body at rest relative to the mesh's shape, and the stiffness mu V, J; 0 where there is none.
- * */
+/* Computes the strain energy of a free body at rest relative to the mesh's shape, and the stiffness mu V, J. Returns 0
+ * if the body has none. */
 static int find_least(const flesh_scene *scene, double *least, double *stiffness, double *mu)
 {
   const flesh_body *body = flesh_scene_body(scene);
@@ -108,7 +110,7 @@ static int find_least(const flesh_scene *scene, double *least, double *stiffness
   return *stiffness > 0;
 }
 
-/* Whether the last tenth of the motion was none. */
+/* Returns whether the body did not move over the last tenth of the motion. */
 static int has_rested(const flesh_run_trace *trace, double stored)
 {
   const int last = trace->count - 1;
@@ -121,7 +123,8 @@ static int has_rested(const flesh_run_trace *trace, double stored)
   return last - k >= LEAST_STEPS;
 }
 
-/* Whether nothing but the body's own stress, of forces of this size, acts on its nodes, nor has strained it. */
+/* Returns whether only the body's own stress, of forces of the size `force`, acts on its nodes, and no load has
+ * strained it. */
 static int is_alone(const flesh_scene *scene, const flesh_state *state, double stored, double force, double edge)
 {
   const flesh_system *system = flesh_scene_system(scene);
@@ -129,7 +132,7 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double s
   const double *X = flesh_mesh_positions(flesh_scene_mesh(scene));
   double *zeros = calloc((size_t)n, 3 * sizeof *zeros + 1), *own = zeros + n, *others = own + n, work = 0;
   if (!zeros) return 0;
-  uint8_t *fixed = (uint8_t *)(others + n); /* behind the doubles */
+  uint8_t *fixed = (uint8_t *)(others + n); /* the flags stand behind the doubles */
   flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
   point.multipliers = state->multipliers;
   point.internal = state->internal;

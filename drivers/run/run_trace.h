@@ -1,4 +1,4 @@
-/* run_trace.h: what is kept of every step of a run, and what it says at the run's end. */
+/* run_trace.h: records every step of a run; what the record tells at the run's end. */
 #ifndef FLESH_RUN_RUN_TRACE_H
 #define FLESH_RUN_RUN_TRACE_H
 
@@ -8,8 +8,8 @@
 #include "flesh/scene.h"
 
 typedef struct flesh_run_trace_row {
-  double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
-  long newton, linear, cuts; /* iterations, and attempts at parts of the step that were thrown away */
+  double t, kinetic, strain; /* s; J; J relative to the mesh's rest shape */
+  long newton, linear, cuts; /* iterations; rejected attempts at parts of the step */
   long step;                 /* 0: the start */
 } flesh_run_trace_row;
 
@@ -22,27 +22,29 @@ typedef struct flesh_run_trace {
 int flesh_run_trace_observe(void *trace, const flesh_step_record *record);
 void flesh_run_trace_clear(flesh_run_trace *trace);
 
-/* A step that takes more than so many times the median is told. */
+/* A step that takes more than this many times the median is reported. */
 #define FLESH_LONG_STEP 100
 
-/* The step whose iterations exceed the median step's most: Newton's, or Newton's and the linear ones together, of halved
- * steps and after untangling too. Medians are of the finished steps that took any. */
+/* The step whose iterations exceed the median step's by the largest factor: Newton iterations, or Newton and linear
+ * ones together, those of halved steps and after untangling included. The medians are over the finished steps that
+ * iterated. */
 typedef struct flesh_longest_step {
-  long step;   /* from 1; 0: nothing was iterated, or there is no median */
-  double t;    /* s, at its end; NaN: it was not finished */
+  long step;   /* counted from 1; 0: no step iterated, or there is no median */
+  double t;    /* s, at the step's end; NaN: the step was not finished */
   long newton, linear, cuts;
-  double ratio; /* the larger of both; NaN where fewer than three steps iterated */
+  double ratio; /* the larger of the two factors; NaN if fewer than three steps iterated */
 } flesh_longest_step;
 
-/* `newton`, `linear`: iterations of a step that ended the run, 0 where there is none. */
+/* Finds the longest step. `newton`, `linear`: iterations of a step that ended the run, 0 if there is none. */
 flesh_longest_step flesh_longest_step_find(const flesh_run_trace *trace, long newton, long linear);
-/* "step 7 (to t = 0.1 s) took ..." where it is long, else "". Returns whether it is. */
+/* Prints "step 7 (to t = 0.1 s) took ..." into `words` if the step is long, else "". Returns whether it is. */
 int flesh_longest_step_tell(const flesh_longest_step *longest, size_t size, char *words);
 
-/* The strain energy, J above that of a free body at rest, of a state in which the body rests without being held: its
- * kinetic energy has been below 1e-4 of it and it has changed by less than a thousandth over the last tenth of the
- * motion (five steps at least; an equilibrium rests), its nodes balance, and neither loads nor obstacles nor displaced
- * constraints act on it. 0 where that is not so, and where its material has no rest. */
+/* Returns the strain energy, J above that of a free body at rest, of a state in which the body rests without being held
+ * by loads: its kinetic energy has been below 1e-4 of that energy, which has changed by less than a thousandth over the
+ * last tenth of the motion (five steps at least; an equilibrium rests), its nodes balance, and neither loads nor
+ * obstacles nor displaced constraints act on it. Returns 0 if that is not so, and if the material has no state at
+ * rest. */
 double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trace, const flesh_state *state);
 
 #endif

@@ -36,8 +36,8 @@ static int show_progress(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* A run of which nothing is heard for this long says what goes on, and again whenever it has lasted twice as long, but
- * once in ten minutes at least. */
+/* Seconds without a report after which the progress of a long step is printed; it is printed again whenever the step
+ * has lasted twice as long, but at least every ten minutes. */
 static const double first_word = 10, longest_silence = 600;
 
 static int note_step(void *data, const flesh_step_record *record)
@@ -64,7 +64,7 @@ static void speak_of_long_step(flesh_running *r)
   fflush(stderr);
 }
 
-/* With checkpoints a step in flight may still be finished, and is then written, but it must not take long. */
+/* Seconds for which a run with checkpoints that is asked to end may go on, to finish its step and write it. */
 static const double grace = 10;
 
 static int stop(void *data)
@@ -78,7 +78,7 @@ static int stop(void *data)
   return now - r->checkpoint.asked < grace ? FLESH_OK : status;
 }
 
-/* Whether a file could be written there; it is not touched. */
+/* Returns whether a file can be written at the path; does not touch it. */
 static int probe(const char *path)
 {
   flesh_file file;
@@ -105,7 +105,7 @@ static int create_integrator(flesh_running *r)
   return status;
 }
 
-/* Returns how many there are. */
+/* Lists the observers of the run and returns their number. */
 static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observer observers[OBSERVER_LIMIT])
 {
   const flesh_runner_options *options = r->options;
@@ -148,14 +148,15 @@ static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
   }
 }
 
-/* Whether rounding hid what the forces do: most solves ended there, the last with this part of them out of balance. */
+/* Returns whether rounding hides the forces: most solves ended at rounding, the last one with *part of the forces out
+ * of balance. */
 static int rounding_hides(const flesh_figures *figures, double tolerance, double *part)
 {
-  *part = figures->residual / figures->residual_target * tolerance; /* the target is the tolerance's part */
+  *part = figures->residual / figures->residual_target * tolerance; /* the target is the tolerance times the forces */
   return figures->at_rounding > figures->solves / 2 && *part > 0.1 && *part < INFINITY;
 }
 
-/* Adds warnings and messages about the run, whether it failed or not. */
+/* Adds warnings and messages about the run, whether it succeeded or failed. */
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
   char words[300];
@@ -201,7 +202,7 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
       status == FLESH_ERR_ENERGY) {
     const flesh_failure *failure = flesh_integrator_failure(r->integrator);
-    if (failure && !failure->status) failure = NULL; /* a step that was taken made the number */
+    if (failure && !failure->status) failure = NULL; /* no step failed: an accepted one made the bad number */
     outcome->has_failure = failure != NULL;
     if (failure) outcome->failure = *failure;
     if (failure) outcome->advice = flesh_failure_advice(failure, r->scene, figures);
@@ -245,7 +246,7 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   return status;
 }
 
-/* The last good state is kept however the run ended. */
+/* Writes the last good state, however the run ended. */
 static int keep_state(flesh_running *r)
 {
   int nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene));
@@ -258,7 +259,7 @@ static int keep_state(flesh_running *r)
   return status;
 }
 
-/* On a full disk the file that says "running" makes room for the one that says how the run ended. */
+/* Writes result.json. On a full disk the file that says "running" is removed to make room. */
 static int keep_result(flesh_running *r, const flesh_outcome *outcome, const flesh_figures *figures)
 {
   int status = FLESH_OK;
@@ -282,7 +283,7 @@ static void note(flesh_outcome *outcome, int status)
                    : flesh_status_text(status));
 }
 
-/* The run's memory and files, from its begin. */
+/* Claims the folder of a run that begins, and opens its files. */
 static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;
@@ -299,11 +300,11 @@ static int claim_folder(flesh_running *r, flesh_folder_claim *claim)
   flesh_inputs_add_scene(&inputs, options->scene_path, r->scene);
   int status = options->save_state ? flesh_output_prepare(options->save_state, &inputs) : FLESH_OK;
   flesh_inputs_close(&inputs);
-  /* The scene is the folder's own, which is not written again. */
+  /* The scene is the folder's own file, which is not written again. */
   return status ? status : flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
 }
 
-/* The run's memory and files from a checkpoint; every rank calls it. */
+/* Restores the run's memory and files from a checkpoint; every rank calls it. */
 static int go_on(flesh_running *r, flesh_figures *figures)
 {
   const flesh_runner_options *options = r->options;
@@ -320,13 +321,13 @@ static int go_on(flesh_running *r, flesh_figures *figures)
   return flesh_ranks_agree(options->ranks, status);
 }
 
-/* Records a failure of the end of a run, unless the run had failed before. */
+/* Records a failure at the end of a run, unless the run had failed before. */
 static void add_note(flesh_outcome *outcome, int status)
 {
   if (status && !outcome->status) note(outcome, status);
 }
 
-/* Prepares the outputs of a run on the first rank, or in a process by itself. */
+/* Prepares the outputs of a run on the first rank, or in a process without ranks. */
 static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;
@@ -337,7 +338,7 @@ static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim 
   return options->resume ? claim_folder(r, claim) : begin(r, figures, claim);
 }
 
-/* The results. Each of them is written even when another could not be. */
+/* Writes the results; each is written even if another could not be. */
 static void finish(flesh_running *r, int prepared, const flesh_figures *figures, flesh_outcome *outcome)
 {
   if (prepared && !flesh_running_is_split(r)) add_note(outcome, keep_state(r));
@@ -356,7 +357,7 @@ static void finish(flesh_running *r, int prepared, const flesh_figures *figures,
 static void close_running(flesh_running *r)
 {
   flesh_integrator_destroy(&r->integrator);
-  flesh_probes_close(&r->probes); /* of ranks behind the first, which write none */
+  flesh_probes_close(&r->probes); /* the other ranks' probes, which write no file */
   json_decref(r->program);
   json_decref(r->inputs);
   json_decref(r->resumed);
@@ -386,7 +387,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
     if (!status) status = flesh_running_share(&r);
     status = flesh_ranks_agree(options->ranks, status);
   }
-  if (!status) status = create_integrator(&r); /* what it cannot do is refused before anything is written */
+  if (!status) status = create_integrator(&r); /* refuses what it cannot do before anything is written */
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
   if (!status && options->resume) status = go_on(&r, figures);

@@ -1,4 +1,4 @@
-/* runner_checkpoint.c: writes a run's checkpoints, and takes a run up from one. */
+/* runner_checkpoint.c: writes a run's checkpoints, and resumes a run from one. */
 #include <stdlib.h>
 
 #include "base/confine.h"
@@ -25,7 +25,8 @@ int flesh_running_asked_to_end(flesh_running *r)
   return FLESH_OK;
 }
 
-/* The parts of result.json that no other file has: inputs and resumptions. New text; NULL when out of memory. */
+/* Returns as new text the parts of result.json that no other file has: inputs, resumptions and the scene's warning.
+ * NULL when out of memory. */
 static char *notes_of(const flesh_running *r)
 {
   json_t *notes = json_object();
@@ -54,7 +55,7 @@ static flesh_checkpoint_parts parts_of(flesh_running *r, flesh_figures *figures)
   return (flesh_checkpoint_parts){r->scene, figures, &r->trace};
 }
 
-/* The piece of the run that belongs to this rank, or all of it in a process by itself. */
+/* Returns the piece of the run that belongs to this rank, or all of it in a process without ranks. */
 static flesh_checkpoint_piece piece_of(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
@@ -88,7 +89,7 @@ static int add_piece(void *file, size_t size, const uint8_t *bytes)
   return FLESH_OK;
 }
 
-/* Every rank packs its piece, and the first writes all of them. */
+/* Writes a checkpoint: every rank packs its piece, and the first writes all of them. */
 static int write_checkpoint(flesh_running *r, int step)
 {
   const flesh_ranks *ranks = r->options->ranks;
@@ -105,7 +106,7 @@ static int write_checkpoint(flesh_running *r, int step)
   else flesh_file_abandon(&file);
   free(bytes);
   r->checkpoint.step = step;
-  r->checkpoint.at = flesh_wall_seconds(); /* writing takes none of the time between two */
+  r->checkpoint.at = flesh_wall_seconds(); /* the interval between checkpoints begins after writing */
   return status;
 }
 
@@ -113,7 +114,7 @@ int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record
 {
   flesh_running *r = data;
   const flesh_checkpoint_times *times = &r->checkpoint.times;
-  if (record->last) return FLESH_OK; /* complete */
+  if (record->last) return FLESH_OK; /* a complete run needs no checkpoint */
   const int asked = flesh_running_asked_to_end(r);
   int due = asked || r->checkpoint.step < 0;
   if (times->steps) due |= record->step % times->steps == 0;
@@ -123,7 +124,7 @@ int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record
   return status ? status : asked;
 }
 
-/* Each file that the scene names must have a sum that one of them had. */
+/* Checks that each file named by the scene has the checksum of one of the files at the start of the run. */
 static int check_inputs(const flesh_running *r)
 {
   json_t *now = flesh_provenance_scene(r->scene, r->options->scene_path);
@@ -131,7 +132,7 @@ static int check_inputs(const flesh_running *r)
   int status = FLESH_OK;
   size_t k, j;
   json_array_foreach(files, k, file) {
-    int found = k == 0; /* scene.yaml, which the checkpoint has a sum of */
+    int found = k == 0; /* scene.yaml, whose checksum is in the checkpoint */
     json_array_foreach(before, j, other)
       found |= json_equal(json_object_get(file, "sha256"), json_object_get(other, "sha256"));
     if (!found && !status)
@@ -142,7 +143,7 @@ static int check_inputs(const flesh_running *r)
   return flesh_json_lacks() ? flesh_no_memory() : status;
 }
 
-/* Notes for result.json the step and time from which this part of the run goes on. */
+/* Records for result.json the step and time at which this part of the run begins. */
 static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
 {
   json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact && r->checkpoint.fits);
@@ -151,8 +152,8 @@ static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
   return FLESH_OK;
 }
 
-/* The state and the integrator's memory: from this rank's own piece where all ranks have theirs, else from all pieces; and
- * the whole's state for the first rank. */
+/* Restores the state and the integrator's memory: from this rank's own piece if every rank has its own, else from all
+ * pieces. On the first rank also restores the whole's state. */
 static int restore_pieces(flesh_running *r)
 {
   const flesh_ranks *ranks = r->options->ranks;
@@ -180,9 +181,9 @@ int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkp
   *head = from->head;
   int status = r->inputs ? check_inputs(r)
                          : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint lacks the list of the run's files", r->options->out);
-  if (!status && flesh_ranks_first(r->options->ranks)) /* the others count nothing */
+  if (!status && flesh_ranks_first(r->options->ranks)) /* the other ranks have no figures */
     status = flesh_checkpoint_restore(r->options->out, from, &parts);
-  status = flesh_ranks_agree(r->options->ranks, status); /* before ranks wait for each other */
+  status = flesh_ranks_agree(r->options->ranks, status); /* all fail here before they wait for each other */
   if (!status) status = restore_pieces(r);
   if (!status) status = note_place(r, head);
   status = flesh_ranks_agree(r->options->ranks, status);

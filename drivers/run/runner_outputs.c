@@ -1,4 +1,4 @@
-/* runner_outputs.c: the files that a run writes: made, or opened again where it goes on; what result.json says. */
+/* runner_outputs.c: creates the files of a run, or reopens them when it resumes; composes result.json. */
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -13,7 +13,7 @@
 #include "run/running.h"
 #include "time/integrator.h"
 
-/* Frames of an older run would not belong to this one's history. */
+/* Removes the frames of an older run, which do not belong to this one's history. */
 static void drop_frames(flesh_running *r)
 {
   const char *folder = flesh_running_path(r, "frames");
@@ -23,11 +23,11 @@ static void drop_frames(flesh_running *r)
       !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
     flesh_frames_close(&frames);
     flesh_path_unlink(flesh_running_path(r, "frames/frames.pvd"));
-    flesh_path_remove_folder(folder); /* stays where something else is in it */
+    flesh_path_remove_folder(folder); /* fails, and the folder stays, if it has other files */
   }
 }
 
-/* Companions of an older run would not belong to this one. */
+/* Removes the companion runs of an older run, which do not belong to this one. */
 static void drop_companions(flesh_running *r)
 {
   static const char *const folders[] = {"error/mesh", "error/mesh_2",       "error/step", "error/step_2",
@@ -36,11 +36,11 @@ static void drop_companions(flesh_running *r)
   for (size_t k = 0; k < sizeof folders / sizeof *folders; k++) {
     for (size_t f = 0; f < sizeof files / sizeof *files && strchr(folders[k], '/'); f++)
       flesh_path_unlink(flesh_path("%s/%s/%s", r->options->out, folders[k], files[f]));
-    flesh_path_remove_folder(flesh_running_path(r, folders[k])); /* stays where something else is in it */
+    flesh_path_remove_folder(flesh_running_path(r, folders[k])); /* fails, and the folder stays, if it has other files */
   }
 }
 
-/* Opens the skin's files, and says what of it is outside the body. */
+/* Opens the skin's files, and prints how much of the skin is outside the body. */
 static int open_skin(flesh_running *r, int every)
 {
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);
@@ -66,7 +66,7 @@ int flesh_running_open_probes(flesh_running *r)
   const flesh_system *system = flesh_ranks_system(ranks, r->scene);
   const flesh_method method = flesh_scene_times(r->scene)->method;
   const char *path = r->options->out ? flesh_running_path(r, "probes.csv") : NULL;
-  if (!from && path && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's would not belong to this one */
+  if (!from && path && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's file does not belong to this one */
   if (!count) return FLESH_OK;
   int status = from || !r->options->out ? flesh_probes_open(body, system, method, count, probes, &r->probes)
                                         : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
@@ -75,7 +75,7 @@ int flesh_running_open_probes(flesh_running *r)
   return status;
 }
 
-/* Adds the fields that the scene asks for to frames. */
+/* Adds the fields that the scene asks for to the frames. */
 static int set_fields(flesh_running *r)
 {
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);
@@ -83,7 +83,7 @@ static int set_fields(flesh_running *r)
                                  flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
 }
 
-/* result.json says that the run is under way. */
+/* Writes result.json with the status "running". */
 static int write_running(flesh_running *r, flesh_figures *figures)
 {
   const flesh_runner_options *options = r->options;
@@ -98,7 +98,7 @@ static int write_running(flesh_running *r, flesh_figures *figures)
     json_object_set_new(r->inputs, "mesh", flesh_provenance_mesh(&options->ranks->whole));
   json_t *running = json_pack("{ss}", "status", "running");
   int status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, running, figures));
-  if (status) return status; /* an older run's results still stand */
+  if (status) return status; /* the results of an older run are still valid */
   r->running = 1;
   flesh_path_unlink(flesh_running_path(r, "state.txt"));
   return FLESH_OK;
@@ -114,7 +114,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   drop_companions(r);
   flesh_skin_frames_remove(flesh_running_path(r, "skin"));
   flesh_path_unlink(flesh_running_path(r, "skin/binding.txt"));
-  flesh_path_remove_folder(flesh_running_path(r, "skin")); /* stays where something else is in it */
+  flesh_path_remove_folder(flesh_running_path(r, "skin")); /* fails, and the folder stays, if it has other files */
   status = flesh_scene_write(r->scene, flesh_running_path(r, "scene.yaml"));
   if (!status)
     status =
@@ -126,13 +126,13 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   else
     status =
         flesh_frames_create(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
-  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank writes its own */
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank writes its own frames */
   if (!status && r->frames) status = set_fields(r);
   if (!status && r->frames) status = open_skin(r, every);
   return status;
 }
 
-/* The skin as it was; what of it is outside has been said. */
+/* Reopens the skin's files; what is outside the body was printed when the run began. */
 static int reopen_skin(flesh_running *r, int every, int last)
 {
   const int status = flesh_skin_frames_open(flesh_running_path(r, "skin"), r->skin, r->surface,
@@ -150,7 +150,7 @@ int flesh_running_reopen(flesh_running *r, flesh_figures *figures, const flesh_c
   if (!status && !r->options->ranks) status = flesh_running_open_probes(r);
   if (status || r->options->no_frames || every < 1) return status;
   status = flesh_frames_resume(flesh_running_path(r, "frames"), flesh_scene_mesh(r->scene), every, head->step, &r->frames);
-  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank goes on with its own */
+  if (flesh_running_is_split(r)) flesh_frames_close(&r->frames); /* each rank continues its own frames */
   if (!status && r->frames) status = set_fields(r);
   return status || !r->skin ? status : reopen_skin(r, every, head->step);
 }

@@ -16,7 +16,7 @@ int flesh_running_share(flesh_running *r)
   const int gathers = flesh_ranks_first(ranks) && !flesh_running_is_split(r);
   const size_t tets = gathers ? (size_t)flesh_mesh_tet_count(flesh_scene_mesh(r->scene)) : 0;
   int status = flesh_state_make(flesh_system_unknowns(part) / 3, flesh_system_multiplier_count(part),
-                                flesh_system_internal_count(system) /* all ranks have all */, &r->own);
+                                flesh_system_internal_count(system) /* every rank has all of them */, &r->own);
   if (!status) status = flesh_state_make(gathers ? flesh_system_unknowns(system) / 3 : 0, 0, 0, &r->stage);
   r->J_mean = malloc(2 * tets * sizeof(double) + 1);
   if (status || !r->J_mean) return flesh_no_memory();
@@ -25,7 +25,7 @@ int flesh_running_share(flesh_running *r)
   return flesh_ranks_first(ranks) ? flesh_proximity_create(system, NULL, &r->proximity) : FLESH_OK;
 }
 
-/* Nodes of no tet are of no rank; they are held at rest, as on one rank. */
+/* Keeps nodes of no tet at rest, as a run without ranks does; they belong to no rank. */
 static void hold_unused(const flesh_mesh *mesh, flesh_state *state)
 {
   const uint8_t *used = flesh_mesh_node_used(mesh);
@@ -55,16 +55,16 @@ int flesh_running_open_parts(flesh_running *r)
                                  output->fields_at);
 }
 
-/* A rank's part of a state that goes into a file. */
+/* A rank's part of a state that is written to a file. */
 typedef struct part_rows {
   const flesh_team *team;
   const flesh_state *state;
-  int next; /* of its own nodes, which rise */
+  int next; /* index of the next own node; the own nodes' numbers rise */
 } part_rows;
 
-enum { ROWS = 16384 }; /* at a time */
+enum { ROWS = 16384 }; /* number of nodes that are collected at a time */
 
-/* Collects the whole's nodes from `first` to before `end` on all ranks: x [3*ROWS], then v. */
+/* Collects the nodes with numbers from `first` to before `end` of the whole on all ranks: x [3*ROWS], then v. */
 static void find_rows(part_rows *p, int first, int end, double *rows)
 {
   memset(rows, 0, 6 * (size_t)ROWS * sizeof *rows);
@@ -102,7 +102,7 @@ int flesh_running_keep_parts(flesh_running *r)
   for (int d = 0; d < flesh_system_unknowns(flesh_running_system(r)); d++) sum += 0 * r->own.x[d] + 0 * r->own.v[d];
   if (!status && sum != 0)
     status = flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state is not finite", options->out ? "state.txt" : "state");
-  if (!status && r->checkpoint.on) status = flesh_running_sync_parts(r); /* before the checkpoint goes */
+  if (!status && r->checkpoint.on) status = flesh_running_sync_parts(r); /* before the checkpoint is removed */
   status = flesh_ranks_agree(ranks, status);
   if (!status && options->out) status = write_state(r, flesh_running_path(r, "state.txt"), rows);
   if (!status && options->save_state) status = write_state(r, options->save_state, rows);
@@ -115,7 +115,8 @@ int flesh_running_sync_parts(flesh_running *r)
   return r->part_frames ? flesh_part_frames_sync(r->part_frames, r->checkpoint.step) : FLESH_OK;
 }
 
-/* Each rank writes its own frames; what else is observed is sums, which the first has. */
+/* Observes a step of a split mesh: each rank writes its own frames, and the first rank's observers see sums over all
+ * ranks. */
 static int observe_parts(flesh_running *r, const flesh_step_record *record)
 {
   int status = r->part_frames ? flesh_frames_observe(r->part_frames, record) : FLESH_OK;
@@ -129,7 +130,7 @@ int flesh_running_begin_whole(flesh_running *r)
 {
   int changed;
   const int status = flesh_proximity_follow(&r->proximity, 0, r->state.t, r->state.x, &changed);
-  return status > 0 ? FLESH_OK : status; /* what is written says where a place is not finite */
+  return status > 0 ? FLESH_OK : status; /* the writers report positions that are not finite */
 }
 
 /* Calls the first rank's observers with the gathered state. */
@@ -177,5 +178,5 @@ int flesh_running_observe_ranks(void *data, const flesh_step_record *record)
   flesh_running *r = data;
   const int status = flesh_running_is_split(r) ? observe_parts(r, record) : observe_whole(r, record);
   const int probed = r->probes ? flesh_probes_observe(r->probes, record) : FLESH_OK;
-  return status < 0 ? status : probed; /* the run's ranks agree on it */
+  return status < 0 ? status : probed; /* all ranks of the run return the same status */
 }

@@ -1,4 +1,4 @@
-/* start.c: what a scene is integrated from, and by. */
+/* start.c: makes the state and the integrator with which a scene's run starts. */
 #include "run/start.h"
 
 #include <stdlib.h>
