@@ -180,10 +180,10 @@ DIR *flesh_path_list(const char *path)
 const char *flesh_path_reason(const char *path, int reason)
 {
   if (flesh_is_confined(path) && reason == ELOOP)
-    return "it is a symbolic link, or lies behind one; in a folder of results there must be the files themselves, as "
-           "links out of it are not followed";
+    return "it is a symbolic link, or lies behind one; a folder of results must have the files themselves, as links out of "
+           "it are not followed";
   if (flesh_is_confined(path) && reason == EXDEV)
-    return "it leads out of the folder of results by '..'; what belongs to a result must lie in its folder";
+    return "it leads out of the folder of results by '..'; all files of a result must lie in its folder";
   return strerror(reason);
 }
 

@@ -138,8 +138,8 @@ static int check_users_volume_part(const flesh_material *material, double share)
     if (material->psi(3 * cbrt(J * J), J, material, &psi) || volume_part_at(material, J, &U)) continue;
     if (psi.JJ - share * U.JJ >= -1e-9 * material->lambda) continue;
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "a user's psi has the second derivative %g Pa by J at J = %g, %g Pa without what tet10-mean "
-                      "takes a mean of, so that it does not contain lambda %s; set material.volume to its volume part over "
+                      "a user's psi has the second derivative %g Pa by J at J = %g, %g Pa without the term "
+                      "that tet10-mean averages: it does not contain lambda %s; set material.volume to its volume part over "
                       "lambda (material.lambda is %g Pa), or take the element tet10",
                       psi.JJ, J, psi.JJ - share * U.JJ, material->volume ? "U(J)" : "(J-1)^2/2", material->lambda);
   }

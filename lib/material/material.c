@@ -229,8 +229,8 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
                       flesh_forms[energy].name);
   if (!incompressible && poisson > stiffest / (2 * (stiffest + 1)))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "poisson is 0.5 - %.3g; it must be at most %.10g, as rounding errors of the volume term hide other "
-                      "stresses beyond, or 0.5, which is without them",
+                      "poisson is 0.5 - %.3g; it must be at most %.10g, above which rounding errors of the volume term "
+                      "hide other stresses, or 0.5, which has none of these errors",
                       0.5 - poisson, stiffest / (2 * (stiffest + 1)));
   const double ratio = incompressible ? FLESH_REFERENCE_POISSON : poisson;
   double mu = young / (2 * (1 + poisson));

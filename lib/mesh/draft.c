@@ -95,8 +95,8 @@ int flesh_draft_finish(flesh_draft *draft, flesh_mesh **mesh)
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
   if (draft->solids)
-    return flesh_fail(FLESH_ERR_FILE, "%s: elements that fill a volume and are no tets (hexahedra, prisms, pyramids): %lld; a "
-                                      "body is of tets alone and would lack them: cut them into tets, or take them out",
+    return flesh_fail(FLESH_ERR_FILE, "%s: solid elements that are not tets (hexahedra, prisms, pyramids): %lld; a body has "
+                                      "only tets and would lack them: cut them into tets, or remove them",
                       draft->path, (long long)draft->solids);
   flesh_mesh_sets_settle(&draft->sets);
   return flesh_mesh_build(&(flesh_mesh_lists){.nodes = draft->nodes, .tets = draft->tets,

@@ -117,7 +117,7 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
       return flesh_mesh_fail_at(origin, t,
                                 "tet %lld (corners %lld %lld %lld %lld) is turned inside out by the "
                                 "nodes on its edges: its Jacobian falls to %.3g of its mean, and must "
-                                "be positive in all of it; Gmsh's Mesh.HighOrderOptimize mends it, or a mesh "
+                                "be positive in all of it; Gmsh's Mesh.HighOrderOptimize repairs it, or a mesh "
                                 "of order 1 with body.element: tet10-mean",
                                 flesh_mesh_tet_label(origin, t), flesh_mesh_node_label(origin, n[0]),
                                 flesh_mesh_node_label(origin, n[1]), flesh_mesh_node_label(origin, n[2]),

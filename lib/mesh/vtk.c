@@ -93,7 +93,7 @@ static int note_appended(grid *g, const flesh_xml_tag *tag)
   const char *mark = memchr(s->at, '_', (size_t)(s->end - s->at));
   g->file.appended_base64 = flesh_xml_attribute_is(tag, "encoding", "base64");
   if (!mark || (!g->file.appended_base64 && !flesh_xml_attribute_is(tag, "encoding", "raw")))
-    return flesh_vtk_fail(&g->file, tag->line, "<AppendedData> has no encoding that is known or no _ before its data; "
+    return flesh_vtk_fail(&g->file, tag->line, "<AppendedData> has no known encoding or no _ before its data; "
                                                "encoding=\"raw\" or \"base64\" is expected");
   g->file.appended = mark + 1;
   return FLESH_OK;

@@ -33,7 +33,7 @@ int flesh_vtk_array_read(const flesh_vtk_file *file, const flesh_xml_tag *tag, c
   for (size_t k = 0; k < sizeof types / sizeof *types; k++)
     if (flesh_xml_attribute_is(tag, "type", types[k].name)) array->kind = types[k].kind, array->size = types[k].size;
   if (!array->size)
-    return flesh_vtk_fail(file, tag->line, "the array %s has no type that is known; type=\"Float64\", Float32, Int8 to "
+    return flesh_vtk_fail(file, tag->line, "the array %s has no known type; type=\"Float64\", Float32, Int8 to "
                                            "Int64 or UInt8 to UInt64 is expected", name);
   if (components < 1 || components > 1000)
     return flesh_vtk_fail(file, tag->line, "NumberOfComponents of the array %s is no number from 1 to 1000", name);
@@ -41,7 +41,7 @@ int flesh_vtk_array_read(const flesh_vtk_file *file, const flesh_xml_tag *tag, c
   if (flesh_xml_attribute_is(tag, "format", "binary")) array->format = FLESH_VTK_BINARY;
   else if (flesh_xml_attribute_is(tag, "format", "appended")) array->format = FLESH_VTK_APPENDED;
   else if (!flesh_xml_attribute_is(tag, "format", "ascii"))
-    return flesh_vtk_fail(file, tag->line, "the array %s has no format that is known; format=\"ascii\", binary or appended is "
+    return flesh_vtk_fail(file, tag->line, "the array %s has no known format; format=\"ascii\", binary or appended is "
                                            "expected", name);
   if (array->format == FLESH_VTK_APPENDED && array->offset < 0)
     return flesh_vtk_fail(file, tag->line, "the array %s is appended, but its offset is no number", name);
@@ -121,7 +121,7 @@ static int take_length(const flesh_vtk_file *file, stream *b, uint64_t *length)
 
 static int ends_early(const flesh_vtk_file *file, const flesh_vtk_array *array)
 {
-  return flesh_vtk_fail(file, array->line, "the data of the array %s end too early, or are no base 64", array->name);
+  return flesh_vtk_fail(file, array->line, "the data of the array %s end too early, or are not base 64", array->name);
 }
 
 static int inflate_blocks(const flesh_vtk_file *file, const flesh_vtk_array *array, stream *b, char *to, size_t bytes)

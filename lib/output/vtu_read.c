@@ -87,7 +87,8 @@ static const char *find_array(const vtu_file *f, const char *name, const char *t
     if (bytes != wanted || room - offset - length_size < bytes) break;
     return f->data + offset + length_size;
   }
-  snprintf(value, sizeof value, "there is no whole array '%.20s' of %s", name, item == sizeof(int) ? "numbers" : "vectors");
+  snprintf(value, sizeof value, "there is no complete array '%.20s' of %s", name,
+           item == sizeof(int) ? "numbers" : "vectors");
   refuse(f->path, value);
   return NULL;
 }
@@ -102,7 +103,7 @@ static int open_vtu(const char *path, char *text, size_t size, vtu_file *f)
   *f = (vtu_file){.path = path, .text = text, .size = size, .data = data ? data + sizeof mark - 1 : NULL};
   if (!(length = next_tag(&at, text + size, "VTKFile")) ||
       !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
-    return refuse(path, "this is no .vtu of raw data in this machine's byte order");
+    return refuse(path, "this is not a .vtu of raw data in this machine's byte order");
   f->length_size = attribute(at, length, "header_type", value) && !strcmp(value, "UInt64") ? 8 : 4; /* VTK's default */
   if (memcmp(text + size - (sizeof last - 1), last, sizeof last - 1)) return refuse(path, "the file is cut off");
   if (!(length = next_tag(&at, data, "Piece")) || !attribute(at, length, "NumberOfPoints", value))
@@ -200,7 +201,7 @@ static int read_pvd(const char *path, const char *text, size_t size, flesh_pvd *
   const char *at = text;
   size_t length = next_tag(&at, text + size, "VTKFile");
   if (!length || !attribute(at, length, "type", time) || strcmp(time, "Collection"))
-    return refuse(path, "this is no .pvd");
+    return refuse(path, "this is not a .pvd");
   for (; (length = next_tag(&at, text + size, "DataSet")); at += length) {
     if (!attribute(at, length, "timestep", time) || !attribute(at, length, "file", file) ||
         strlen(file) >= FLESH_PVD_NAME_SIZE || strchr(file, '/'))
@@ -211,7 +212,7 @@ static int read_pvd(const char *path, const char *text, size_t size, flesh_pvd *
     char *end;
     double t = strtod(time, &end);
     if (end == time || *end || !isfinite(t)) {
-      snprintf(why, sizeof why, "the timestep of %s is '%s', no time in seconds", file, time);
+      snprintf(why, sizeof why, "the timestep of %s is '%s', not a time in seconds", file, time);
       return refuse(path, why);
     }
     pvd->times[pvd->count++] = t;

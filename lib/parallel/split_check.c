@@ -33,7 +33,7 @@ static int refuse(const flesh_mesh *mesh, int t, double owners)
 {
   const flesh_split_part *split = mesh->split;
   return flesh_fail(FLESH_ERR_FILE,
-                    "the parts of the split mesh contradict each other: tet %d of the whole is own to %.0f parts, and part "
+                    "the parts of the split mesh contradict each other: tet %d of the whole is owned by %.0f parts, and part "
                     "%d has it as part %d's%s; split the mesh again",
                     split->tets[t], owners, split->part, split->owners[t], owners == 1 ? ", with other data than its own" : "");
 }

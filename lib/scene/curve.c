@@ -16,9 +16,9 @@
 #define INSIDE(object, member) .offset = offsetof(flesh_scene_curved, member) - offsetof(flesh_scene_curved, object)
 static const flesh_key sphere_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, INSIDE(sphere, sphere.centre), .unit = "m",
-     .default_value = "[0, 0, 0]", .doc = "of the sphere"},
+     .default_value = "[0, 0, 0]", .doc = "centre of the sphere"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, INSIDE(sphere, sphere.radius), .range = FLESH_RANGE_POSITIVE,
-     .unit = "m", .doc = "of the sphere"},
+     .unit = "m", .doc = "radius of the sphere"},
     {0}};
 static const flesh_key cylinder_keys[] = {
     {.name = "from", .type = FLESH_KEY_VECTOR, INSIDE(cylinder, cylinder.from), .unit = "m",
@@ -26,13 +26,13 @@ static const flesh_key cylinder_keys[] = {
     {.name = "to", .type = FLESH_KEY_VECTOR, INSIDE(cylinder, cylinder.to), .unit = "m",
      .doc = "other end of its axis"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, INSIDE(cylinder, cylinder.radius), .range = FLESH_RANGE_POSITIVE,
-     .unit = "m", .doc = "of the cylinder"},
+     .unit = "m", .doc = "radius of the cylinder"},
     {0}};
 const flesh_key flesh_curved_table[] = {
     {.name = "sphere", .type = FLESH_KEY_OBJECT, AT(sphere), .default_value = "", .children = sphere_keys,
      .doc = "a sphere, in the mesh's coordinates"},
     {.name = "cylinder", .type = FLESH_KEY_OBJECT, AT(cylinder), .default_value = "", .children = cylinder_keys,
-     .doc = "a cylinder, without its ends"},
+     .doc = "the side of a cylinder, without its ends"},
     {.name = "surface", .type = FLESH_KEY_PATH, AT(surface), .default_value = "",
      .doc = "file of a surface (.obj, .ply or .stl) much finer than the mesh"},
     {0}};

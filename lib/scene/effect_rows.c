@@ -5,9 +5,9 @@
 
 const flesh_key flesh_curve_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, t), .unit = "s",
-     .doc = "when; points ascend in time"},
+     .doc = "time of the point; times rise"},
     {.name = "value", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, value),
-     .doc = "of the factor"},
+     .doc = "factor at this time"},
     {0}};
 
 flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *p)

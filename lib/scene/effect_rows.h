@@ -37,9 +37,9 @@ int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *
 /* Keys of the interval in which an effect acts. */
 #define FLESH_INTERVAL_KEYS(parameters)                                                            \
   {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
-   .default_value = "-.inf", .doc = "start of its action"},                                        \
+   .default_value = "-.inf", .doc = "start of the action"},                                        \
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
-   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
+   .default_value = ".inf", .doc = "end of the action (release); it acts while from <= t < until"}
 
 /* Key of the interpolation between points in time. */
 #define FLESH_INTERPOLATION_KEY(at, points, each)                                                                     \
@@ -50,14 +50,14 @@ int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *
 #define FLESH_AMPLITUDE_KEYS(parameters, member)                                                   \
   {.name = "amplitude", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, member.points),       \
    .default_value = "", .children = flesh_curve_keys, .child_size = sizeof(flesh_curve_point),     \
-   .doc = "factor of the load in time; constant before the first and after the last point; "       \
-          "without it 1"},                                                                         \
+   .doc = "factor of the load over time; constant before the first and after the last point. "     \
+          "Default: 1"},                                                                           \
   FLESH_INTERPOLATION_KEY(offsetof(parameters, member.interpolation), "the amplitude's points", "point"), \
   {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.from),          \
-   .unit = "s", .default_value = "-.inf", .doc = "start of its action"},                           \
+   .unit = "s", .default_value = "-.inf", .doc = "start of the action"},                           \
   {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.until),        \
    .unit = "s", .default_value = ".inf",                                                           \
-   .doc = "end of its action (release); it acts while from <= t < until"}
+   .doc = "end of the action (release); it acts while from <= t < until"}
 /* clang-format on */
 
 /* Names of the bits of FLESH_AXIS_*. */

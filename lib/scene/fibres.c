@@ -22,12 +22,12 @@ static const flesh_key along_keys[] = {
     {0}};
 const flesh_key flesh_fibre_field_keys[] = {
     {.name = "direction", .type = FLESH_KEY_VECTOR, AT(direction), .default_value = "",
-     .doc = "the same everywhere, of any length"},
+     .doc = "the same direction everywhere, of any length"},
     {.name = "file", .type = FLESH_KEY_PATH, AT(file), .default_value = "",
-     .doc = "text file with a row \"x y z\" for each tet of the mesh (of the body, where the muscle names one), in its "
-            "order: the direction at rest, of any length; 0 0 0 where there is no fibre"},
+     .doc = "text file with a row \"x y z\" for each tet of the mesh (of the body, if the muscle names one), in its "
+            "order: the direction at rest, of any length; 0 0 0 for no fibre"},
     {.name = "along", .type = FLESH_KEY_OBJECT, AT(along), .default_value = "", .children = along_keys,
-     .doc = "circular arcs from a point to another, as in a spindle: each tet's fibre is the tangent of the circle "
+     .doc = "circular arcs from one point to another, as in a spindle: each tet's fibre is the tangent of the circle "
             "through both points and the tet's centre"},
     {0}};
 #undef AT

@@ -10,8 +10,7 @@ static const flesh_key skin_table[] = {
     {.name = "surface",
      .type = FLESH_KEY_PATH,
      AT(skin.surface),
-     .doc = "file of the surface (.obj, .ply or .stl) in the place of the body at rest, "
-            "relative to the scene"},
+     .doc = "file of the surface (.obj, .ply or .stl), placed like the body at rest; relative to the scene"},
     {.name = "formats",
      .type = FLESH_KEY_SET,
      AT(skin.formats),
@@ -30,7 +29,7 @@ static const char *const quantities[] = {"position", "velocity", "reaction", "J"
 #define AT(member) .offset = offsetof(flesh_scene_probe, member)
 static const flesh_key probe_table[] = {
     {.name = "name", .type = FLESH_KEY_TEXT, AT(name),
-     .doc = "what its columns begin with: a letter, then letters, digits, _ and -"},
+     .doc = "name that its columns begin with: a letter, then letters, digits, _ and -"},
     {.name = "point", .type = FLESH_KEY_VECTOR, AT(point), .unit = "m", .default_value = "",
      .doc = "a point of the body at rest, instead of nodes; interpolated in the tet that holds it"},
     FLESH_SELECTION_KEYS(flesh_scene_probe, selection),
@@ -43,9 +42,9 @@ static const flesh_key probe_table[] = {
      .default_value = "[position]",
      .doc = "position, velocity: of the point, or the nodes' mean; reaction: force and moment of the pins and "
             "prescribed motions on the nodes; J (det F), stretch (principal ones, descending), stress (Cauchy, of "
-            "elasticity and of the fibres of muscles), energy (of strain, from rest): at the point, or of the tets all "
-            "of whose nodes are chosen, the energy as a sum and the others as means (J as J_mean); contact_force: force "
-            "and moment of contact on the nodes, or of the weld or joint that effect names"},
+            "elasticity and of the fibres of muscles), energy (of strain, from rest): at the point, or of the tets "
+            "whose nodes are all chosen, the energy as a sum and the others as means (J as J_mean); contact_force: "
+            "force and moment of contact on the nodes, or of the weld or joint that effect names"},
     {.name = NULL},
 };
 #undef AT
@@ -61,34 +60,34 @@ static const flesh_key camera_table[] = {
      .offset = offsetof(flesh_camera, azimuth),
      .unit = "degree",
      .default_value = "30",
-     .doc = "how far the camera stands turned about up; with up = z it looks along y at 0 and along -x at 90, with "
-            "up = y along -z and -x"},
+     .doc = "angle of the camera about up; with up = z it looks along y at 0 and along -x at 90, with up = y along "
+            "-z and -x"},
     {.name = "elevation",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_camera, elevation),
      .unit = "degree",
      .default_value = "20",
-     .doc = "how far it stands above the horizon, at most 90"},
+     .doc = "angle of the camera above the horizon, at most 90"},
     {.name = "target",
      .type = FLESH_KEY_VECTOR,
      .offset = offsetof(flesh_camera, target),
      .unit = "m",
      .default_value = "",
-     .doc = "the middle of the picture; fitted by default"},
+     .doc = "point in the middle of the picture; fitted by default"},
     {.name = "height",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_camera, height),
      .range = FLESH_RANGE_POSITIVE,
      .unit = "m",
      .default_value = "",
-     .doc = "of what is seen at the target; fitted by default"},
+     .doc = "height that the picture shows at the target; fitted by default"},
     {.name = "field_of_view",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_camera, field_of_view),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .unit = "degree",
      .default_value = "20",
-     .doc = "from the picture's lower to its upper edge, below 120; 0: a parallel projection"},
+     .doc = "angle from the picture's lower to its upper edge, below 120; 0: a parallel projection"},
     {.name = NULL},
 };
 
@@ -109,24 +108,24 @@ const flesh_key flesh_output_table[] = {
      .offset = offsetof(flesh_output_keys, given.fields),
      .choices = fields,
      .default_value = "[displacement, velocity]",
-     .doc = "what frames have: displacement and velocity in any case; J (det F; at nodes its mean, J_mean), stretch "
-            "(principal ones, descending), stress (Cauchy, of elasticity and of the fibres of muscles), von_mises and "
-            "pressure of it, and energy_density (of strain, from rest) at fields_at; reaction (of pins and prescribed "
-            "motions) and contact_force at nodes. J_mean, J_min (least at a point of quadrature) and region of every tet "
-            "are always there"},
+     .doc = "fields of frames: displacement and velocity in any case; J (det F; at nodes its mean, J_mean), stretch "
+            "(principal ones, descending), stress (Cauchy, of elasticity and of the fibres of muscles), von_mises "
+            "and pressure of it, and energy_density (of strain, from rest) at fields_at; reaction (of pins and "
+            "prescribed motions) and contact_force at nodes. J_mean, J_min (least at a quadrature point) and region "
+            "of every tet are always there"},
     {.name = "fields_at",
      .type = FLESH_KEY_SET,
      .offset = offsetof(flesh_output_keys, given.fields_at),
      .choices = places,
      .default_value = "[nodes, tets]",
-     .doc = "nodes: means over the tets around each; tets: means over each; points: at the points of quadrature of "
-            "each tet, as cell data"},
+     .doc = "nodes: means over the tets around each; tets: means over each; points: at the quadrature points of each "
+            "tet, as cell data"},
     {.name = "seed",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_output_keys, given.seed),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
-     .doc = "of everything random in a run"},
+     .doc = "seed of all random numbers of a run"},
     {.name = "skin",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_output_keys, given.skin),
@@ -138,25 +137,25 @@ const flesh_key flesh_output_table[] = {
      .offset = offsetof(flesh_output_keys, given.camera),
      .default_value = "{}",
      .children = camera_table,
-     .doc = "from where `flesh snap` and `flesh film` see the scene"},
+     .doc = "camera of `flesh snap` and `flesh film`"},
     {.name = "probes",
      .type = FLESH_KEY_OBJECTS,
      .offset = offsetof(flesh_output_keys, probes),
      .default_value = "",
      .children = probe_table,
      .child_size = sizeof(flesh_scene_probe),
-     .doc = "places of which probes.csv has a row per step, with a column for each component of a quantity"},
+     .doc = "places for which probes.csv has a row per step, with a column for each component of a quantity"},
     {.name = "reactions",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_output_keys, reactions),
      .default_value = "false",
-     .doc = "adds a probe of every pin, prescribed_motion, contact, weld and joint, named pin, pin_2 ..., with the force "
-            "that it bears and its moment about the origin"},
+     .doc = "adds a probe of every pin, prescribed_motion, contact, weld and joint, named pin, pin_2 ..., with its "
+            "force and the moment of that about the origin"},
     {.name = "error_bars",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_output_keys, error_bars),
      .default_value = "false",
-     .doc = "how far probes and energies are off because of the mesh and of the steps, by further runs with others, which "
-            "`flesh run` makes after this one"},
+     .doc = "estimates the errors of probes and energies due to the mesh and the steps, by further runs with other "
+            "ones, which `flesh run` makes after this one"},
     {.name = NULL},
 };

@@ -208,7 +208,7 @@ static int make_scene(const char *text, const char *path, int count, const char 
 {
   for (int k = 0; k < count; k++)
     if (!overrides || !overrides[k])
-      return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there are to be %d overrides, but %s is NULL", path, count,
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the count is %d overrides, but %s is NULL", path, count,
                         overrides ? "one of them" : "overrides");
   flesh_scene *made = calloc(1, sizeof *made);
   if (!made) return flesh_no_memory_for(path);

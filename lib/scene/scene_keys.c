@@ -35,10 +35,9 @@ const flesh_key flesh_material_table[] = {
      .offset = offsetof(flesh_scene_material, constants),
      .choices = constants,
      .default_value = "",
-     .doc = "how the given constants enter the form: raw as they are; matched so that small "
-            "strains obey them "
-            "(of" FLESH_FORM_MATCHED_NAMES "); as_e like E's (D only). Default: matched where the form can be, "
-            "else raw"},
+     .doc = "how the given constants enter the form: raw, unchanged; matched, so that small strains obey them "
+            "(forms" FLESH_FORM_MATCHED_NAMES "); as_e, like those of E (form D only). Default: matched if the form "
+            "takes it, else raw"},
     {.name = "mu",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_scene_material, given.mu),
@@ -58,7 +57,7 @@ const flesh_key flesh_material_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "Pa",
      .default_value = "",
-     .doc = "Young's modulus; of two whole pairs the one that --set gave last is used"},
+     .doc = "Young's modulus; if both pairs are given, the one that --set gave last is used"},
     {.name = "poisson",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_scene_material, given.poisson),
@@ -90,13 +89,13 @@ static const flesh_key region_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "kg/m^3",
      .default_value = "",
-     .doc = "instead of the body's"},
+     .doc = "density, instead of the body's"},
     {.name = "material",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_scene_region, material),
      .default_value = "",
      .children = flesh_material_table,
-     .doc = "instead of the body's"},
+     .doc = "material, instead of the body's"},
     {.name = NULL},
 };
 
@@ -119,24 +118,25 @@ static const flesh_key body_table[] = {
      AT(body.mass),
      .choices = masses,
      .default_value = "lumped",
-     .doc = "lumped: a quarter of each tet's mass to each of its nodes, of ten nodes 1/36 to each corner and "
-            "4/27 to each node on an edge; consistent: the mass matrix of the element; where nothing moves, "
-            "gravity pulls at ten-node tets by the consistent one, which gives the exact load"},
+     .doc = "lumped: a quarter of each tet's mass to each of its nodes, with ten nodes 1/36 to each corner and 4/27 "
+            "to each node on an edge; consistent: the mass matrix of the element; in equilibria, gravity pulls at "
+            "ten-node tets by the consistent one, which gives the exact load"},
     {.name = "element", .type = FLESH_KEY_CHOICE, AT(body.element), .choices = elements, .default_value = "auto",
-     .doc = "of bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending where the "
-            "material is nearly incompressible; tet10: quadratic, energies at four points; tet10-mean: the same with "
-            "the volume term by the mean of J over a tet, equally accurate at poisson 0.4999 and at 0.3; auto: tet4 where "
-            "the mesh has four nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of "
+     .doc = "element of bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending if "
+            "the material is nearly incompressible; tet10: quadratic, energies at four points; tet10-mean: the same "
+            "with the volume term by the mean of J over a tet, equally accurate at poisson 0.4999 and at 0.3; auto: "
+            "tet4 for a mesh with four nodes per tet, tet10-mean for ten. With tet10 and tet10-mean, a mesh of "
             "four-node tets gets a node in the middle of each edge, after its own nodes"},
     {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
-     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see the error of the mesh; regions, sets, "
-            "lists of nodes, boxes and spheres mean the same; new nodes of curved faces lie on the surfaces; a start state of the mesh as it was is interpolated"},
+     .doc = "number of times that each tet of all bodies is cut into eight, to see the error of the mesh; regions, "
+            "sets, lists of nodes, boxes and spheres mean the same; new nodes of curved faces lie on the surfaces; a "
+            "start state of the unrefined mesh is interpolated"},
     {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(body.curved), .default_value = "",
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
-     .doc = "surfaces on which the body's boundary is put, nodes on edges too, before it is refined: each face on the "
-            "nearest of those that all its corners are nearer to than a tenth of an edge. For ten-node tets; refused "
-            "where a tet would fold over"},
+     .doc = "surfaces onto which the body's boundary is moved, nodes on edges too, before it is refined: each face "
+            "onto the nearest of those that all its corners are nearer to than a tenth of an edge. For ten-node "
+            "tets; refused if a tet would fold over"},
     {.name = "material",
      .type = FLESH_KEY_OBJECT,
      AT(body.material),
@@ -152,37 +152,36 @@ static const flesh_key body_table[] = {
      .child_size = sizeof(flesh_scene_region),
      .doc = "other densities and materials for regions of the mesh"},
     {.name = "material_map", .type = FLESH_KEY_PATH, AT(body.material_map), .default_value = "",
-     .doc = "file of constants of single tets, as flesh fit writes it: columns tet (from 0, of the mesh as it is in its "
-            "file) and constants of a material, as in tet,young [Pa]; they replace those of the material that tets "
-            "have without it"},
+     .doc = "file of constants of single tets, as flesh fit writes it: columns tet (from 0, of the mesh as it is in "
+            "its file) and constants of a material, as in tet,young [Pa]; they replace those of the tets' material"},
     {.name = "name",
      .type = FLESH_KEY_TEXT,
      AT(body.name),
      .default_value = "body",
-     .doc = "for selections"},
+     .doc = "name for selections"},
     {.name = NULL},
 };
 #undef AT
 
 #define AT(member) .offset = offsetof(flesh_scene_other, member)
 static const flesh_key other_table[] = {
-    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "for selections; names of bodies must differ"},
-    {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .doc = "file, as of body.mesh"},
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "name for selections; names of bodies must differ"},
+    {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .doc = "file of the mesh, as for body.mesh"},
     {.name = "translation", .type = FLESH_KEY_VECTOR, AT(translation), .unit = "m",
-     .default_value = "[0, 0, 0]", .doc = "of the mesh, after the rotation"},
+     .default_value = "[0, 0, 0]", .doc = "translation of the mesh, after the rotation"},
     {.name = "rotation", .type = FLESH_KEY_VECTOR, AT(rotation), .unit = "rad",
      .default_value = "[0, 0, 0]", .doc = "rotation vector of the mesh about the origin"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(density), .range = FLESH_RANGE_POSITIVE,
-     .unit = "kg/m^3", .default_value = "", .doc = "instead of body.density"},
+     .unit = "kg/m^3", .default_value = "", .doc = "density, instead of body.density"},
     {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(curved), .default_value = "",
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
-     .doc = "as body.curved, before the rotation"},
+     .doc = "surfaces as for body.curved, before the rotation"},
     {.name = "element", .type = FLESH_KEY_CHOICE, AT(element), .choices = elements, .default_value = "",
-     .doc = "instead of body.element"},
+     .doc = "element, instead of body.element"},
     {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",
-     .children = flesh_material_table, .doc = "instead of body.material"},
+     .children = flesh_material_table, .doc = "material, instead of body.material"},
     {.name = "velocity", .type = FLESH_KEY_VECTOR, AT(velocity), .unit = "m/s", .default_value = "",
-     .doc = "at the start, instead of start.velocity"},
+     .doc = "velocity at the start, instead of start.velocity"},
     {.name = NULL},
 };
 #undef AT
@@ -196,15 +195,15 @@ static const flesh_key time_table[] = {
      AT(time.method),
      .choices = flesh_method_names,
      .default_value = "backward-euler",
-     .doc = FLESH_METHOD_LIST(METHOD_DOC) "adaptive: runge-kutta with adaptive: true, which needs the least work for "
-            "an error; a scene without inertia is always static"},
+     .doc = FLESH_METHOD_LIST(METHOD_DOC) "adaptive: runge-kutta with adaptive: true, the least work for a given "
+            "error; a scene without inertia is always static"},
     {.name = "step",
      .type = FLESH_KEY_NUMBER,
      AT(time.step),
      .range = FLESH_RANGE_POSITIVE,
      .unit = "s",
      .default_value = "1/60",
-     .doc = "length of a time step; where errors choose steps, the time between outputs"},
+     .doc = "length of a time step; if errors choose the steps, the time between outputs"},
     {.name = "end",
      .type = FLESH_KEY_NUMBER,
      AT(time.end),
@@ -217,10 +216,10 @@ static const flesh_key time_table[] = {
      AT(time.max_energy_gain),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.5",
-     .doc = "largest spurious energy, beyond the work put in, as a share of the motion's energy (where errors choose steps, of "
-            "no less than that of errors within the tolerance, which is much in slow stiff bodies): above it the run ends with "
-            "exit code 8; from 0.05 on there is a warning; fixed steps of order 2 or 3 are cut where they would gain more "
-            "than a fiftieth of it in all; 1e300 switches this off"},
+     .doc = "largest spurious energy, beyond the work put in, as a share of the motion's energy (if errors choose "
+            "the steps, of at least the energy of errors within the tolerance, which is much in slow stiff bodies): "
+            "above it the run ends with exit code 8; from 0.05 on there is a warning; fixed steps of order 2 or 3 "
+            "are cut if they would gain more than a fiftieth of it in all; 1e300 switches this off"},
 #define METHOD_OPTION(name_, value, least, most, range, doc_)                                                          \
   {.name = #name_, .type = FLESH_KEY_NUMBER, AT(time.options.name_), .default_value = #value, .doc = doc_},
     FLESH_METHOD_OPTION_LIST(METHOD_OPTION)
@@ -230,20 +229,20 @@ static const flesh_key time_table[] = {
      AT(time.table),
      .choices = flesh_table_names,
      .default_value = "auto",
-     .doc = "of runge-kutta: " FLESH_TABLE_LIST(TABLE_DOC) "all are L-stable and damp what steps do not resolve"},
+     .doc = "table of runge-kutta: " FLESH_TABLE_LIST(TABLE_DOC) "all are L-stable and damp what steps do not resolve"},
     {.name = "tolerance",
      .type = FLESH_KEY_NUMBER,
      AT(time.adaptive.tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "",
-     .doc = "the error of positions to aim at, as a share of the body's longest side, where errors choose steps; 1e-4 "
-            "where it is absent"},
+     .doc = "error of positions to aim at if errors choose the steps, as a share of the body's longest side. "
+            "Default: 1e-4"},
     {.name = "adaptive",
      .type = FLESH_KEY_BOOLEAN,
      AT(time.controlled),
      .default_value = "",
-     .doc = "true: the local error chooses the steps, of all methods but midpoint, static, and ida, which "
-            "always chooses its own. Default: true for runge-kutta with a tolerance"},
+     .doc = "true: the local error chooses the steps, for all methods except midpoint, static, and ida, which always "
+            "chooses its own. Default: true for runge-kutta with a tolerance"},
     {.name = "max_order",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_order),
@@ -257,13 +256,13 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "s",
      .default_value = ".inf",
-     .doc = "longest internal step of steps that errors choose"},
+     .doc = "longest internal step if errors choose the steps"},
     {.name = "max_steps",
      .type = FLESH_KEY_INTEGER,
      AT(time.adaptive.max_steps),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "100000",
-     .doc = "internal steps between two outputs, of steps that errors choose, before the run gives up"},
+     .doc = "internal steps between two outputs before the run gives up, if errors choose the steps"},
     {.name = NULL},
 };
 #undef METHOD_DOC
@@ -282,7 +281,7 @@ static const flesh_key start_table[] = {
      AT(start.velocity),
      .unit = "m/s",
      .default_value = "[0, 0, 0]",
-     .doc = "of all nodes at the start, from the rest shape"},
+     .doc = "velocity of all nodes at the start, from the rest shape"},
     {.name = NULL},
 };
 #undef AT
@@ -304,16 +303,16 @@ const flesh_key flesh_scene_table[] = {
      .default_value = "",
      .children = other_table,
      .child_size = sizeof(flesh_scene_other),
-     .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material "
-            "and a velocity of its own; what acts on the body acts on them as well, unless it is "
-            "for a selection. Without an effect contact between them bodies pass through each other, and each through itself"},
+     .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material and a velocity of "
+            "its own; what acts on the body acts on them as well, unless it has a selection. Without an effect "
+            "contact between them bodies pass through each other, and each through itself"},
     {.name = "effects",
      .type = FLESH_KEY_EFFECTS,
      .list = &flesh_effect_key_list,
      .offset = offsetof(flesh_scene_keys, effects),
      .default_value = "[]",
-     .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "
-            "none; the same name may stand several times, but for inertia and elasticity"},
+     .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" if it needs none; the same name "
+            "may stand several times, except inertia and elasticity"},
     {.name = "time",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_scene_keys, time),

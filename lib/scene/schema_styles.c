@@ -13,8 +13,8 @@ static const char introduction[] = "A number may be written as a fraction a/b (1
                                    "(the first effect of that name, appended when there is none), "
                                    "`effects.pin[1].until=2` (the second pin),\n"
                                    "`effects[3].pin.until=2` (the fourth effect). The value is "
-                                   "YAML; `null` takes the key, item or effect away.\n"
-                                   "Several apply in their order.\n";
+                                   "YAML; `null` removes the key, item or effect.\n"
+                                   "Several overrides apply in order.\n";
 
 static void markdown_introduction(flesh_text *text) { flesh_text_print(text, "# Keys of a scene\n\n%s", introduction); }
 

@@ -14,9 +14,9 @@
 #include "mesh/split_part.h"
 
 const flesh_key flesh_sphere_keys[] = {
-    {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},
+    {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "centre of the sphere"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = 3 * sizeof(double),
-     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .doc = "of the sphere"},
+     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .doc = "radius of the sphere"},
     {0}};
 
 static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }

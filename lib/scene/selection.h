@@ -30,8 +30,8 @@ extern const flesh_key flesh_sphere_keys[];
   {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
    .default_value = "",                                                                            \
    .doc = "nodes by number, from 0 in the mesh file's order, and those that body.element or "       \
-          "body.refine puts between them; where there are bodies, numbers count on from body to "   \
-          "body, over nodes put between too, so that refining one shifts the next: a box or set does not"}, \
+          "body.refine puts between them; with several bodies, numbers continue from body to body, " \
+          "new nodes included, so that refining shifts those of the next: a box or set does not"}, \
   {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
    .default_value = "", .doc = "nodes of the tets with these region tags"},             \
   {.name = "set", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.set),              \

@@ -32,10 +32,10 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-4",
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
-            "the applied load's and the first iterate's; where obstacles, prescribed positions or springs may have "
-            "jumped, and in statics, the first iterate's counts at most as the largest force at the current one: "
-            "of loads, contact, inertia, elements and reactions; for incompressible tets (poisson 0.5) the mean of J is "
-            "within 0.01 times this of 1"},
+            "the applied load and the first iterate's residual; in statics, and if obstacles, prescribed positions "
+            "or springs may have jumped, that residual counts at most as much as the largest force at the current "
+            "iterate: of loads, contact, inertia, elements and reactions; for incompressible tets (poisson 0.5) the "
+            "mean of J is within 0.01 times this of 1"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
@@ -54,22 +54,22 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, max_linear),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "2000",
-     .doc = "iterations per linear solve; where they do not converge a direct factorisation solves, "
-            "unless that costs more"},
+     .doc = "iterations per linear solve; if they do not converge, a direct factorisation solves, unless that costs "
+            "more"},
     {.name = "max_cutbacks",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, max_cutbacks),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "8",
-     .doc = "how often a step or load increment that fails may be halved"},
+     .doc = "how often a failed step or load increment may be halved"},
     {.name = "lag_iterations",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, lag_iterations),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
-     .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
-            "the last solve has left them; 0: once by backward-euler, twice by methods of order 2 and up to four times "
-            "where friction is off by a hundredth; 1: friction uses the normal forces of the step before"},
+     .doc = "most solves of a step, each with friction's normal forces and follower loads as the solve before has "
+            "left them; 0: one for backward-euler, two for methods of order 2 and up to four if friction is off by a "
+            "hundredth; 1: friction uses the normal forces of the previous step"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),
@@ -82,20 +82,20 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, preconditioner),
      .choices = flesh_preconditioner_names,
      .default_value = "auto",
-     .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: ic and a coarse level, displacements that "
-            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; "
-            "volume-projection: projects the stiff volume terms of tet10-mean out and preconditions the rest as auto "
-            "does; auto: two-level, or ic on meshes of a few hundred nodes, with volume-projection where Poisson's "
-            "ratio is 0.493 or more, in statics 0.489"},
+     .doc = "preconditioner of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: ic and a coarse level, "
+            "displacements that are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal "
+            "blocks; none; volume-projection: projects the stiff volume terms of tet10-mean out and preconditions "
+            "the rest as auto does; auto: two-level, or ic on meshes of a few hundred nodes, with volume-projection "
+            "from a Poisson's ratio of 0.493 on, in statics from 0.489 on"},
     {.name = "eigenvalue_filter",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, eigenvalue_filter),
      .choices = eigenvalue_filters,
      .default_value = "auto",
-     .doc = "what becomes of negative eigenvalues of the elements' Hessians, where the true Hessian is indefinite: "
-            "clamp: zero; absolute: their absolute values; trust-region: zero after a filtered step whose decrease "
-            "was predicted to 1 %, else absolute; auto: the same in dynamics, absolute in statics; none: they stay; "
-            "with -always: in every iteration"},
+     .doc = "treatment of negative eigenvalues of the elements' Hessians if the true Hessian is indefinite: clamp: "
+            "zero; absolute: their absolute values; trust-region: zero after a filtered step whose decrease was "
+            "predicted to 1 %, else absolute; auto: the same in dynamics, absolute in statics; none: they stay; with "
+            "-always: in every iteration"},
     {.name = "line_search",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, line_search),

@@ -94,7 +94,7 @@ static int token_text(const builder *b, struct fy_token *token, const char **cop
     if (bytes && code) continue;
     int line = 1, column = 1;
     token_place(token, 1, &line, &column);
-    return fail_at(b, line, column, "an escape in these quotes is not a character of a text");
+    return fail_at(b, line, column, "an escape in these quotes makes a character that no text has");
   }
   *copy = flesh_arena_text(b->arena, text ? text : "", size);
   return *copy ? FLESH_OK : flesh_no_memory_for(b->source->name);
@@ -148,7 +148,7 @@ static int take_key(builder *b, struct fy_token *token, int quoted)
   }
   if (top->node->count >= MAX_KEYS) {
     snprintf(sentence, sizeof sentence,
-             "a mapping of more than %d keys; no mapping of a scene has as many", MAX_KEYS);
+             "a mapping of more than %d keys; a mapping of a scene has at most as many", MAX_KEYS);
     return fail_at(b, top->key_line, top->key_column, sentence);
   }
   return FLESH_OK;
@@ -223,7 +223,7 @@ static int height(const flesh_node *node)
 static int too_deep(const builder *b, int line, int column)
 {
   char sentence[96];
-  snprintf(sentence, sizeof sentence, "nested deeper than %d levels; no scene is", MAX_DEPTH);
+  snprintf(sentence, sizeof sentence, "nested deeper than %d levels; a scene has at most as many", MAX_DEPTH);
   return fail_at(b, line, column, sentence);
 }
 

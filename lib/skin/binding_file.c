@@ -65,13 +65,13 @@ static int read_identity(flesh_scanner *s, const char *word, const char *of, con
   if (!status) status = flesh_scan_row_end(s);
   if (status) return status;
   if (found[0] != counts[0] || found[1] != counts[1])
-    return flesh_scan_fail(s, "the binding is of a %s of %lld %s and %lld %s; %s has %d and %d",
+    return flesh_scan_fail(s, "the binding is for a %s of %lld %s and %lld %s; %s has %d and %d",
                            word, (long long)found[0], name[0], (long long)found[1], name[1], of,
                            counts[0], counts[1]);
   if (found_hash != hash)
     return flesh_scan_fail(s,
-                           "the binding is of another %s of the same size (hash %016llx, here "
-                           "%016llx); bind anew",
+                           "the binding is for another %s of the same size (hash %016llx, here "
+                           "%016llx); bind again",
                            word, (unsigned long long)found_hash, (unsigned long long)hash);
   return FLESH_OK;
 }

@@ -117,7 +117,7 @@ what_is_wrong_is_said() {
   expect 3 "$flesh" skin bind bar.msh none.obj --out b.txt && has stderr.txt 'none.obj: cannot be opened' || return 1
   [ ! -e b.txt ] || return 1
   expect 3 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh fine.msh --out x &&
-    has stderr.txt 'binding.txt:2: the binding is of a mesh of 63 nodes' || return 1
+    has stderr.txt 'binding.txt:2: the binding is for a mesh of 63 nodes' || return 1
   expect 3 "$flesh" skin apply binding.txt skin.obj data --out x && has stderr.txt 'no such folder of a run' || return 1
   expect 2 "$flesh" run bar.yaml --set 'output.skin.formats=[obj, stl]' &&
     has stderr.txt 'it must be a list of some of obj, pc2, vtu' || return 1

@@ -11,7 +11,7 @@
 #define NODE     "4 3 0 0\n0 0 0 0\n1 1 0 0\n2 0 1 0\n3 0 0 1\n"
 #define ELE      "1 4 0\n0 0 1 2 3\n"
 
-#define SOLIDS "elements that fill a volume and are no tets (hexahedra, prisms, pyramids):"
+#define SOLIDS "solid elements that are not tets (hexahedra, prisms, pyramids):"
 
 typedef struct bad_file {
   const char *name, *text;

@@ -191,7 +191,7 @@ static void frames_read_back(void)
   CHECK_TEXT(flesh_error_text(), "f.vtu: the frame has 3 points; the mesh has 4 nodes");
   static const char *const missing[] = {"pressure"};
   CHECK(flesh_vtu_read(in_folder("f.vtu"), 3, 1, missing, targets) == FLESH_ERR_FILE);
-  CHECK_TEXT(flesh_error_text(), "no whole array 'pressure' of vectors");
+  CHECK_TEXT(flesh_error_text(), "no complete array 'pressure' of vectors");
   const double times[] = {0, 1 / 3.};
   const char *const files[] = {"f.vtu", "g&h.vtu"};
   flesh_pvd index = {0};
@@ -200,14 +200,14 @@ static void frames_read_back(void)
   CHECK(index.count == 2 && index.times[1] == 1 / 3. && !strcmp(index.names[0], "f.vtu"));
   flesh_pvd_clear(&index);
   CHECK(flesh_pvd_read(in_folder("f.vtu"), &index) == FLESH_ERR_FILE);
-  CHECK_TEXT(flesh_error_text(), "this is no .pvd");
+  CHECK_TEXT(flesh_error_text(), "this is not a .pvd");
   static const char *const wrong[] = {"1e666", "nan", "", "soon", "1s"};
   for (int k = 0; k < 5; k++) {
     FILE *stream = fopen(in_folder("wrong.pvd"), "w");
     fprintf(stream, "<VTKFile type=\"Collection\">\n<DataSet timestep=\"%s\" file=\"f.vtu\"/>\n", wrong[k]);
     fclose(stream);
     CHECK(flesh_pvd_read(in_folder("wrong.pvd"), &index) == FLESH_ERR_FILE);
-    CHECK_TEXT(flesh_error_text(), "no time in seconds");
+    CHECK_TEXT(flesh_error_text(), "not a time in seconds");
     flesh_pvd_clear(&index);
   }
 
@@ -227,7 +227,7 @@ static void frames_read_back(void)
     memset(got, 0, sizeof got);
     CHECK(flesh_vtu_read(in_folder("made.vtu"), 3, 1, names, targets) == (whole ? FLESH_OK : FLESH_ERR_FILE));
     if (whole) CHECK(!memcmp(got, x, sizeof x));
-    else CHECK_TEXT(flesh_error_text(), "no whole array 'Points'");
+    else CHECK_TEXT(flesh_error_text(), "no complete array 'Points'");
   }
   CHECK(flesh_vtu_length_size(&content) == 4);
   flesh_vtu large = content;

@@ -64,7 +64,7 @@ static void missing_overrides_are_refused(void)
 {
   flesh_scene *scene;
   CHECK(flesh_scene_read_text("title: none", "none.yaml", 2, NULL, &scene) == FLESH_ERR_ARGUMENT && !scene);
-  CHECK_TEXT(flesh_error_text(), "there are to be 2 overrides");
+  CHECK_TEXT(flesh_error_text(), "the count is 2 overrides");
 }
 
 int main(int argc, char **argv)

@@ -298,12 +298,12 @@ static void bindings_are_saved_and_checked(void)
   flesh_skin_destroy(&again);
 
   CHECK(flesh_skin_read(path, fine, surface, &again) == FLESH_ERR_FILE);
-  CHECK_TEXT(flesh_error_text(), "binding.txt:2: the binding is of a mesh of 81 nodes and 192 tets; "
+  CHECK_TEXT(flesh_error_text(), "binding.txt:2: the binding is for a mesh of 81 nodes and 192 tets; "
                                  "this mesh has 108 and 288");
   CHECK(flesh_skin_read(path, other, surface, &again) == FLESH_ERR_FILE);
-  CHECK_TEXT(flesh_error_text(), "binding.txt:2: the binding is of another mesh of the same size");
+  CHECK_TEXT(flesh_error_text(), "binding.txt:2: the binding is for another mesh of the same size");
   CHECK(flesh_skin_read(path, mesh, elsewhere, &again) == FLESH_ERR_FILE && !again);
-  CHECK_TEXT(flesh_error_text(), "binding.txt:3: the binding is of another surface");
+  CHECK_TEXT(flesh_error_text(), "binding.txt:3: the binding is for another surface");
 
   size_t size;
   char *text = read_bytes(path, &size), *head = malloc(4096);

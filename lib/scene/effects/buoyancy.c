@@ -7,11 +7,12 @@ typedef struct parameters {
 
 static const flesh_key keys[] = {
     {.name = "level", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, level), .unit = "m",
-     .doc = "of the fluid's surface above the origin, against the acceleration"},
+     .doc = "height of the fluid's surface above the origin, against the acceleration"},
     {.name = "density", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, density),
-     .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3", .default_value = "1000", .doc = "of the fluid"},
+     .range = FLESH_RANGE_POSITIVE, .unit = "kg/m^3", .default_value = "1000", .doc = "density of the fluid"},
     {.name = "acceleration", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, acceleration), .unit = "m/s^2",
-     .default_value = "[0, 0, -9.81]", .doc = "of free fall; the body's own weight is the effect gravity"},
+     .default_value = "[0, 0, -9.81]", .doc = "acceleration of free fall; the body's own weight is the effect "
+                                              "gravity"},
     {0}};
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
@@ -24,8 +25,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_buoyancy = {
     .name = "buoyancy",
-    .doc = "The pressure of a fluid at rest on all surfaces below its level: it lifts by the weight of the fluid that "
-           "is displaced. Hollows within a body are filled as well.",
+    .doc = "The pressure of a fluid at rest on all surfaces below its level: the lift is the weight of the displaced "
+           "fluid. Hollows within a body are filled, too.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{level: 0.6}",

@@ -34,18 +34,18 @@ static const char *const intersecting_names[] = {"refuse", "separate", NULL};
 #define AT(member)                                                                                 \
   .offset = offsetof(parameters, member) - offsetof(parameters, plane)
 static const flesh_key plane_keys[] = {
-    {.name = "point", .type = FLESH_KEY_VECTOR, AT(plane.point), .unit = "m", .doc = "on the plane"},
+    {.name = "point", .type = FLESH_KEY_VECTOR, AT(plane.point), .unit = "m", .doc = "a point on the plane"},
     {.name = "normal", .type = FLESH_KEY_VECTOR, AT(plane.normal), .default_value = "[0, 0, 1]",
-     .doc = "pointing to the side where the body is, of any length"},
+     .doc = "normal of the plane, of any length, pointing to the side where the body is"},
     {0}};
 #undef AT
 
 #define AT(member)                                                                                 \
   .offset = offsetof(parameters, member) - offsetof(parameters, sphere)
 static const flesh_key sphere_keys[] = {
-    {.name = "centre", .type = FLESH_KEY_VECTOR, AT(sphere.centre), .unit = "m", .doc = "of the ball"},
+    {.name = "centre", .type = FLESH_KEY_VECTOR, AT(sphere.centre), .unit = "m", .doc = "centre of the ball"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, AT(sphere.radius), .range = FLESH_RANGE_POSITIVE,
-     .unit = "m", .doc = "of the ball"},
+     .unit = "m", .doc = "radius of the ball"},
     {0}};
 #undef AT
 
@@ -57,7 +57,7 @@ static const flesh_key capsule_keys[] = {
     {.name = "to", .type = FLESH_KEY_VECTOR, AT(capsule.to), .unit = "m",
      .doc = "other end of its axis"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, AT(capsule.radius), .range = FLESH_RANGE_POSITIVE,
-     .unit = "m", .doc = "around its axis"},
+     .unit = "m", .doc = "radius around the axis"},
     {0}};
 #undef AT
 
@@ -70,8 +70,8 @@ static const flesh_key keys[] = {
     {.name = "capsule", .type = FLESH_KEY_OBJECT, AT(capsule), .default_value = "",
      .children = capsule_keys, .doc = "a rod with round ends"},
     {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .default_value = "",
-     .doc = "file of a surface (.obj, .ply or .stl), or of a tetrahedral mesh whose surface is the obstacle; closed or "
-            "open, it is met from both sides"},
+     .doc = "file of a surface (.obj, .ply or .stl), or of a tetrahedral mesh whose surface is the obstacle; closed "
+            "or open; contact acts from both sides"},
     {.name = "between", .type = FLESH_KEY_TREE, AT(between), .default_value = "",
      .doc = "bodies that touch each other, in place of an obstacle: all (each other and themselves), self (each "
             "itself), or a list of pairs of names [[a, b], [a, a]]"},
@@ -81,13 +81,13 @@ static const flesh_key keys[] = {
             "ignore contact between them until they are apart"},
     {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
-     .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
+     .doc = "keyframes of the obstacle; before the first and after the last it rests"},
     {.name = "centre", .type = FLESH_KEY_VECTOR, AT(centre), .unit = "m",
-     .default_value = "[0, 0, 0]", .doc = "of the motion's rotations"},
+     .default_value = "[0, 0, 0]", .doc = "centre of the motion's rotations"},
     FLESH_INTERPOLATION_KEY(offsetof(parameters, interpolation), "keyframes", "keyframe"),
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, AT(stiffness), .range = FLESH_RANGE_POSITIVE,
      .unit = "Pa", .default_value = "",
-     .doc = "of the barrier. Default: three times the body's largest shear modulus mu"},
+     .doc = "stiffness of the barrier. Default: three times the body's largest shear modulus mu"},
     {.name = "adaptive", .type = FLESH_KEY_BOOLEAN, AT(adaptive), .default_value = "false",
      .doc = "between bodies: the stiffness follows the pressures from step to step, so that most gaps are near half of "
             "the thickness"},
@@ -96,7 +96,8 @@ static const flesh_key keys[] = {
      .doc = "distance at which the barrier begins. Default: 1/20 of the mean edge of the body's "
             "surface"},
     {.name = "friction", .type = FLESH_KEY_NUMBER, AT(friction), .range = FLESH_RANGE_NOT_NEGATIVE,
-     .default_value = "0", .doc = "Coulomb's coefficient; in statics, friction acts only against moving obstacles"},
+     .default_value = "0", .doc = "Coulomb's friction coefficient; in statics, friction acts only against moving "
+                                  "obstacles"},
     {.name = "slip_speed", .type = FLESH_KEY_NUMBER, AT(slip_speed), .range = FLESH_RANGE_POSITIVE,
      .unit = "m/s", .default_value = "1e-3",
      .doc = "speed below which friction is viscous: sticking contact slides more slowly than this"},

@@ -14,17 +14,18 @@ static_assert(sizeof stiffnesses / sizeof *stiffnesses == FLESH_STIFFNESS_CURREN
 static const flesh_key keys[] = {
     {.name = "mass", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, mass),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "1/s", .default_value = "0",
-     .doc = "a of r = a M v: damping ratio a/(2 w) of a mode of angular frequency w; brakes rigid motion too"},
+     .doc = "coefficient a of r = a M v: damping ratio a/(2 w) for a mode of angular frequency w; brakes rigid "
+            "motion, too"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "s", .default_value = "0",
-     .doc = "b of r = b K v: damping ratio b w/2 of a mode of angular frequency w, the largest for fast modes; "
-            "beyond poisson 0.45 K has the bulk part of 0.45, so that strains that keep the volume are damped as at 0.5"},
+     .doc = "coefficient b of r = b K v: damping ratio b w/2 for a mode of angular frequency w, the largest for fast "
+            "modes; above poisson 0.45, K has the bulk part of 0.45, so that strains that keep the volume are damped "
+            "as at 0.5"},
     {.name = "stiffness_at", .type = FLESH_KEY_CHOICE, .offset = offsetof(parameters, stiffness_at),
      .choices = stiffnesses, .default_value = "initial",
-     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the "
-            "step before (of "
-            "the same step in the second solve that methods of order 2 make of it), with negative curvature taken out, so "
-            "that it always dissipates"},
+     .doc = "stiffness K: initial, of the rest shape, is cheap, but brakes a body that has turned; current, of the "
+            "previous step (of the same step in the second solve that methods of order 2 make), with negative "
+            "curvature removed, always dissipates"},
     {0}};
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
@@ -37,9 +38,9 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_damping = {
     .name = "damping",
-    .doc = "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
-     "methods that damp by themselves add to it. All of it brakes turning, by the current stiffness by an "
-     "amount of the order of the step; the effect viscosity does not.",
+    .doc = "Rayleigh damping: forces against velocity in proportion to mass and stiffness. It adds to the damping of "
+           "backward Euler and other methods that damp by themselves. All of it brakes turning, with the current "
+           "stiffness by an amount of the order of the step; the effect viscosity does not.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{mass: 2, stiffness: 0.01, stiffness_at: current}",

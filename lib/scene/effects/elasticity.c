@@ -11,9 +11,8 @@ static const flesh_key keys[] = {
     {.name = "instructions", .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_elasticity_parameters, instructions), .choices = instructions,
      .default_value = "auto",
-     .doc = "vector instructions of the elements, in all of the scene's effects: auto, the best of this "
-            "machine, or always the same ones; results are the same bits with the same ones on the same "
-            "build, else they agree to rounding"},
+     .doc = "vector instructions of the elements, in all of the scene's effects: auto, the best of this machine, or "
+            "always the same ones; the same ones on the same build give the same bits, others agree to rounding"},
     {0}};
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
@@ -25,7 +24,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_elasticity = {
     .name = "elasticity",
-    .doc = "The body's material resists deformation. Present wherever body.material is.",
+    .doc = "The body's material resists deformation. Added to every scene with body.material.",
     .keys = keys,
     .parameters_size = sizeof(flesh_elasticity_parameters),
     .sample = "{}",

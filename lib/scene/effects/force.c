@@ -4,7 +4,7 @@
 static const flesh_key keys[] = {
     FLESH_SELECTION_KEYS(flesh_load_parameters, selection),
     {.name = "force", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_load_parameters, vector), .unit = "N",
-     .doc = "in all, shared evenly by the nodes"},
+     .doc = "total force, shared evenly by the nodes"},
     FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
     {0}};
 

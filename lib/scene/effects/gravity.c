@@ -8,7 +8,7 @@ typedef struct parameters {
 static const flesh_key keys[] = {
     {.name = "acceleration", .type = FLESH_KEY_VECTOR,
      .offset = offsetof(parameters, acceleration), .unit = "m/s^2",
-     .default_value = "[0, 0, -9.81]", .doc = "of free fall"},
+     .default_value = "[0, 0, -9.81]", .doc = "acceleration of free fall"},
     {0}};
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)

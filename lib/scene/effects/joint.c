@@ -25,16 +25,17 @@ static const flesh_key keys[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point), .unit = "m",
      .doc = "position of the joint at rest; for a spring, where the first group is attached"},
     {.name = "axis", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, axis), .unit = "m", .default_value = "",
-     .doc = "of a hinge, at rest, as long as the hinge is, the point in its middle; without axis and to the joint is "
-            "a ball"},
+     .doc = "axis of a hinge at rest, as long as the hinge, with point in its middle; without axis and to the joint "
+            "is a ball"},
     {.name = "to", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, to), .unit = "m", .default_value = "",
-     .doc = "of a spring that begins at point, its other end at rest, which the second group carries along"},
+     .doc = "for a spring that begins at point, its other end at rest, which the second group carries along"},
     {.name = "length", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, length),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
-     .doc = "of a spring, without force; without it the distance from point to to"},
+     .doc = "length of the spring without force. Default: the distance from point to to"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m",
-     .doc = "force per separation, for a hinge half of it at either end of the axis; for a spring, force per stretch"},
+     .doc = "force per separation; for a hinge, half of it at either end of the axis; for a spring, force per "
+            "stretch"},
     {0}};
 
 static int check(const parameters *p)

@@ -19,12 +19,12 @@ typedef struct parameters {
 static const flesh_key passive_keys[] = {
     {.name = "c1", .type = FLESH_KEY_NUMBER, PASSIVE(c1), .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "Pa",
      .default_value = "",
-     .doc = "factor of exp(c2 (l-1)) - 1, l the stretch over the optimal one; 0: none. Default: 0.05 peak_stress of "
-            "blemker, 0.00678 of thelen"},
+     .doc = "factor of exp(c2 (l-1)) - 1, where l is the stretch over the optimal one; 0: no passive part. Default: "
+            "0.05 peak_stress for blemker, 0.00678 peak_stress for thelen"},
     {.name = "c2", .type = FLESH_KEY_NUMBER, PASSIVE(c2), .range = FLESH_RANGE_POSITIVE, .default_value = "",
-     .doc = "exponent. Default: 6.6 of blemker, 8.33 of thelen"},
+     .doc = "exponent. Default: 6.6 for blemker, 8.33 for thelen"},
     {.name = "limit", .type = FLESH_KEY_NUMBER, PASSIVE(limit), .range = FLESH_RANGE_POSITIVE, .default_value = "",
-     .doc = "l - 1 above which it is linear. Default: 0.4 of blemker, 0.6 of thelen"},
+     .doc = "l - 1 above which the tension is linear. Default: 0.4 for blemker, 0.6 for thelen"},
     {0}};
 #undef PASSIVE
 
@@ -36,28 +36,29 @@ static const char *const curve_names[] = {FLESH_FIBRE_CURVE_LIST(CURVE_NAME) NUL
 static const flesh_key keys[] = {
     FLESH_TET_SELECTION_KEYS(parameters, selection),
     {.name = "fibres", .type = FLESH_KEY_OBJECT, AT(fibres), .children = flesh_fibre_field_keys,
-     .doc = "their direction in each tet at rest: one of direction, file or along"},
+     .doc = "direction of the fibres in each tet at rest: one of direction, file or along"},
     {.name = "activation", .type = FLESH_KEY_OBJECTS, AT(activation.points), .default_value = "",
      .children = flesh_curve_keys, .child_size = sizeof(flesh_curve_point),
-     .doc = "active part in time, 0 to 1; constant before the first and after the last point; without it 1"},
+     .doc = "activation over time, 0 to 1; constant before the first and after the last point. Default: 1"},
     FLESH_INTERPOLATION_KEY(offsetof(parameters, activation.interpolation), "the activation's points", "point"),
     {.name = "from", .type = FLESH_KEY_NUMBER, AT(activation.from), .unit = "s", .default_value = "-.inf",
      .doc = "start of the activation"},
     {.name = "until", .type = FLESH_KEY_NUMBER, AT(activation.until), .unit = "s", .default_value = ".inf",
-     .doc = "its end; it is active while from <= t < until, the passive part is always there"},
+     .doc = "end of the activation; the fibres are active while from <= t < until, their passive part always acts"},
     {.name = "peak_stress", .type = FLESH_KEY_NUMBER, AT(peak_stress), .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "Pa",
-     .doc = "along the fibres at full activation and optimal stretch, per area of the deformed shape; 0: no active part "
-            "(a tendon)"},
+     .doc = "stress along the fibres at full activation and optimal stretch, per area of the deformed shape; 0: no "
+            "active part (a tendon)"},
     {.name = "optimal_stretch", .type = FLESH_KEY_NUMBER, AT(optimal_stretch), .range = FLESH_RANGE_POSITIVE,
-     .default_value = "1", .doc = "of the fibres, at which they are strongest and above which they resist passively"},
+     .default_value = "1", .doc = "stretch at which the fibres are strongest, and above which they resist passively"},
     {.name = "curve", .type = FLESH_KEY_CHOICE, AT(curve), .choices = curve_names, .default_value = "blemker",
-     .doc = "of the tension over the stretch: blemker (Blemker, Pinsky & Delp 2005) or thelen (Thelen 2003)"},
+     .doc = "curve of the tension over the stretch: blemker (Blemker, Pinsky & Delp 2005) or thelen (Thelen 2003)"},
     {.name = "max_shortening_velocity", .type = FLESH_KEY_NUMBER, AT(max_shortening_velocity),
      .range = FLESH_RANGE_POSITIVE, .unit = "1/s", .default_value = "",
-     .doc = "in optimal lengths, at which fully active fibres no longer pull; they pull up to 1.4 times as hard when "
-            "they are stretched (Thelen 2003; 10 in young adults). Without it the tension does not depend on the speed"},
+     .doc = "speed, in optimal lengths, at which fully active fibres no longer pull; when stretched, they pull up to "
+            "1.4 times as hard (Thelen 2003; 10 in young adults). Without it the tension does not depend on the "
+            "speed"},
     {.name = "passive", .type = FLESH_KEY_OBJECT, AT(passive), .default_value = "", .children = passive_keys,
-     .doc = "tension of stretched fibres at rest"},
+     .doc = "tension of stretched fibres that are not active"},
     {0}};
 #undef AT
 
@@ -85,8 +86,9 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 const flesh_effect_row flesh_effect_row_muscle = {
     .name = "muscle",
     .doc = "Fibres that pull along themselves: an activation times the active part of a force-stretch curve, and a "
-           "passive part. They resist neither compression nor shear, which is the material's part. The active tension "
-           "may depend on the speed. What a change of the activation puts in at a fixed shape is external work.",
+           "passive part. They resist neither compression nor shear, which is the material's part. The active "
+           "tension may depend on the speed. The energy that a change of the activation adds at a fixed shape is "
+           "external work.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     /* Strains away from the joints of the curve, near which finite differences are less exact. */

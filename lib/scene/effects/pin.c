@@ -26,8 +26,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_pin = {
     .name = "pin",
-    .doc = "Nodes, or single components of them, constrained to their rest positions. Where several pins and "
-     "prescribed motions constrain a component at a time, the last of them counts.",
+    .doc = "Nodes, or single components of them, constrained to their rest positions. If several pins and prescribed "
+           "motions constrain a component at the same time, the last of them applies.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}",

@@ -16,9 +16,9 @@ static const flesh_key keys[] = {
     FLESH_AXES_KEY(parameters),
     {.name = "motion", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, motion),
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
-     .doc = "keyframes; before the first and after the last the nodes hold still"},
+     .doc = "keyframes; before the first and after the last the nodes rest"},
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, centre),
-     .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
+     .unit = "m", .default_value = "[0, 0, 0]", .doc = "centre of the rotations"},
     FLESH_INTERPOLATION_KEY(offsetof(parameters, interpolation), "keyframes", "keyframe"),
     FLESH_INTERVAL_KEYS(parameters),
     {0}};

@@ -13,8 +13,8 @@ static const flesh_key keys[] = {
     FLESH_SELECTION_KEYS(parameters, selection),
     {.name = "pressure", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, pressure),
      .unit = "Pa",
-     .doc = "on the deformed surface, > 0 pushes into the body; a surface triangle is chosen by all three of its "
-            "nodes, or by the region of its tet"},
+     .doc = "pressure on the deformed surface, > 0 pushes into the body; a surface triangle is chosen by all three "
+            "of its nodes, or by the region of its tet"},
     FLESH_AMPLITUDE_KEYS(parameters, amplitude),
     {0}};
 
@@ -33,9 +33,9 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 const flesh_effect_row flesh_effect_row_pressure = {
     .name = "pressure",
     .doc = "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
-     "is conservative. On an open surface the terms of its rim are lagged: backward Euler takes them from the previous "
-     "state, methods of order 2 solve every step twice for them and keep their order; statics and ida "
-     "take them as they are. Their work is in no energy.",
+           "is conservative. On an open surface the terms of its rim are lagged: backward Euler takes them from the "
+           "previous state, methods of order 2 solve every step twice for them and keep their order; statics and ida "
+           "do not lag them. The work of these terms is not part of any energy.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, amplitude: [{time: 0, value: 0.5}, {time: 1, value: 1}], "

@@ -7,11 +7,12 @@ typedef struct parameters {
 
 static const flesh_key keys[] = {
     {.name = "rate", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, rate),
-     .range = FLESH_RANGE_POSITIVE, .unit = "1/s", .doc = "at which velocities decay while it is on"},
+     .range = FLESH_RANGE_POSITIVE, .unit = "1/s", .doc = "rate at which velocities decay while the damping is on"},
     {.name = "speed", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, speed),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m/s", .default_value = "0",
-     .doc = "it is on while the body's root mean square speed at the step's start (with solver.lag_iterations above 1, at its "
-            "end) is above this, fades below and is off below half of it; 0: on at any speed"},
+     .doc = "speed above which the damping is on: the body's root mean square speed at the step's start (with "
+            "solver.lag_iterations above 1, at its end); it fades below this and is off below half of it; 0: on at "
+            "any speed"},
     FLESH_INTERVAL_KEYS(parameters),
     {0}};
 

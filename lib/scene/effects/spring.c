@@ -10,9 +10,9 @@ typedef struct target {
 
 static const flesh_key target_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(target, t), .unit = "s",
-     .doc = "time of the keyframe; times must ascend"},
+     .doc = "time of the keyframe; times rise"},
     {.name = "position", .type = FLESH_KEY_VECTOR, .offset = offsetof(target, position),
-     .unit = "m", .doc = "of the target"},
+     .unit = "m", .doc = "position of the target"},
     {0}};
 
 typedef struct parameters {
@@ -23,15 +23,15 @@ typedef struct parameters {
 
 static const flesh_key keys[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point),
-     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates; outside the body its "
-            "nearest surface point"},
+     .unit = "m", .doc = "point of the body where the spring is attached, in rest coordinates; outside the body, the "
+                         "nearest point of its surface"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, radius),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
-     .doc = "within which nodes carry the point, with weights that fall off smoothly, so that refining the mesh changes "
-            "little; without it a twentieth of the longest side of the body's box; it must hold at most 1200 nodes. 0: "
-            "at the point alone, which digs a deeper dent in a finer mesh"},
+     .doc = "distance within which nodes carry the point, with weights that fall off smoothly, so that refining the "
+            "mesh changes little; it must hold at most 1200 nodes. Default: a twentieth of the longest side of the "
+            "body's box. 0: the point alone, which digs a deeper dent in a finer mesh"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
-     .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring in all"},
+     .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "stiffness of the whole spring"},
     {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, target),
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
@@ -59,8 +59,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_spring = {
     .name = "spring",
-    .doc = "A spring from a point of the body, which nodes around carry, to a moving target: the mouse pull. It does not "
-           "resist turning.",
+    .doc = "A spring from a point of the body, carried by the nodes around it, to a moving target, as for pulling "
+           "with a mouse. It does not resist turning.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",

@@ -20,20 +20,20 @@ typedef struct parameters {
 
 static const flesh_key keys[] = {
     {.name = "bodies", .type = FLESH_KEY_TREE, .offset = offsetof(parameters, bodies), .default_value = "",
-     .doc = "the names of two bodies, [a, b]: where their surfaces face each other within the distance they are tied; "
-            "the weld is integrated over that of a, so that it should be the finer one"},
+     .doc = "names of two bodies, [a, b], which are tied where their surfaces face each other within the distance; "
+            "the weld is integrated over the surface of a, which should be the finer one"},
     {.name = "first", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, first), .children = side_keys,
      .default_value = "",
-     .doc = "in place of bodies, one surface: its triangles, chosen by all three of their nodes, by region or body; the "
-            "weld is integrated over it, so that it should be the finer or the smaller one"},
+     .doc = "in place of bodies, one surface: triangles chosen by all three of their nodes, by region or body; the "
+            "weld is integrated over it, so it should be the finer or the smaller one"},
     {.name = "second", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, second), .children = side_keys,
      .default_value = "", .doc = "the other surface"},
     {.name = "distance", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, distance),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "1e-6",
-     .doc = "within which surfaces that face each other are tied at rest, apart or overlapping"},
+     .doc = "distance within which surfaces that face each other are tied at rest, apart or overlapping"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa/m", .default_value = "",
-     .doc = "traction over the gap that it opens. Default: 90 mu over the length of an edge, of the softer side"},
+     .doc = "traction over the gap that it opens. Default: 90 mu over the edge length, of the softer side"},
     {.name = "breaks_at", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, breaks_at),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa", .default_value = "",
      .doc = "each common part of two triangles breaks when sqrt(tension^2 + shear^2) exceeds this at the end of a step; "
@@ -93,7 +93,7 @@ static int bearers(const void *values, const flesh_body *body, int *count, int *
 
 const flesh_effect_row flesh_effect_row_weld = {
     .name = "weld",
-    .doc = "Ties two surfaces that lie on each other, of meshes that need not match. Momentum, angular momentum and "
+    .doc = "Ties two surfaces that lie on each other; their meshes need not match. Momentum, angular momentum and "
            "constant stress pass from one to the other.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
