@@ -115,7 +115,7 @@ static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_re
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* Computes the neo-Hookean form `energy`; leaves other forms to the caller. */
+/* Computes the neo-Hookean form `energy`; nothing for other forms. */
 static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, int with_value,
                                   flesh_real I_C, flesh_real J, flesh_psi_real *psi)
 {
@@ -198,7 +198,7 @@ static inline double flesh_psi_largest(const flesh_material *m)
   return m->energy == FLESH_ENERGY_FUNG ? FLESH_EXPONENTIAL_LARGEST / m->exponent : INFINITY;
 }
 
-/* Computes the stiffening form `energy`; leaves other forms to the caller. */
+/* Computes the stiffening form `energy`; nothing for other forms. */
 static inline void flesh_psi_stiffening_form(flesh_energy energy, const flesh_material *m, int with_value,
                                              flesh_real I_C, flesh_real J, flesh_psi_real *psi)
 {

@@ -259,9 +259,10 @@ static int has_pressures(const flesh_scene *scene)
   return some;
 }
 
-/* Adds the effect or constraint of the entry to the system. Ranks other than the first, and all ranks of a split mesh,
- * skip effects that sum over tets, as their own systems make these (share.c); nobody observes this system there.
- * entry->found: number of nodes or triangles that a selection found in this part of a split mesh. */
+/* Adds the effect or constraint of the entry to the system. Ranks other than the first (if no tets are incompressible),
+ * and all ranks of a split mesh, skip effects that sum over tets, as their own systems make these (share.c); nobody
+ * observes this system there. entry->found: number of nodes or triangles that a selection found in this part of a split
+ * mesh. */
 static int add_entry(flesh_scene *scene, flesh_effect_entry *entry)
 {
   flesh_split_part *split = scene->mesh->split;
