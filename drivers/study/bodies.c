@@ -1,4 +1,4 @@
-/* bodies.c: pictures of the bodies of a study's cases, by the tables that its SQL has made. */
+/* bodies.c: draws the bodies of a study's cases as the tables that its SQL has made ask for. */
 #include "study/bodies.h"
 
 #include <math.h>
@@ -13,7 +13,7 @@
 
 /* A panel's body. */
 typedef struct shown {
-  flesh_mesh *mesh; /* owned; NULL: that of the panel before, or none */
+  flesh_mesh *mesh; /* owned; NULL: the previous panel's mesh, or none */
   flesh_body body;
 } shown;
 
@@ -23,16 +23,17 @@ typedef struct gallery {
   int count;
   flesh_picture_panel *panels;
   shown *bodies;
-  flesh_arena arena; /* of all but the meshes */
+  flesh_arena arena; /* owns everything but the meshes */
   flesh_picture_options options;
 } gallery;
 
-/* Into a box about the origin whose side is the body's length: a body that is held about where it rests, another in its
- * middle. Returns by how much it is shown smaller where it is far larger than the picture, 1 or less. */
+/* Moves a body into a box about the origin whose side is the body's length: a body that is held about its place at
+ * rest, another about its own middle. Returns the factor by which a body far larger than the picture is shown smaller,
+ * 1 or less. */
 static double centre(const flesh_mesh_info *info, int is_held, double *x)
 {
-  const double reach = 1.05; /* of a picture, in lengths */
-  double middle[3], largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
+  const double reach = 1.05; /* largest coordinate in a picture, in lengths of the body */
+  double middle[3], largest = 0, length = 0; /* the length is 1 for a block of 2 x 1 x 1 and its diagonal */
   for (int c = 0; c < 3; c++) {
     double low = is_held ? info->low[c] : INFINITY, high = is_held ? info->high[c] : -INFINITY;
     for (int i = 0; i < info->nodes && !is_held; i++) low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
@@ -54,7 +55,8 @@ int flesh_study_is_near(const flesh_mesh_info *info, const double *x)
   return 1;
 }
 
-/* The positions in the first of the row's files that is there; at rest where it names none. In the arena, or NULL. */
+/* Reads the positions from the first of the row's files that exists; those at rest if the row names none. Returns them
+ * in the arena, or NULL. */
 static double *read_positions(gallery *g, sqlite3_stmt *row, const flesh_mesh *mesh)
 {
   const int nodes = flesh_mesh_node_count(mesh);
@@ -68,7 +70,7 @@ static double *read_positions(gallery *g, sqlite3_stmt *row, const flesh_mesh *m
   return NULL;
 }
 
-/* A row of `panels`. `told`: the title says by how much the body is shown smaller. */
+/* Prepares a row of `panels`. `told`: its title says by how much the body is shown smaller. */
 static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
 {
   shown *s = &g->bodies[g->count];
@@ -105,7 +107,7 @@ static void number_of(sqlite3_stmt *row, int column, double *value)
   if (sqlite3_column_type(row, column) != SQLITE_NULL) *value = sqlite3_column_double(row, column);
 }
 
-/* A row of `pictures`, whose panels `query` finds by its name. */
+/* Draws a row of `pictures`; `query` finds its panels by the picture's name. */
 static int draw_picture(const flesh_study *study, const char *out, sqlite3_stmt *row, sqlite3_stmt *query)
 {
   gallery g = {.study = study, .out = out};

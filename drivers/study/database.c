@@ -1,4 +1,4 @@
-/* database.c: opens databases, bounds what their queries may cost, and says in SQLite's words what fails. */
+/* database.c: opens databases, limits the cost of their queries, and reports errors in SQLite's words. */
 #include "study/database.h"
 
 #include <stdarg.h>
@@ -15,9 +15,9 @@
 enum { OPERATIONS_A_LOOK = 100000 };
 static const double OPERATIONS = 1e7, OPERATIONS_PER_BYTE = 1000;
 
-static double looks_left; /* of all databases that are read */
+static double looks_left; /* for all databases that are read, together */
 
-/* 1 ends the query. */
+/* Returns 1 to end the query. */
 static int look(void *data)
 {
   (void)data;

@@ -1,4 +1,4 @@
-/* fields.c: numbers of a struct as JSON, and back. */
+/* fields.c: converts numbers of a struct to JSON and back. */
 #include "study/study.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "cli/json_memory.h"
 #include "cli/options.h"
 
-/* JSON has no infinities. */
+/* Returns the value as JSON, which has no infinities. */
 static json_t *number_json(double value)
 {
   if (isnan(value)) return json_null();
@@ -86,7 +86,7 @@ int flesh_fields_take(const flesh_study_field *fields, const char *study, const 
   snprintf(message, FLESH_STUDY_MESSAGE, "%.*s", FLESH_STUDY_MESSAGE - 1, words ? words : "");
   *crashed_by = json_is_object(found)            ? 0
                 : code > 128                     ? code - 128
-                : code == flesh_exit_code(FLESH_ERR_BUDGET) ? SIGKILL /* it was hung */
+                : code == flesh_exit_code(FLESH_ERR_BUDGET) ? SIGKILL /* it was killed because it hung */
                                                             : -1;
   return FLESH_OK;
 }

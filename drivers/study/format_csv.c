@@ -1,4 +1,4 @@
-/* format_csv.c: tables as CSV. */
+/* format_csv.c: writes tables as CSV. */
 #include "study/csv.h"
 #include "study/formats.h"
 

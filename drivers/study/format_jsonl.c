@@ -1,4 +1,4 @@
-/* format_jsonl.c: tables as JSON Lines: an object for each row. JSON has no infinities. */
+/* format_jsonl.c: writes tables as JSON Lines: an object for each row. JSON has no infinities. */
 #include <math.h>
 #include <stdlib.h>
 

@@ -1,4 +1,4 @@
-/* format_markdown.c: tables of Markdown, whose cells have no line breaks and no bare bars. */
+/* format_markdown.c: writes tables in Markdown, whose cells have no line breaks and no unescaped bars. */
 #include "study/formats.h"
 
 static void print_text(FILE *stream, const char *text)

@@ -1,4 +1,4 @@
-/* formats.c: the rows of a query as a table. */
+/* formats.c: prints the rows of a query as a table. */
 #include "study/formats.h"
 
 #include <stdlib.h>

@@ -1,12 +1,12 @@
-/* formats.h: the formats in which tables of databases are written. Each is a file format_NAME.c that defines
- * flesh_format_NAME, and a row here, which brings the file into the build and the name into --format. */
+/* formats.h: the formats in which tables of databases are written. For each there is a file format_NAME.c, which
+ * defines flesh_format_NAME, and a row here, which adds the file to the build and the name to --format. */
 #ifndef FLESH_STUDY_FORMATS_H
 #define FLESH_STUDY_FORMATS_H
 
 #include <sqlite3.h>
 #include <stdio.h>
 
-/* ROW(name, what it is). */
+/* ROW(name, description). */
 #define FLESH_FORMAT_LIST(ROW) \
   ROW(csv, "CSV with a header (default)") \
   ROW(jsonl, "JSON Lines") \
@@ -20,14 +20,15 @@ typedef struct flesh_format_cell {
 } flesh_format_cell;
 
 typedef struct flesh_format {
-  void (*head)(FILE *stream, int count, const char *const *names); /* NULL: there is none */
+  void (*head)(FILE *stream, int count, const char *const *names); /* NULL: there is no head */
   void (*row)(FILE *stream, int count, const char *const *names, const flesh_format_cell *cells);
 } flesh_format;
 
-/* Prints the rows of a query of the database, which `path` names in sentences. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+/* Prints the rows of a query of a database; `path` names the database in error messages. FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
 int flesh_format_print(const char *path, sqlite3_stmt *query, const flesh_format *format, FILE *stream);
 
-/* Prints a number so that it reads back bit for bit, and nothing for a cell of another kind. */
+/* Prints a number so that it reads back bit for bit; prints nothing for a cell of another kind. */
 void flesh_format_number(FILE *stream, const flesh_format_cell *cell);
 
 #define FLESH_FORMAT_DECLARE(name, doc) extern const flesh_format flesh_format_##name;

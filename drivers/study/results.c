@@ -1,4 +1,4 @@
-/* results.c: what a study's SQL makes of its cases. */
+/* results.c: executes the SQL that turns a study's cases into results. */
 #include "study/results.h"
 
 #include <gsl/gsl_cdf.h>
@@ -18,7 +18,7 @@
 #include "study/formats.h"
 #include "study/csv.h"
 
-/* number(x). */
+/* Implements number(x). */
 static void print_exact(sqlite3_context *context, int count, sqlite3_value **values)
 {
   char text[FLESH_NUMBER_SIZE];
@@ -27,7 +27,7 @@ static void print_exact(sqlite3_context *context, int count, sqlite3_value **val
   sqlite3_result_text(context, flesh_number_text(sqlite3_value_double(values[0]), text), -1, SQLITE_TRANSIENT);
 }
 
-/* number(format, x); cell(format, width, x). */
+/* Implements number(format, x) and cell(format, width, x). */
 static void print_number(sqlite3_context *context, int count, sqlite3_value **values)
 {
   char text[FLESH_TABLE_TEXT] = "-", cell[2 * FLESH_TABLE_TEXT];
@@ -72,7 +72,7 @@ static void write_plot(FILE *stream, int count, sqlite3_value **values)
     if (texts[4 + k]) flesh_plot_label(stream, axes[k], texts[4 + k]);
 }
 
-/* Pieces of scripts. */
+/* Implements the functions that print pieces of scripts. */
 static void print_script(sqlite3_context *context, int count, sqlite3_value **values)
 {
   char *text = NULL;
@@ -94,14 +94,14 @@ static void print_script(sqlite3_context *context, int count, sqlite3_value **va
   free(text);
 }
 
-/* The functions of results.h. */
+/* Registers the functions that results.h describes. */
 static int add_functions(sqlite3 *database)
 {
   static const struct {
     const char *name;
     int count;
     void (*call)(sqlite3_context *, int, sqlite3_value **);
-    piece data; /* of print_script */
+    piece data; /* used by print_script */
   } rows[] = {{"number", 2, print_number, 0}, {"cell", 3, print_number, 0}, {"status_name", 1, print_status, 0},
               {"sign_test", 2, test_signs, 0}, {"number", 1, print_exact, 0}, {"plot", 6, print_script, PLOT},
               {"plot", 7, print_script, PLOT}, {"plot", 8, print_script, PLOT}, {"quoted", 1, print_script, QUOTED},
@@ -114,7 +114,7 @@ static int add_functions(sqlite3 *database)
   return FLESH_OK;
 }
 
-/* The name in the line `-- to NAME` among the comments that the statement begins with; empty: there is none. */
+/* Finds the name in the line `-- to NAME` among the comments at the beginning of the statement; "" if there is none. */
 static void find_target(const char *sql, char name[64])
 {
   *name = 0;
@@ -125,9 +125,9 @@ static void find_target(const char *sql, char name[64])
 typedef struct maker {
   const char *path;
   const flesh_results *to;
-  char *text, name[64]; /* of the words */
+  char *text, name[64]; /* name of the text */
   size_t size;
-  FILE *words; /* NULL: there is to be no text */
+  FILE *words; /* NULL: no text is written */
 } maker;
 
 static int write_table(const maker *m, sqlite3_stmt *query, const char *name)
@@ -151,7 +151,8 @@ static void print_row(FILE *stream, sqlite3_stmt *query, int column)
   fprintf(stream, "%s\n", (const char *)sqlite3_column_text(query, column));
 }
 
-/* A script, which is drawn, or its data: the first column of all rows; with `each` the second one of this row. */
+/* Writes a script, which is drawn, or its data: the first column of all rows; with `each` the second column of this
+ * row. */
 static int write_script(const maker *m, sqlite3_stmt *query, const char *name, const char *suffix, int each)
 {
   flesh_file file;
@@ -176,7 +177,7 @@ static int draw(const maker *m, sqlite3_stmt *query, const char *name, const cha
     status = write_script(m, query, (const char *)sqlite3_column_text(query, 0), suffix, 1);
   if (code == SQLITE_ROW && !status) return write_script(m, query, name, suffix, 0);
   if (code != SQLITE_DONE && !status) return fail_to_read(m, query);
-  if (!each) { /* of an earlier study */
+  if (!each) { /* remove the files of an earlier study */
     flesh_path_unlink(flesh_path("%s/%s%s", m->to->out, name, suffix));
     flesh_path_unlink(flesh_path("%s/%s.png", m->to->out, name));
   }

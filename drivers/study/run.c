@@ -1,4 +1,4 @@
-/* run.c: a study as a command; does the cases of a study, each in a process of its own, and writes each as it ends. */
+/* run.c: implements a study as a command: runs the cases, each in a process of its own, and writes each as it ends. */
 #include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
@@ -20,7 +20,7 @@
 #include "study/results.h"
 #include "study/study.h"
 
-/* How long a case waits for the end of another process in its folder, s. */
+/* Seconds for which a case waits until another process has left its folder. */
 static const double PATIENCE = 5;
 
 typedef struct crew {
@@ -28,21 +28,22 @@ typedef struct crew {
   flesh_study_store *store;
   const flesh_study_options *options;
   flesh_pool *pool;
-  int *running, count; /* numbers of the cases that run */
-  int total, before;   /* cases of the study, and those that were done at the start */
+  int *running, count; /* numbers of the running cases */
+  int total, before;   /* number of cases of the study, and of those already done at the start */
   int done, failed;
   double started, shown;
 } crew;
 
-/* Waits until nobody else fills the case's folder: a case whose study was killed ends a moment after its claim in the
- * database has. Who still holds it then is no part of a study; the case says so. */
+/* Waits until no other process fills the case's folder: the process of a case whose study was killed ends a moment
+ * after its claim in the database does. A process that still holds the folder then does not belong to a study; the case
+ * reports that. */
 static void wait_for(const char *folder)
 {
   flesh_folder_claim claim;
   if (!flesh_folder_claim_take(folder, "flesh", PATIENCE, &claim)) flesh_folder_claim_release(&claim);
 }
 
-/* Clears away what the process of a case left that was killed, and is gone. */
+/* Cleans up after the process of a case that was killed and has ended. */
 static void tidy(const crew *w, int number)
 {
   char *folder = w->study->folder ? w->study->folder(w->study->data, number) : NULL;
@@ -50,7 +51,7 @@ static void tidy(const crew *w, int number)
   free(folder);
 }
 
-/* Sends what the case prints into log.txt of its folder, or nowhere. */
+/* Redirects the output of the case into log.txt of its folder, or discards it. */
 static void direct_output(const char *folder)
 {
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
@@ -62,7 +63,7 @@ static void direct_output(const char *folder)
   dup2(log < 0 ? nowhere : log, STDERR_FILENO);
 }
 
-/* The life of a case's process; the claim in the database is that of the one that has started it. */
+/* Runs in a case's process; the process that has started it holds the claim in the database. */
 static void work(const void *data, int number, flesh_text *answer)
 {
   const flesh_study_work *given = data;
@@ -81,7 +82,7 @@ flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given)
   return (flesh_pool_cases){work, given, given->study->max_seconds};
 }
 
-/* Starts the case, or gives it back. Where no more processes can be had, those that run go on. */
+/* Starts the case, or releases it. If no more processes can be started, the running ones continue. */
 static int begin(crew *w, int number)
 {
   int started = 0;
@@ -114,7 +115,7 @@ static void show_progress(crew *w, int number, const char *ended)
   fflush(stderr);
 }
 
-/* The record of a case whose process reported nothing. */
+/* Returns the record of a case whose process reported nothing. */
 static json_t *silent(const crew *w, const flesh_pool_end *end)
 {
   char message[200];
@@ -132,7 +133,7 @@ static json_t *silent(const crew *w, const flesh_pool_end *end)
                    WIFSIGNALED(ended) ? 128 + WTERMSIG(ended) : 1, "message", message, "result");
 }
 
-/* Writes the row of a case that has ended and takes the next. */
+/* Writes the row of a case that has ended; claims and starts the next. */
 static int collect(crew *w, const flesh_pool_end *end)
 {
   int next = -1, status, place = 0;
@@ -159,7 +160,7 @@ static int collect(crew *w, const flesh_pool_end *end)
   return status;
 }
 
-/* Until nothing is left to be begun and all that runs has ended. */
+/* Runs cases until none is left to start and all running ones have ended. */
 static int run_all(crew *w)
 {
   int status = FLESH_OK, left = 1;
@@ -193,7 +194,7 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
     w.total = flesh_study_store_count(store, NULL);
     if (!w.done) w.before = w.total - flesh_study_store_count(store, "planned") - elsewhere;
     if (!status) status = run_all(&w);
-    /* Another process may have ended meanwhile without having finished its cases. */
+    /* Another process may have ended meanwhile without finishing its cases. */
     if (!status && !flesh_interrupt_signal()) status = flesh_study_store_recover(store, &abandoned, &elsewhere);
     if (!abandoned || flesh_interrupt_signal()) break;
   }
@@ -210,7 +211,7 @@ int flesh_study_run(const flesh_study *study, flesh_study_store *store, const fl
              : FLESH_OK;
 }
 
-/* The study's SQL makes them, and says which bodies are drawn. */
+/* Makes the results with the study's SQL, and draws the bodies that it asks for. */
 static int make_results(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options, int ran,
                         flesh_plot_outcome *made)
 {
@@ -256,7 +257,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   if (!status && study->take) status = flesh_study_store_load(&store, study);
   if (!status) status = flesh_study_run(study, &store, options);
   if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
-  /* Cases that are done are told of in any case. */
+  /* The cases that are done are reported in any case. */
   if (store.claim) status = flesh_study_conclude(study, &store, options, status);
   flesh_study_store_close(&store);
   return status;

@@ -1,4 +1,5 @@
-/* settings.c: reads specs by tables of keys, and keys of scenes that they set; what a scene is, in one short text. */
+/* settings.c: reads specs by tables of keys, and the keys of scenes that specs set; condenses a scene into a
+ * fingerprint. */
 #include "study/settings.h"
 
 #include <sha256.h>
@@ -95,7 +96,7 @@ int flesh_settings_check(const flesh_node *place, const char *scene, int count, 
 {
   int status = flesh_scene_check_keys(scene, count, overrides);
   if (!status) return FLESH_OK;
-  /* The spec's place instead of the words that a command line would have had. */
+  /* Replace the prefix for a command line by the place in the spec. */
   char words[1600], prefix[1600];
   snprintf(words, sizeof words, "%s", flesh_error_text());
   snprintf(prefix, sizeof prefix, "--set %s: ", count ? overrides[count - 1] : "");

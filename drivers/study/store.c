@@ -1,4 +1,4 @@
-/* store.c: the database of a study: making, opening and closing it. */
+/* store.c: creates, opens and closes the database of a study. */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -15,10 +15,10 @@
 #include "run/provenance.h"
 #include "study/tables.h"
 
-/* How long a process waits for another one's transaction. */
+/* Time for which a process waits for another one's transaction. */
 enum { PATIENCE_MS = 60000 };
 
-/* The number of the tables' layout. */
+/* Number of the layout of the tables. */
 static const char format_number[] = "2";
 
 static int open_database(const char *path, int flags, flesh_study_store *store)
@@ -31,7 +31,7 @@ static int open_database(const char *path, int flags, flesh_study_store *store)
   return FLESH_OK;
 }
 
-/* Returns the value of the key in `meta`, as a new text; NULL if it has none, as in a file that is no sweep. */
+/* Finds the value of the key in `meta` as a new text; NULL if it has none, as in a file that is no sweep. */
 static int text_of(flesh_study_store *store, const char *key, char **value)
 {
   sqlite3_stmt *query;
@@ -54,14 +54,15 @@ static int set_meta(flesh_study_store *store, const char *key, const char *value
   return flesh_study_store_execute(store, "INSERT OR REPLACE INTO meta VALUES (%Q, %Q)", key, value);
 }
 
-/* WAL lets readers look on while cases are written; a commit is on the disk before it returns. */
+/* Sets the journal to WAL, with which others can read while cases are written; a commit is on the disk before it
+ * returns. */
 static int prepare_journal(flesh_study_store *store)
 {
   for (int tries = 0;; tries++) {
     int code = sqlite3_exec(store->database, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;", NULL, NULL, NULL);
     if (!code) return FLESH_OK;
     if (code != SQLITE_BUSY || tries == 500) return flesh_study_store_fail(store, "cannot be written");
-    nanosleep(&(struct timespec){0, 20000000}, NULL); /* another process is making it */
+    nanosleep(&(struct timespec){0, 20000000}, NULL); /* another process is creating it */
   }
 }
 
@@ -77,7 +78,7 @@ int flesh_study_store_check(const flesh_study *study)
   return status;
 }
 
-/* Writes what may change when a study is gone on with. */
+/* Writes what may change when a study is resumed. */
 static int set_extent(flesh_study_store *store, const flesh_study *study)
 {
   char count[16];
@@ -101,7 +102,7 @@ static int create(flesh_study_store *store, const flesh_study *study)
   return status;
 }
 
-/* Whether the layout is this program's: NULL is none. */
+/* Checks that the layout is this program's; NULL: there is no layout. */
 static int check_format(const flesh_study_store *store, const char *format)
 {
   if (!format) return flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", store->path);
@@ -111,8 +112,8 @@ static int check_format(const flesh_study_store *store, const char *format)
   return FLESH_OK;
 }
 
-/* The first part of a list, "flesh 0.3, 600 s", in which it is another than the other list; "nothing" where that has more.
- * New; NULL without memory. */
+/* Returns the first part of a list such as "flesh 0.3, 600 s" that differs from the other list's; "nothing" if the
+ * other list has more parts. New; NULL when out of memory. */
 static char *differing_part(const char *list, const char *other)
 {
   size_t size;
@@ -135,7 +136,7 @@ static int fail_of_another(const flesh_study_store *store, const flesh_study *st
   return status;
 }
 
-/* Whether the database is of this study and shard. */
+/* Checks that the database belongs to this study and shard. */
 static int compare(flesh_study_store *store, const flesh_study *study)
 {
   char *fingerprint, *shard = NULL;
@@ -161,7 +162,7 @@ const char *flesh_study_store_beside(const flesh_study_store *store, const char 
   return flesh_path("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
 }
 
-/* A file that stays locked while this process lives, however it ends. */
+/* Opens a file that stays locked while this process lives, however the process ends. */
 static int open_lock(flesh_study_store *store, const char *name)
 {
   store->lock_path = strdup(flesh_study_store_beside(store, name));
@@ -218,7 +219,7 @@ static int prepare_statements(flesh_study_store *store)
   return status;
 }
 
-/* Begins or goes on with the tables, within a transaction. */
+/* Creates the tables or continues with them, within a transaction. */
 static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
 {
   char *format;
@@ -236,7 +237,8 @@ static int fill(flesh_study_store *store, const flesh_study *study, const flesh_
   return status;
 }
 
-/* A database that is there is gone on with by --resume; without it, a study that asks refuses, and others begin anew. */
+/* Decides about an existing database: with --resume it is kept; without, a study that `asks` fails, and others delete
+ * it and start again. */
 static int make_way(const flesh_study *study, const char *path, int resume)
 {
   static const char *const ends[] = {"", "-wal", "-shm"};
@@ -246,7 +248,7 @@ static int make_way(const flesh_study *study, const char *path, int resume)
     const int status = flesh_study_store_read(path, &there);
     flesh_study_store_close(&there);
     return status == FLESH_ERR_MEMORY ? status
-           : status ? FLESH_OK /* no database of a study: opening it says what it is */
+           : status ? FLESH_OK /* no database of a study: opening it reports what it is */
                     : flesh_fail(FLESH_ERR_ARGUMENT,
                                  "%s: is there already; --resume goes on with it, another --out begins a new one", path);
   }
@@ -299,7 +301,8 @@ void flesh_study_store_close(flesh_study_store *store)
   sqlite3_finalize(store->finish);
   sqlite3_finalize(store->row);
   if (store->lock >= 0) {
-    /* A database in WAL can be read only where SQLite may write beside it; in use elsewhere, it stays so. */
+    /* Leave WAL, as a database in WAL can be read only if SQLite may write beside it; one that is in use stays in
+     * WAL. */
     sqlite3_busy_timeout(store->database, 0);
     sqlite3_exec(store->database, "PRAGMA journal_mode = DELETE", NULL, NULL, NULL);
   }

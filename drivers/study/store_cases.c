@@ -1,5 +1,5 @@
-/* store_cases.c: the cases in the database of a study: claimed, finished, released, recovered, counted and read by the
- * processes that work on it. */
+/* store_cases.c: the cases in the database of a study, which the processes that work on it claim, finish, release,
+ * recover, count and read. */
 #include <dirent.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -80,14 +80,16 @@ int flesh_study_store_release(flesh_study_store *store, int number)
                                    number, store->worker);
 }
 
-/* .study-<process>-<time>.lock, in no other folder: the names in a database are its writer's. */
+/* Returns whether the name is .study-<process>-<time>.lock, without a folder: whoever wrote a database chose the names
+ * in it. */
 static int is_lock(const char *name)
 {
   const size_t length = strlen(name);
   return !strncmp(name, ".study-", 7) && length > 12 && !strcmp(name + length - 5, ".lock") && !strchr(name, '/');
 }
 
-/* Whether the process that has the lock file lives; else the file goes. Within a transaction, as are the makers. */
+/* Returns whether the process that holds the lock file lives; else removes the file. Called within a transaction, in
+ * which lock files are also made. */
 static int lives(const flesh_study_store *store, const char *lock)
 {
   if (!is_lock(lock)) return 0;
@@ -101,7 +103,7 @@ static int lives(const flesh_study_store *store, const char *lock)
   return living;
 }
 
-/* Removes what processes left that were killed. */
+/* Removes the lock files of processes that were killed. */
 static void clean(const flesh_study_store *store)
 {
   DIR *list = flesh_path_list(flesh_study_store_beside(store, "."));
@@ -171,7 +173,7 @@ int flesh_study_store_count(flesh_study_store *store, const char *state)
       store, "SELECT count(*) FROM temp.wanted JOIN cases USING (id) WHERE %Q IS NULL OR status = %Q", state, state);
 }
 
-/* A row of cases as the record that it was written from. */
+/* Returns a row of cases as the record from which it was written. */
 static json_t *read_record(sqlite3_stmt *query)
 {
   const char *result = (const char *)sqlite3_column_text(query, 4), *message = (const char *)sqlite3_column_text(query, 3);

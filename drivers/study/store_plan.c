@@ -1,4 +1,5 @@
-/* store_plan.c: the cases of a study as rows of its database: each is found again by the values of its columns. */
+/* store_plan.c: writes the cases of a study as rows of its database; a case is found again by the values of its
+ * columns. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,14 +39,14 @@ static void print_list(flesh_text *text, int count, const char *const *values)
   flesh_text_print(text, "]");
 }
 
-/* The statements for all cases, and those of one that are bound last. */
+/* The prepared statements, which serve one case after another. */
 typedef struct planner {
   const flesh_study *study;
   flesh_study_store *store;
   sqlite3_stmt *find, *insert, *want;
 } planner;
 
-/* Returns SQLite's code; *id is 0 where there is none of that key. */
+/* Finds the id of a key, 0 if there is none. Returns SQLite's code. */
 static int find(planner *p, const char *key, sqlite3_int64 *id)
 {
   *id = 0;
@@ -56,7 +57,7 @@ static int find(planner *p, const char *key, sqlite3_int64 *id)
   return code == SQLITE_ROW ? SQLITE_DONE : code;
 }
 
-/* A new database has the case's number plus one as its id, so that shards agree on it. */
+/* Inserts a case. In a new database its id is its number plus one, so that shards agree on it. */
 static int insert(planner *p, int number, const flesh_study_case *c, const char *key, const char *overrides)
 {
   int at = 1;
@@ -121,7 +122,7 @@ static int prepare(planner *p)
   return status;
 }
 
-/* Plans every `stride`-th case from the first to before the end. */
+/* Plans every `stride`-th case from `first` to before `end`. */
 static int plan_cases(flesh_study_store *store, const flesh_study *study, int first, int end, int stride)
 {
   planner p = {.study = study, .store = store};

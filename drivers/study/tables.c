@@ -1,4 +1,5 @@
-/* tables.c: makes the tables of a study's database, and the views `results` and `rows` that spread its JSON into columns. */
+/* tables.c: creates the tables of a study's database, and the views `results` and `rows` that expand its JSON into
+ * columns. */
 #include "study/tables.h"
 
 #include <ctype.h>
@@ -8,7 +9,7 @@
 
 #include "base/error.h"
 
-/* Name and expression of the columns of `results` that are there whatever varies: before and behind the figures. */
+/* Names and expressions of the columns that `results` has in every study: before and behind the figures. */
 static const char *const case_columns[][2] = {{"status", "c.status"},
                                               {"exit_code", "c.exit_code"},
                                               {"message", "c.message"},
@@ -24,7 +25,8 @@ static const char *const last_columns[][2] = {{"nodes", "json_extract(c.result, 
                                               {"flesh_commit", "json_extract(w.program, '$.commit')"},
                                               {NULL}};
 
-/* Whether a figure's path, as that of a probe, gives a column of this name; COLUMN_NAME says the same in SQL. */
+/* Returns whether a figure's path, such as a probe's, becomes a column of this name; COLUMN_NAME does the same in
+ * SQL. */
 static int is_column_of(const char *path, const char *name)
 {
   const int of_probe = !strncmp(path, "probes.", 7);
@@ -123,7 +125,7 @@ static void print_column(flesh_text *text, const char *alias, const char *expres
   flesh_text_print(text, ", %s AS \"%s\"", expression, alias);
 }
 
-/* Prints a column for every row of a query of an alias and an expression. */
+/* Prints a column for each row of a query that returns a name and an expression. */
 static int print_columns(flesh_study_store *store, const char *sql, flesh_text *text)
 {
   sqlite3_stmt *query;
@@ -145,7 +147,7 @@ static int print_results(flesh_study_store *store, flesh_text *text)
   int status = print_columns(store, axes_sql, text);
   for (int k = 0; case_columns[k][0]; k++)
     print_column(text, case_columns[k][0], case_columns[k][1]);
-  if (!status) /* a study that was interrupted before it had read a scene knows no names */
+  if (!status) /* a study interrupted before it had read a scene has no names */
     status = flesh_study_store_execute(
         store, "INSERT OR IGNORE INTO figures (path) SELECT DISTINCT f.key FROM cases, json_each(cases.result, '$.figures') f "
                "WHERE f.type <> 'object' AND f.key NOT GLOB '*[^A-Za-z0-9_]*';"
@@ -179,7 +181,7 @@ static int print_rows(flesh_study_store *store, flesh_text *text)
   return status;
 }
 
-/* Whether the statement, which must be a single one, is valid. */
+/* Returns whether the text is a single valid statement. */
 static int is_valid(flesh_study_store *store, const char *sql)
 {
   sqlite3_stmt *query = NULL;
@@ -189,7 +191,7 @@ static int is_valid(flesh_study_store *store, const char *sql)
   return !code && !rest[strspn(rest, " \t\r\n;")];
 }
 
-/* Puts the derived columns around the select in *sql. */
+/* Wraps the select in *sql into one that adds the derived columns. */
 static int derive(flesh_study_store *store, char **sql, int *bad)
 {
   sqlite3_stmt *query;
@@ -218,7 +220,7 @@ static int derive(flesh_study_store *store, char **sql, int *bad)
   return status;
 }
 
-/* Makes the view where it is not as it should be. */
+/* Creates the view again if it differs from `select`. */
 static int replace_view(flesh_study_store *store, const char *name, const char *select)
 {
   if (flesh_study_store_number(store, "SELECT 1 FROM sqlite_master WHERE name = %Q AND sql = 'CREATE VIEW %q AS %q'", name,
@@ -239,7 +241,7 @@ int flesh_study_views_write(flesh_study_store *store, int *bad)
     char *sql = status || text.failed ? NULL : sqlite3_mprintf("%s", text.data);
     free(text.data);
     if (!status && !sql) status = flesh_no_memory();
-    /* A column that cannot be derived leaves the others as they are. */
+    /* If a derived column fails, the other columns are still made. */
     if (!status && !view && (derived = derive(store, &sql, bad)))
       snprintf(words, sizeof words, "%s", flesh_error_text());
     if (!status) status = replace_view(store, view ? "rows" : "results", sql);
