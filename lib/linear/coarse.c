@@ -22,7 +22,7 @@
 enum {
   CORNERS = FLESH_COARSE_CORNERS,
   SLOTS = 4,  /* vertices of a patch */
-  PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, summed in this order for any number of threads */
+  PARTS = FLESH_COARSE_PARTS, /* tasks, also of the pairs of cells, summed in this order for any number of threads */
   MOST_VERTICES = 16384 /* vertices */
 };
 

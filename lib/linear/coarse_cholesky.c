@@ -196,7 +196,7 @@ static void divide(double *restrict B, const double *restrict L, const double *i
 }
 
 #ifdef __AVX512F__
-enum { PAIRS = 6 }; /* of columns whose sums fit the registers */
+enum { PAIRS = 6 }; /* pairs of columns whose sums fit the registers */
 
 /* Two columns of twelve are three vectors of eight: eight of the first column, its last four and four of the second, and
  * the other eight of the second. The rows of either column are repeated in the same way: */

@@ -24,10 +24,10 @@ struct flesh_pcg_space {
   double unit;    /* factor that restores the units of its r */
   double holds;   /* scale of the product's rounded matrix, which is this times A; 0: it is another matrix */
   flesh_double4 *x, *weights; /* [rows], then zeros up to a multiple of FLESH_PCG_PARTS */
-  void *r, *p, *z;            /* likewise, in either precision; z is A p, or A u with a team */
+  void *r, *p, *z;            /* as x, in either precision; z is A p, or A u with a team */
   void *u, *s;                /* with a team: result of the preconditioner, and A p */
   flesh_float4 *rounded;      /* r for the preconditioner; r itself in single precision */
-  flesh_float4 *room;         /* likewise, memory of `rounded` for r in double precision */
+  flesh_float4 *room;         /* memory of `rounded` for r in double precision */
   double *sums, *squares;     /* [chunks] */
 };
 

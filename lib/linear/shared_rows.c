@@ -139,8 +139,8 @@ void flesh_shared_rows_clear(flesh_shared_rows *self)
   flesh_free(self->nodes);
   flesh_free(self->first);
   flesh_free(self->which);
-  flesh_free(self->own); /* and others */
-  flesh_free(self->sent); /* and received */
+  flesh_free(self->own); /* `others` is in the same allocation */
+  flesh_free(self->sent); /* `received` is in the same allocation */
   *self = (flesh_shared_rows){0};
 }
 

@@ -16,7 +16,7 @@ typedef flesh_cholesky_number number;
 enum {
   ASIDE = 64 / (int)sizeof(number), /* rows of a vector */
   TILE = 2 * ASIDE,    /* rows of a product */
-  WIDE = 4,            /* its columns */
+  WIDE = 4,            /* columns of a product */
   PANEL_SLACK = 2 * TILE     /* numbers that products read beyond their last row */
 };
 

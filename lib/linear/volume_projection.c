@@ -26,7 +26,7 @@ struct flesh_volume_projection {
   flesh_row_lists lists;
   /* The arrays below are indexed by the node's place. */
   float *by_node; /* [entries][3] the same as `values` */
-  float *inverse; /* [9*nodes] of the diagonal blocks */
+  float *inverse; /* [9*nodes] inverses of the diagonal blocks */
   flesh_row_coupling S;
   flesh_block_matrix soft; /* A_r, with the pattern of A */
   double root;             /* square root of the scale of everything in single precision */

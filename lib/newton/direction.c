@@ -138,7 +138,7 @@ int flesh_direction_stiffened(const flesh_direction *self)
     const float now = stiffness_of(K, i), then = self->factored[i];
     count += now > 2 * then || then > 2 * now;
   }
-  return (int)flesh_team_total(self->equations->team, count); /* of all ranks, so that they decide alike */
+  return (int)flesh_team_total(self->equations->team, count); /* over all ranks, so that they decide alike */
 }
 
 int flesh_direction_factor(flesh_direction *self, int single)

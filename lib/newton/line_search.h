@@ -16,7 +16,7 @@ typedef struct flesh_step {
   double *p;           /* [n] the direction, then the step */
   flesh_direction_kind kind;
   double start, value;      /* J, potentials at u and at u + p */
-  double length;            /* as a multiple of the direction */
+  double length;            /* length of p as a multiple of the direction */
   double cut;               /* length relative to the first try; 1 if the step was not cut, or lengthened */
   double predicted, actual; /* J, decrease at the quadratic model's minimum along p, and actual decrease at u + p */
   double model_ratio;       /* actual over predicted decrease by the true Hessian; NaN: not measured */

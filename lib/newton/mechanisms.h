@@ -12,8 +12,8 @@
       "directions of negative curvature of the true Hessian are followed downhill after a filtered step "            \
       "that was too short where few nodes carry the residual (pcg, and a filter that is not -always)")               \
   ROW(NONLINEAR_ELIMINATION, "nonlinear_elimination",                                                                \
-      "few nodes that carry the residual are solved for alone after a step that was not predicted, unless "          \
-      "contact acts on them (line_search: potential)")                                                               \
+      "after a step that was not predicted, the few nodes that carry the residual are solved for alone, "            \
+      "unless contact acts on them (line_search: potential)")                                                        \
   ROW(WATCHDOG, "watchdog",                                                                                          \
       "a longer step, with Newton steps from there, is tried where straight steps are cut, and taken if the "        \
       "potential ends lower (line_search: potential)")                                                               \

@@ -175,7 +175,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
     for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
       const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
       if (!can->residual || can->role == FLESH_ROLE_LOAD || coupled != (can->cells != NULL)) continue;
-      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* it has no force */
+      if (flesh_clearance_holds(self->evaluation.at_stage.clearance, k)) continue; /* the effect has no force */
       int status = effect_norm(self, k, &point, &norm);
       if (status) return status;
       if (norm < INFINITY) *size = fmax(*size, norm);
@@ -279,7 +279,7 @@ static int find_start(flesh_newton *newton, const double *const *guesses, int ea
   if (trusts && !alone) flesh_equations_start(equations, u), newton->iterations.began = NULL;
   int status = alone ? FLESH_UNDEFINED : push_out(equations, u);
   if (guessed && !status && flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
-  if (alone) guesses++; /* it has been tried */
+  if (alone) guesses++; /* the guess has been tried */
   for (; guessed && *guesses; guesses++) try_guess(newton, *guesses, &value, u);
   if (newton->iterations.began) status = FLESH_OK;
   else if (alone) status = push_out(equations, u);

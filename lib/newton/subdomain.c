@@ -17,16 +17,16 @@
 
 enum {
   RINGS = 2,       /* rings of neighbours around the nodes that carry the residual; half as many with ten-node tets */
-  ITERATIONS = 60, /* at most */
-  WORTH = 2        /* most Newton iterations, as a multiple of those of the whole body at the same cost */
+  ITERATIONS = 60, /* most Newton iterations */
+  WORTH = 2        /* most Newton iterations in terms of cost: as many as this number of iterations of the whole body */
 };
-static const double carries = 1e-2;   /* of the largest residual of a node */
-static const double largest_fraction = 0.25; /* of the body's nodes */
-static const double tolerance = 1e-2; /* of the subdomain's residual */
+static const double carries = 1e-2;   /* relative to the largest residual of a node */
+static const double largest_fraction = 0.25; /* fraction of the body's nodes */
+static const double tolerance = 1e-2; /* newton_tolerance of the subdomain's solve */
 
 typedef struct subdomain {
   flesh_newton *parent;
-  const flesh_equations *whole; /* its equations */
+  const flesh_equations *whole; /* the parent's equations */
   const flesh_effect *sum;  /* an effect that sums over the whole body's elements */
   const flesh_cells *cells; /* these elements */
   uint8_t *state;     /* [nodes of the whole] OUTSIDE, CONSTRAINED or FREE */

@@ -20,7 +20,7 @@ static int factor_with_pivots(flesh_newton *self)
   flesh_tangent *tangent = &self->tangent;
   const flesh_equations *equations = &self->equations;
   if (equations->team && equations->team->ranks > 1)
-    return flesh_fail(FLESH_ERR_SOLVE, "conjugate gradients do not solve for the sensitivities, as the tangent is indefinite "
+    return flesh_fail(FLESH_ERR_SOLVE, "conjugate gradients cannot solve for the sensitivities, as the tangent is indefinite "
                                        "or too uneven; a single process can factor it");
   if (tangent->patterns != equations->patterns) flesh_direct_destroy(&tangent->pivots);
   int status = tangent->pivots ? FLESH_OK : flesh_direct_create(FLESH_LINEAR_KLU, equations->K, &tangent->pivots);
@@ -81,8 +81,8 @@ static int solve_with_pivots(flesh_newton *self, const double *b, double toleran
     left = residual_of(self, b, p);
   }
   if (left <= most) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_SOLVE, "the tangent is too nearly singular for its sensitivities: of a right-hand side, %.2g of "
-                                     "%.2g is left", left, flesh_norm(self->threads, n, b));
+  return flesh_fail(FLESH_ERR_SOLVE, "the tangent is too nearly singular for sensitivities: a residual of %.2g is left of a "
+                                     "right-hand side of %.2g", left, flesh_norm(self->threads, n, b));
 }
 
 /* Vectors of MINRES: the last two or three of v, z and w, by their number. */
@@ -166,7 +166,7 @@ static int solve_indefinite(flesh_newton *self, const double *b, double toleranc
   self->stats.linear += TIMES * self->options.max_linear - left;
   flesh_free(m.room);
   if (status || size <= most) return status;
-  return flesh_fail(FLESH_ERR_SOLVE, "the tangent is indefinite: its solves do not converge, and to factor it takes %.2g "
+  return flesh_fail(FLESH_ERR_SOLVE, "the tangent is indefinite: its solves do not converge, and factoring it takes %.2g "
                                      "operations", flesh_direct_operations(self->tangent.pivots));
 }
 

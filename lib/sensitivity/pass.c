@@ -27,7 +27,7 @@ int flesh_pass_take_parameters(flesh_motion_pass *p, int count, const flesh_para
 {
   const flesh_system *system = p->self->system;
   const size_t each = 1 + (size_t)flesh_system_effect_count(system);
-  if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "the parameters are %d; they must be at least 0", count);
+  if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "the number of parameters is %d; it must be at least 0", count);
   p->count = count;
   p->parameters = parameters;
   p->same = flesh_calloc((size_t)count * each + 1, 1);

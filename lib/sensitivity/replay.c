@@ -159,7 +159,7 @@ static int take_again(flesh_trajectory *self, const flesh_step_place *place)
   }
   flesh_free(all);
   if (self->now.at >= self->now.limit) return FLESH_OK;
-  return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a step that is taken again does not come as far as in the run");
+  return status ? status : flesh_fail(FLESH_ERR_INTEGRATOR, "a repeated step does not get as far as it did in the run");
 }
 
 /* Returns to a checkpoint and repeats steps up to part `limit`; keeps parts from block `last` on as far as there is room. */
@@ -184,8 +184,8 @@ static int go_back(flesh_trajectory *self, const flesh_checkpoint *from, int las
 static int check_integrator(const flesh_trajectory *self)
 {
   if (self->integrator) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is gone, which has to take steps again that are not kept: let it live "
-                                        "longer than the trajectory, or keep more states");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the integrator is gone, but must repeat steps that are not kept: destroy it after the "
+                                        "trajectory, or keep more states");
 }
 
 /* Returns to the last checkpoint before part k, and repeats steps through that part. */

@@ -30,7 +30,7 @@ int flesh_stage_tangent_create(const flesh_system *system, const flesh_solver_op
                                 .multipliers = flesh_system_multiplier_count(system)};
   const size_t n = (size_t)self->n;
   if (flesh_system_team(system)) /* nodes of a colour are moved at once, and ranks have no colours in common */
-    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of a body that ranks share out; a single process has them");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there are no sensitivities of a body shared out among ranks; use a single process");
   int status = flesh_problem_create(system, options, &self->problem);
   if (!status) status = flesh_couplings_create(system, &self->couplings);
   if (!status) status = flesh_prescribed_create(system, &self->others);

@@ -231,7 +231,7 @@ int flesh_trajectory_tangents(flesh_trajectory *self, int count, const flesh_par
                               flesh_tangent_visit visit, void *data)
 {
   FLESH_NEED({self, "trajectory"}, {parameters, "parameters"}, {visit, "visit"});
-  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "the parameters of tangents are %d; they must be at least one", count);
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "the number of parameters is %d; it must be at least 1", count);
   const int recorded = flesh_trajectory_check(self);
   if (recorded) return recorded;
   const size_t numbers = (size_t)(count - 1) * FLESH_PASS_ARRAYS * (size_t)self->n;

@@ -80,8 +80,8 @@ static int check_internal(const flesh_trajectory *self, const double *internal)
               last = e + 1 < self->system->entry_count ? self->system->entries[e + 1].internal : self->system->internal_count;
     if (flesh_effect_private_of(effect)->bonds || last <= first) continue;
     if (memcmp(self->internal + first, internal + first, (size_t)(last - first) * sizeof *internal) != 0)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the internal variables of effect %s change, of which sensitivities know no "
-                                            "derivative", effect->operations->name);
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the internal variables of effect %s change; sensitivities have no derivative "
+                                            "by them", effect->operations->name);
   }
   return FLESH_OK;
 }
@@ -90,7 +90,7 @@ static int check_internal(const flesh_trajectory *self, const double *internal)
 static int check_part(const flesh_trajectory *self, const flesh_taken_part *taken)
 {
   if (self->tape.untangled)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "before t = %g s a tangle was removed, by what is no step and has no sensitivities",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "before t = %g s a tangle was removed, which is no step and has no sensitivities",
                       taken->begin);
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
@@ -116,8 +116,8 @@ static int taken(void *data, const flesh_taken_part *taken)
   const size_t internals = (size_t)taken->from->internal_count * sizeof(double);
   const int begins = taken->anew && taken->acceleration && self->tangent.multipliers;
   if (begins && !self->now.started)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the stages failed that find an acceleration of incompressible tets, which "
-                                          "then has no sensitivities", taken->begin);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "at t = %g s the stages that find an acceleration of incompressible tets failed; it "
+                                          "has no sensitivities then", taken->begin);
   self->now.started = taken->starts;
   if (flesh_trajectory_passes(self)) {
     self->now.opens = 0;
@@ -166,7 +166,7 @@ void flesh_trajectory_drop_start(flesh_trajectory *self)
   now->started = 0;
   now->at--;
   if (now->limit < 0) self->total--;
-  if (self->first > now->at) self->first = now->at; /* it was only passed */
+  if (self->first > now->at) self->first = now->at; /* the part was only passed */
   else clear_part(&self->parts[--self->count]);
 }
 
@@ -174,14 +174,14 @@ static int moved(void *data)
 {
   const flesh_trajectory *self = data;
   if (!self->total) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "the state is not that which the last step has led to, so that the steps that are "
-                                        "recorded do not follow each other");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the state is not the end of the last step, so that the recorded steps do not follow "
+                                        "each other");
 }
 
 int flesh_trajectory_check(const flesh_trajectory *self)
 {
   if (self->total) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "the trajectory has recorded no step, and derivatives are those of its steps");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the trajectory has recorded no step of which there could be derivatives");
 }
 
 static void gone(void *data) { ((flesh_trajectory *)data)->integrator = NULL; }
@@ -194,7 +194,7 @@ int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int 
   if (!(tolerance >= 1e-13 && tolerance < 1))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the tolerance of sensitivities is %g; it must be in [1e-13, 1)", tolerance);
   if (states < 20)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the states to be kept for sensitivities are %d; they must be at least 20", states);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the number of states to keep for sensitivities is %d; it must be at least 20", states);
   if (integrator->ida)
     return flesh_fail(FLESH_ERR_ARGUMENT, "ida has no sensitivities: take a method of fixed steps, or runge-kutta");
   if (integrator->tape) return flesh_fail(FLESH_ERR_ARGUMENT, "another trajectory records this integrator's steps");

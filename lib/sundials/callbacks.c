@@ -77,7 +77,7 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
     return flesh_fail(FLESH_ERR_ARGUMENT, "bodies touch each other, so that the Jacobian's pattern grows: it needs the "
                                           "problem's own matrix of flesh_sunmatrix_create, not a SUNSparseMatrix");
   if (sparse && problem->newton.equations.team)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix serves one alone: take "
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, but a SUNSparseMatrix is for a single rank; take "
                                           "the problem's own matrix of flesh_sunmatrix_create");
   if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "

@@ -175,8 +175,8 @@ void flesh_ida_close(const flesh_ida_problem *self, N_Vector v, const double *wr
 int flesh_ida_check_sparse(const flesh_ida_problem *self)
 {
   if (!self->evaluation.team) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and a SUNSparseMatrix serves one alone; take the "
-                                        "problem's own matrix, or products");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, but a SUNSparseMatrix is for a single rank; take "
+                                        "the problem's own matrix, or products");
 }
 
 flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem) { return &problem->stats; }

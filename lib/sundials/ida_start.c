@@ -11,7 +11,7 @@
 #include "system/state.h"
 #include "system/velocity_scale.h"
 
-static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
+static const double mass_tolerance = 1e-14; /* tolerance of solves with the mass matrix, which is well conditioned */
 
 static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
 {
@@ -178,7 +178,7 @@ int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, fl
   flesh_ida_constraints *held = &self->constraints;
   const int n = e->n;
   if (t - held->event > 1e-9 * (held->event - held->begin)) /* allows for rounding of the integrator's time */
-    return flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s, behind the event at %g s, up to which the start is valid; stop the "
+    return flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s, after the event at %g s, up to which the start is valid; stop the "
                                           "integrator there and start again",
                       t, held->event);
   const double *y = flesh_ida_read(self, y_vector, 0, 0);

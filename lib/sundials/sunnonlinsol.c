@@ -31,7 +31,7 @@ typedef struct content {
   double *guesses[2];            /* [n] */
   double *y, solved_at;          /* [2n] last solution, and its time, s; NAN: none since the start */
   solution last[KEPT];           /* newest first */
-  int count;                     /* of these */
+  int count;                     /* number of solutions in `last` */
   long starts;                   /* value of accepted.starts to which all this belongs */
   double g;                      /* s, of the last stage */
   long iterations, failures;     /* counts of the last solve */
@@ -136,7 +136,7 @@ static int follow(content *self, const equation *e)
   /* A stage is at most g/gamma ahead of the step's start, and gamma exceeds 0.1 in all tables of ARKODE. */
   if (e->t - accepted->t <= 40 * e->g) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "nobody tells the solver of accepted steps; call ARKStepSetPostprocessStepFn(arkode, flesh_ode_accept)");
+                    "the solver is not told of accepted steps; call ARKStepSetPostprocessStepFn(arkode, flesh_ode_accept)");
 }
 
 /* Makes the stage with the base x = x0 + u, v = v0 + u/g, a = a0 + u/g^2, x0 being the accepted state. Constrained dofs

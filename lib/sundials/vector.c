@@ -41,7 +41,7 @@ static double *data_of(N_Vector v, sunindextype n)
   N_Vector_ID id = N_VGetVectorID(v);
   if (id != SUNDIALS_NVEC_SERIAL && id != SUNDIALS_NVEC_OPENMP && id != SUNDIALS_NVEC_PTHREADS) {
     flesh_fail(FLESH_ERR_ARGUMENT,
-               "the N_Vector is of the %s kind; serial, OpenMP and Pthreads vectors serve (of a ManyVector, hand on "
+               "the N_Vector is of the %s kind; it must be a serial, OpenMP or Pthreads vector (of a ManyVector, pass "
                "the subvector)",
                kind_of(id));
     return NULL;
@@ -81,7 +81,7 @@ static int is_vectorised(N_Vector v);
 static double *local_data(N_Vector v, const flesh_team *team, sunindextype n)
 {
   if (!team || !v || team->all == team->nodes || is_vectorised(v)) return data_of(v, n);
-  flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and this N_Vector serves one alone; it must be one of "
+  flesh_fail(FLESH_ERR_ARGUMENT, "the body is shared out among ranks, and this N_Vector is for a single rank; it must be one of "
                                  "N_VNew_Parallel");
   return NULL;
 }

@@ -13,7 +13,7 @@ int flesh_sundials_check(void)
   const int failed = SUNDIALSGetVersionNumber(&major, &minor, &patch, label, sizeof label);
   if (!failed && major == SUNDIALS_VERSION_MAJOR && minor == SUNDIALS_VERSION_MINOR) return FLESH_OK;
   return flesh_fail(FLESH_ERR_SUNDIALS,
-                    "the SUNDIALS that is loaded is %d.%d.%d, and flesh was built with %s; start the program with the "
-                    "folder of that one's libraries first in LD_LIBRARY_PATH",
+                    "the loaded SUNDIALS is %d.%d.%d, but flesh was built with %s; start the program with the "
+                    "folder of that version's libraries first in LD_LIBRARY_PATH",
                     major, minor, patch, FLESH_SUNDIALS_VERSION);
 }

@@ -160,7 +160,7 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
       terms = fmax(terms, sqrt(dot(c, c->r, c->r)));
     }
     if (last < 0) return last;
-    if (last) continue; /* as above */
+    if (last) continue; /* as in check_potential */
     for (size_t d = 0; d < c->unknowns; d++) error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
     best = fmin(best, difference_ratio(sqrt(error), scale, terms, s));
   }

@@ -102,7 +102,7 @@ double flesh_system_product(const flesh_system *system, const double *u, const d
 typedef struct clearing {
   flesh_block_matrix *K;
   const int *left;
-  int count; /* of left */
+  int count; /* length of `left` */
 } clearing;
 
 enum { CLEARED_PARTS = 64 };
@@ -180,7 +180,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
   flesh_effect_view view = flesh_effect_view_with(system, point, of_ranks);
   flesh_costs *costs = view.environment.costs;
   const flesh_clearance *clearance = view.environment.clearance;
-  flesh_position_potential sums[2] = {{0}}; /* of the rest, and of by_position */
+  flesh_position_potential sums[2] = {{0}}; /* sums of the rest, and of by_position */
   const unsigned long said = flesh_fail_count();
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {

@@ -424,7 +424,7 @@ static void what_is_of_one_rank_is_refused(void)
   CHECK_OK(flesh_ode_start(ode, &s.own.body.state, y));
   SUNMatrix J = SUNSparseMatrix(2 * n, 2 * n, flesh_ida_entries(ida), CSC_MAT, s.own.context);
   CHECK(flesh_ida_jacobian(0, 100, y, yp, NULL, J, ida, NULL, NULL, NULL) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "SUNSparseMatrix serves one alone");
+  CHECK_TEXT(flesh_error_text(), "SUNSparseMatrix is for a single rank");
   CHECK(flesh_ode_jacobian(0, y, yp, J, ode, NULL, NULL, NULL) == FLESH_ERR_ARGUMENT);
   SUNMatDestroy(J);
   N_VDestroy(y);

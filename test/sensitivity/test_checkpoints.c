@@ -187,12 +187,12 @@ static void what_cannot_be_taken_again_is_refused(void)
   flesh_scene_start(scene, &state);
   CHECK_OK(flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_NEWMARK, flesh_scene_solver(scene), &integrator));
   CHECK(flesh_trajectory_create(integrator, 1e-10, 19, &trajectory) == FLESH_ERR_ARGUMENT && !trajectory);
-  CHECK_TEXT(flesh_error_text(), "are 19; they must be at least 20");
+  CHECK_TEXT(flesh_error_text(), "is 19; it must be at least 20");
   CHECK_OK(flesh_trajectory_create(integrator, 1e-10, 20, &trajectory));
   for (int k = 0; k < 30; k++) CHECK_OK(flesh_integrator_step(integrator, &state, 0.01, NULL));
   state.v[n - 1] += 1e-3;
   CHECK(flesh_integrator_step(integrator, &state, 0.01, NULL) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "the state is not that which the last step has led to");
+  CHECK_TEXT(flesh_error_text(), "the state is not the end of the last step");
   flesh_integrator_destroy(&integrator);
   CHECK(flesh_trajectory_gradient(trajectory, &(flesh_motion_quantity){0}, 0, &(flesh_parameter){0}, &gradient, NULL) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "the integrator is gone");

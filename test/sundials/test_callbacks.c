@@ -178,7 +178,7 @@ static void other_vectors_are_refused(void)
   N_Vector halves[2] = {N_VNew_Serial(n, o.context), N_VNew_Serial(n, o.context)};
   N_Vector many = N_VNew_ManyVector(2, halves, o.context);
   CHECK(flesh_ida_residual(0, right, many, same, o.ida) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "ManyVector kind; serial, OpenMP and Pthreads vectors serve");
+  CHECK_TEXT(flesh_error_text(), "ManyVector kind; it must be a serial, OpenMP or Pthreads vector");
   CHECK(flesh_ode_rhs(0, many, right, o.rhs) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "ManyVector");
   CHECK(flesh_kinsol_residual(many, right, o.problem) == FLESH_ERR_ARGUMENT);

@@ -276,7 +276,7 @@ static void events_belong_to_what_was_before_them(void)
     CHECK_BELOW(test_distance(2 * b.n, at, before), 1e-2); /* forces are some 1e3 N, and 1e6 N/m m/s 1e-9 s */
     CHECK_OK(flesh_ida_get_state(o.problem, events[k], o.y, &b.state));
     CHECK(flesh_ida_get_state(o.problem, events[k] + 1e-6, o.y, &b.state) == FLESH_ERR_ARGUMENT);
-    CHECK_TEXT(flesh_error_text(), "behind the event");
+    CHECK_TEXT(flesh_error_text(), "after the event");
     free(at);
     free(before);
   }
