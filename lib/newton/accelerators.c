@@ -15,10 +15,10 @@
 #include "system/one_effect.h"
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
-static const double worth = 0.3; /* the watchdog tries steps that the line search cuts to less than this fraction */
-static const double first = 8;   /* length of the first try relative to the cut step */
-static const double wall = 10;   /* growth of the residual from which on stiff parts count as strained */
-static const double order = 6;   /* power of the step's length with which the remaining strain grows */
+static const double tried_below = 0.3; /* the watchdog tries steps that the line search cuts to less than this fraction */
+static const double first_length = 8;  /* length of the first try relative to the cut step */
+static const double strain_growth = 10; /* growth of the residual from which on stiff parts count as strained */
+static const double power = 6;         /* power of the step's length with which the remaining strain grows */
 
 /* Whether dofs on which contact acts carry most of the residual r at u. There the step has not predicted the barrier.
  * Elimination has a quadratic model of contact, which does not predict the barrier either. */
@@ -97,23 +97,23 @@ static void run_watchdog(flesh_newton *self, flesh_step *step)
   const double cut = step->cut, *u = step->u, *p = step->p;
   double *r = equations->work[0], *to = equations->work[1];
   if (!flesh_uses(&self->options, FLESH_TECHNIQUE_WATCHDOG)) return;
-  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->iterations.watchdog.cuts < 2) return;
+  if (!(cut < tried_below) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->iterations.watchdog.cuts < 2) return;
   if (self->iterations.watchdog.pause > 0) {
     self->iterations.watchdog.pause--;
     return;
   }
   const double length = flesh_norm(equations->threads, n, p) / cut, known = self->iterations.watchdog.length;
-  const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
+  const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first_length * cut);
   for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
-  /* Returns unless stiff parts have cut the step. */
+  /* Stop here unless stiff parts have cut the step. */
   if (flesh_equations_residual(equations, to, r)) return;
-  if (flesh_norm(equations->threads, n, r) < wall * flesh_norm(equations->threads, n, step->b)) return;
+  if (flesh_norm(equations->threads, n, r) < strain_growth * flesh_norm(equations->threads, n, step->b)) return;
   const double falls = s / cut * flesh_dot(equations->threads, n, step->b, p);
   const double value = go_back(self, step->value, to);
   /* The excess over the quadratic model grows with a power of the length, the gain linearly: this is the best length for
    * the next try. */
   const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
-  self->iterations.watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
+  self->iterations.watchdog.length = s * length * fmin(fmax(pow(falls / (power * excess), 1 / (power - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) equations->proposal[d] = to[d] - u[d];
   learn(self, value < step->value && take_proposal(self, step));
 }

@@ -8,16 +8,16 @@
 #include "system/velocity_scale.h"
 
 enum { MOST_ITERATIONS = 300 };
-static const double depth = 0.1; /* tolerance of the solve relative to the right-hand side: an estimate needs no more */
+static const double relative_tolerance = 0.1; /* of the solve; an estimate needs no more */
 
 /* Computes b [n], the contribution of the multipliers' penalty to K p at u, as a difference of residuals. */
 static int find_penalty_force(flesh_newton *self, const double *u, const double *p, double *b)
 {
-  static const double little = 1e-6; /* norm of the displacement, relative to the body's length */
+  static const double relative_norm = 1e-6; /* norm of the displacement, relative to the body's length */
   flesh_equations *equations = &self->equations;
   const int n = equations->n, *fixed = equations->constrained.dofs;
   double *x = equations->scratch, *r = x + n;
-  const double scale = little * flesh_system_length_scale(equations->system) / flesh_norm(self->threads, n, p);
+  const double scale = relative_norm * flesh_system_length_scale(equations->system) / flesh_norm(self->threads, n, p);
   const flesh_point point = flesh_equations_point(equations, u);
   int status = FLESH_OK;
   memset(b, 0, (size_t)n * sizeof *b);
@@ -52,7 +52,7 @@ static int keep_volumes(flesh_newton *self, const double *u, double *p)
   if (!(self->equations.stage.penalty > 0)) return FLESH_OK;
   int status = prepare(self, u);
   if (!status) status = flesh_team_agree(self->equations.team, find_penalty_force(self, u, p, b));
-  const flesh_direction_request request = {.tolerance = depth * flesh_norm(self->threads, n, b),
+  const flesh_direction_request request = {.tolerance = relative_tolerance * flesh_norm(self->threads, n, b),
                                            .max_iterations = MOST_ITERATIONS};
   memset(q, 0, (size_t)n * sizeof *q);
   if (!status && request.tolerance > 0) status = flesh_direction_solve(&self->direction, &request, b, q, &kind);
@@ -64,7 +64,7 @@ static int filter(flesh_newton *self, const double *u, const double *b, double *
 {
   flesh_direction *direction = &self->direction;
   const double norm = flesh_norm(self->threads, self->equations.n, b);
-  const flesh_direction_request request = {.tolerance = depth * norm, .max_iterations = MOST_ITERATIONS};
+  const flesh_direction_request request = {.tolerance = relative_tolerance * norm, .max_iterations = MOST_ITERATIONS};
   flesh_direction_kind kind;
   if (!(norm > 0)) return FLESH_NOT_CONVERGED;
   int status = prepare(self, u);

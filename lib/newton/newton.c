@@ -324,7 +324,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
 /* An equilibrium whose edges and loads grow by this factor has no solution. */
 static const double runaway = 10;
 /* Distance from the start of an equilibrium, in lengths of the body or of prescribed displacements. */
-static const double gone = 1000;
+static const double free_distance = 1000;
 
 static double squared_length(const double *x, size_t a, size_t b)
 {
@@ -360,7 +360,7 @@ static int runs_away(flesh_newton *self)
   for (int k = 0; k < constrained->count; k++) prescribed = fmax(prescribed, fabs(self->u[constrained->dofs[k]]));
   flesh_team_largest(equations->team, 1, &prescribed);
   const double farthest = flesh_largest(self->threads, equations->n, self->u);
-  if (farthest > gone * prescribed) return FLESH_RUNS_FREE;
+  if (farthest > free_distance * prescribed) return FLESH_RUNS_FREE;
   return farthest > runaway / 2 * prescribed &&
          is_overstretched(equations, flesh_equations_point(equations, self->u).x) &&
          !flesh_equations_load_norm(equations, self->u, &load) && load > runaway * self->iterations.first_load;

@@ -18,9 +18,9 @@
 enum {
   RINGS = 2,       /* rings of neighbours around the nodes that carry the residual; half as many with ten-node tets */
   ITERATIONS = 60, /* most Newton iterations */
-  WORTH = 2        /* most Newton iterations in terms of cost: as many as this number of iterations of the whole body */
+  MOST_WHOLE = 2   /* largest cost of these, in iterations of the whole body */
 };
-static const double carries = 1e-2;   /* relative to the largest residual of a node */
+static const double least_residual = 1e-2; /* relative to the largest residual of a node */
 static const double largest_fraction = 0.25; /* fraction of the body's nodes */
 static const double tolerance = 1e-2; /* newton_tolerance of the subdomain's solve */
 
@@ -80,7 +80,7 @@ static int choose_nodes(subdomain *self, const double *r, const double *ranks)
   const int rings = self->per_cell == 10 ? RINGS / 2 : RINGS;
   int count = 0;
   for (int i = 0; i < nodes; i++)
-    self->state[i] = square(r + 3 * i) > carries * carries * self->largest ? FREE : OUTSIDE;
+    self->state[i] = square(r + 3 * i) > least_residual * least_residual * self->largest ? FREE : OUTSIDE;
   leave_shared_nodes(self, ranks, OUTSIDE);
   for (int ring = 0; ring <= rings; ring++) {
     for (int e = 0; e < self->cells->count; e++) {
@@ -258,7 +258,7 @@ static int solve(subdomain *self, double *w)
   const double fraction = (double)self->tets / self->cells->count;
   flesh_solver_options options = parent->options;
   options.newton_tolerance = tolerance;
-  options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / fraction));
+  options.max_newton = (int)fmax(1, fmin(ITERATIONS, MOST_WHOLE / fraction));
   options.accept_unconverged = 1;
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   options.threads = 1;
