@@ -45,8 +45,8 @@ int flesh_pass_force(flesh_motion_pass *p, int k)
   return flesh_stage_tangent_force(&p->self->tangent, &p->parameters[k], *same ? same + 1 : NULL, p->force, p->moves);
 }
 
-/* Whether an equilibrium is its own lagged state, as found by repeated solves. Its derivative is then that of all its
- * solves together; a solve that found the state at once has only a part of it. */
+/* Whether an equilibrium is its own lagged state, as found by repeated solves. Its derivative is then that of all forces,
+ * lagged ones included, of which a solve that found the state at once has only a part. */
 static int is_settled(const flesh_motion_pass *p, const flesh_recorded_solve *solve)
 {
   int d = 0;
