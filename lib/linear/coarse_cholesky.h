@@ -13,7 +13,7 @@ typedef struct flesh_coarse_cholesky {
   int *start;     /* [n+1] first block below the diagonal of each column */
   int *row;       /* [start[n]] rows of the blocks, ascending within a column */
   int *find;      /* [n] places of the rows of the current column */
-  double *blocks; /* [144*start[n]] column by column of each block: [m][r] is row r, column m */
+  double *blocks; /* [144*start[n]] blocks, each column by column: [m][r] is row r, column m */
   double *pivots; /* [144*n] diagonal blocks, likewise */
   float *kept;    /* [144*start[n]] blocks of the factor, rounded, because solves are limited by memory */
   float *inverses; /* [144*n] inverses of the factor's diagonal blocks, likewise; 0 in directions without stiffness */

@@ -19,7 +19,7 @@ typedef struct flesh_matrix_policy {
   /* For kept matrices: the factor by which a model error may exceed its prediction, and the predicted next one. */
   double safety_factor, predicted_error;
   double curvature;     /* 1/N, model error of a new K over the square of the residual before (0: not known) */
-  double target;        /* N, of the nonlinear solve; 0: not known */
+  double target;        /* N, target of the nonlinear solve; 0: not known */
   double previous_norm; /* N, norm of the residual at the previous linear solve of the stage; 0 at first */
   double smallest_norm; /* N, smallest norm of the residual at the linear solves of the stage; 0 at first */
   /* N, round-off of the residual when last measured at the stage's shift (in statics, in this stage); 0: not yet */

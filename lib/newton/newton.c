@@ -22,7 +22,7 @@ static const double most_operations = 1e10; /* limit for a tangent's factorisati
 /* One iteration: its starting point, and the step in the making. */
 typedef struct iteration {
   flesh_step step;
-  double tolerance; /* N, of the linear solve */
+  double tolerance; /* N, tolerance of the linear solve */
   int guarded;      /* the step is scaled by the line search, and may follow negative curvature */
   int may_filter;   /* an indefinite matrix is filtered, not refused */
 } iteration;

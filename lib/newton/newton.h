@@ -26,7 +26,7 @@ typedef struct flesh_stage_solver {
                flesh_stop stop, flesh_solve_stats *stats, double *u);
 } flesh_stage_solver;
 
-/* The watchdog's memory in a stage. */
+/* State of the watchdog in a stage. */
 typedef struct flesh_watchdog {
   int cuts;              /* steps cut so far */
   int pause, next_pause; /* number of cuts to ignore before the next try, and after the next failed one */

@@ -39,7 +39,7 @@ typedef struct subdomain {
   flesh_system *system;
   flesh_background *others; /* quadratic models of the other effects, owned by the system */
   double largest;           /* largest square of a node's residual, on all ranks */
-  int solved, newton;       /* whether it was solved, and its iterations */
+  int solved, newton;       /* 1: it was solved; its number of iterations */
 } subdomain;
 
 enum { OUTSIDE, CONSTRAINED, FREE };

@@ -126,8 +126,8 @@ static void find_bases(flesh_trajectory *self, const flesh_recorded_part *part, 
   flesh_prescribed_stage(&self->prescribed, stage, v0, a0);
 }
 
-/* The lagged state of a solve: where the solve before it has ended, of its own stage or of the one before, or that of the
- * part. Overwrites a0 [n]. */
+/* Finds the lagged state of a solve: the end of the solve before it, in its own stage or in the one before, or the lagged
+ * state of the part. Overwrites a0 [n]. */
 static void find_lagged(flesh_trajectory *self, const flesh_recorded_part *part, const flesh_method_map *map, int solve,
                         double *x_lag, double *v_lag, double *a0)
 {

@@ -90,7 +90,7 @@ static int begin(flesh_motion_pass *p)
 {
   flesh_stage_tangent *tangent = &p->self->tangent;
   const size_t bytes = (size_t)p->self->n * sizeof(double);
-  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS], *x = p->lambda, *v = p->m; /* those of free dofs */
+  double *right = p->lag, *a = p->known[FLESH_KNOWN_VECTORS], *x = p->lambda, *v = p->m; /* derivatives of free dofs */
   int status = flesh_pass_force(p, 0);
   memcpy(x, p->known[FLESH_KNOWN_X], bytes);
   memcpy(v, p->known[FLESH_KNOWN_V], bytes);

@@ -68,7 +68,7 @@ struct flesh_trajectory {
   int first, count, room;   /* first and number of the parts that are kept */
   flesh_recorded_part *parts;
   flesh_recorded_part next; /* part of the present try, with its solves */
-  double *internal;         /* after the last part; NULL: none */
+  double *internal;         /* internal variables after the last part; NULL: none */
   double *reached[FLESH_KNOWN]; /* [n] known vectors after the last part, computed from the parts before; NULL: not known */
   double *found[FLESH_KNOWN]; /* [n] the same for the part that was asked for last */
   flesh_recorded_part view;   /* that part, with borrowed arrays */

@@ -33,7 +33,7 @@ typedef struct content {
   solution last[KEPT];           /* newest first */
   int count;                     /* number of solutions in `last` */
   long starts;                   /* value of accepted.starts to which all this belongs */
-  double g;                      /* s, of the last stage */
+  double g;                      /* s, length g of the last stage */
   long iterations, failures;     /* counts of the last solve */
 } content;
 

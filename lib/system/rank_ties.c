@@ -1,4 +1,4 @@
-/* rank_ties.c: a rank's part of a body whose effects tie nodes of several ranks together. */
+/* rank_ties.c: makes a rank's part of a body whose effects tie nodes of several ranks together. */
 #include "flesh/ranks.h"
 
 #include "base/error.h"
