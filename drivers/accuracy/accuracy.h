@@ -245,8 +245,8 @@ typedef struct flesh_accuracy_sampler {
   const flesh_mesh *mesh;      /* of the run */
   const double *points;        /* [3*count] at rest */
   int count;
+  double *weights;             /* [10*count], and the next behind it */
   int *nodes;                  /* [10*count] of the tet that holds the point */
-  double *weights;             /* [10*count] */
   flesh_accuracy_grid grid;    /* the times that are kept */
   int next;
   flesh_accuracy_track track;  /* where the points are at these times */

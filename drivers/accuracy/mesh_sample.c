@@ -45,16 +45,15 @@ int flesh_accuracy_sampler_open(const flesh_accuracy_plan *plan, const flesh_sce
   const size_t count = (size_t)plan->measure.nodes;
   *sampler = (flesh_accuracy_sampler){.mesh = flesh_scene_mesh(scene), .points = plan->measure.rest, .count = (int)count};
   choose_times(plan, (int)count, &sampler->grid);
-  sampler->nodes = malloc(10 * count * sizeof *sampler->nodes);
-  sampler->weights = malloc(10 * count * sizeof *sampler->weights);
-  if (!sampler->nodes || !sampler->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu points", count);
+  sampler->weights = malloc(10 * count * (sizeof *sampler->weights + sizeof *sampler->nodes));
+  if (!sampler->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu points", count);
+  sampler->nodes = (int *)(sampler->weights + 10 * count);
   int status = flesh_accuracy_track_open(sampler->grid.count, 3 * (int)count, &sampler->track);
   return status ? status : locate(sampler);
 }
 
 void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler)
 {
-  free(sampler->nodes);
   free(sampler->weights);
   flesh_accuracy_track_close(&sampler->track);
   *sampler = (flesh_accuracy_sampler){0};

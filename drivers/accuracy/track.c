@@ -94,9 +94,8 @@ int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
 int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_track *track)
 {
   int effects = flesh_system_effect_count(system);
-  double *energies = calloc((size_t)effects + 1, sizeof(double));
-  double *zeros = calloc((size_t)track->unknowns, sizeof(double));
-  int status = energies && zeros ? FLESH_OK : flesh_no_memory();
+  double *zeros = calloc((size_t)track->unknowns + (size_t)effects, sizeof(double)), *energies = zeros + track->unknowns;
+  int status = zeros ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < track->times && !status; k++) {
     const double *x = track->x + (size_t)k * (size_t)track->unknowns;
     const double *v = track->v + (size_t)k * (size_t)track->unknowns;
@@ -108,7 +107,6 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
     track->energy[k] = sum;
     track->volume[k] = flesh_mesh_volume(flesh_system_mesh(system), x);
   }
-  free(energies);
   free(zeros);
   return status;
 }

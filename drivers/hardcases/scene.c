@@ -165,17 +165,11 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   if (!(release && row->release > 0)) fputs(row->effects, stream);
   if (row->flags & FLESH_HARDCASES_STATIC) {
     fputs("time: {method: static}\n", stream);
-  } else if (release) {
-    fputs("time: {step: ", stream);
-    print_seconds(stream, row->release_step > 0 ? row->release_step : 1. / 60);
-    fputs(", end: ", stream);
-    print_seconds(stream, hard + (row->release > 0 ? row->release : row->seconds));
-    fputs(limit, stream);
   } else {
     fputs("time: {step: ", stream);
-    print_seconds(stream, step_of(run));
+    print_seconds(stream, !release ? step_of(run) : row->release_step > 0 ? row->release_step : 1. / 60);
     fputs(", end: ", stream);
-    print_seconds(stream, hard);
+    print_seconds(stream, hard + (!release ? 0 : row->release > 0 ? row->release : row->seconds));
     fputs(limit, stream);
   }
   fprintf(stream, "start: {state: %s}\n", release ? "out/state.txt" : "start.txt");

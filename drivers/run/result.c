@@ -34,20 +34,18 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const
                              .cpu_s = NAN,
                              .longest_step = {.t = NAN, .ratio = NAN},
                              .effects = flesh_system_effect_count(system)};
-  figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
   for (int k = 0; k < probes; k++) figures->probe_columns += flesh_probe_columns(&probe[k], columns);
-  const int count = FLESH_PROBE_FIGURES * figures->probe_columns;
-  figures->probes = malloc(sizeof(double) * ((size_t)count + 1));
-  if (!figures->energies || !figures->probes) return flesh_no_memory();
-  for (int e = 0; e < figures->effects; e++) figures->energies[e] = NAN;
-  for (int k = 0; k < count; k++) figures->probes[k] = NAN;
+  const int count = figures->effects + FLESH_PROBE_FIGURES * figures->probe_columns;
+  figures->energies = malloc(sizeof(double) * ((size_t)count + 1));
+  if (!figures->energies) return flesh_no_memory();
+  for (int k = 0; k < count; k++) figures->energies[k] = NAN;
+  figures->probes = figures->energies + figures->effects;
   return FLESH_OK;
 }
 
 void flesh_figures_close(flesh_figures *figures)
 {
   free(figures->energies);
-  free(figures->probes);
   figures->energies = figures->probes = NULL;
 }
 

@@ -58,7 +58,7 @@ typedef struct flesh_figures {
   double start_contact; /* energy of contacts at the start, J */
   double *energies; /* [effects] at the end, J, elasticity relative to rest */
   int probe_columns;
-  double *probes; /* [FLESH_PROBE_FIGURES*probe_columns], as of flesh_probes_note */
+  double *probes; /* [FLESH_PROBE_FIGURES*probe_columns], as of flesh_probes_note; behind `energies` */
   double wall_s, cpu_s;
   long peak_memory_kB;
 } flesh_figures;

@@ -101,10 +101,9 @@ int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv)
     fields += *at == ',' || *at == '\n';
   }
   csv->path = strdup(path);
-  csv->names = calloc(fields, sizeof *csv->names);
-  csv->cells = calloc(fields, sizeof *csv->cells);
-  if (!status && (!csv->path || !csv->names || !csv->cells))
-    status = flesh_no_memory_for(path);
+  csv->names = calloc(2 * fields, sizeof *csv->names);
+  if (!status && (!csv->path || !csv->names)) status = flesh_no_memory_for(path);
+  csv->cells = csv->names + fields;
   if (!status) status = cut(csv, rows);
   if (status) flesh_csv_clear(csv);
   return status;
@@ -115,7 +114,6 @@ void flesh_csv_clear(flesh_csv *csv)
   free(csv->path);
   free(csv->text);
   free(csv->names);
-  free(csv->cells);
   *csv = (flesh_csv){0};
 }
 

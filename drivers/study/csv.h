@@ -11,7 +11,7 @@ typedef struct flesh_csv {
   char *path, *text;
   int columns, rows;
   char **names; /* [columns] as the header has them */
-  char **cells; /* [rows*columns], into `text` */
+  char **cells; /* [rows*columns], into `text`; behind the names */
 } flesh_csv;
 
 typedef enum flesh_csv_rows {
