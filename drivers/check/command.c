@@ -105,6 +105,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   unsigned long long seed = (unsigned long long)flesh_scene_outputs(scene)->seed;
   double *x = malloc(sizeof(double) * (size_t)flesh_system_unknowns(system));
   if (!x) return flesh_no_memory();
+  int status = FLESH_OK;
   disturb(system, seed, state, x);
   printf("derivatives (relative errors):\n  %-12s  %10s  %10s  %10s  %10s  %10s  %10s  %10s\n", "",
          "r static", "r dynamic", "K static", "K dynamic", "evaluate", "asymmetry", "negative");
@@ -112,11 +113,9 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect *effect = flesh_system_effect(system, e);
     flesh_derivative_report report;
-    int zero = 0, status = flesh_effect_check_derivatives_or_zero(effect, mesh, state->t, x, seed, &report, &zero);
-    if (status < 0) {
-      free(x);
-      return status;
-    }
+    int zero = 0;
+    status = flesh_effect_check_derivatives_or_zero(effect, mesh, state->t, x, seed, &report, &zero);
+    if (status < 0) break;
     printf("  %-12s", effect->operations->name);
     if (status) {
       printf("  not differentiated: %s\n", flesh_status_text(status));
@@ -133,7 +132,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
     *failed += !fine;
   }
   free(x);
-  return FLESH_OK;
+  return status < 0 ? status : FLESH_OK;
 }
 
 static int check(const flesh_scene *scene, int *failed)

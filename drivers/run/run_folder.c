@@ -9,7 +9,6 @@
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
 #include "cli/path.h"
 #include "output/vtu_read.h"
 #include "run/start.h"
