@@ -56,7 +56,7 @@ static void bdf2_finish(flesh_method_memory *memory, const flesh_state *state, c
   double *dx = memory->vectors[0], *dv = memory->vectors[1], *a = memory->vectors[LAST], *before = memory->vectors[BEFORE];
   const int known = has_past(memory, h);
   const double w = known ? h / memory->h : 0, c = (1 + 2 * w) / (1 + w), past = w * w / (1 + w);
-  double *v = memory->a0; /* stage that has been solved */
+  double *v = memory->a0; /* memory of the stage, which has been solved */
   bdf2_velocity(memory, state, u, h, v);
   for (int d = 0; d < memory->n; d++) {
     before[d] = a[d];

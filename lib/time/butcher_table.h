@@ -17,7 +17,7 @@ typedef struct flesh_butcher_table {
 /* Returns the table of that name, which is not FLESH_TABLE_AUTO. */
 const flesh_butcher_table *flesh_butcher_table_of(flesh_table table);
 
-/* Returns backward Euler as a table; its error is its difference from the trapezoidal rule. */
+/* Backward Euler as a table; its error is its difference from the trapezoidal rule. */
 extern const flesh_butcher_table flesh_butcher_backward_euler;
 
 /* Names of the tables in a scene, in the order of the enum; NULL ends them. */

@@ -58,9 +58,9 @@
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
-/* Shares of the motion's energy that steps may gain: where errors choose their lengths, a hundredth, at most
- * `tolerance`, by all steps together; else a fiftieth of the gain that ends the run. After that each step may still
- * gain a thousandth, as there are gains that no halving lessens. */
+/* Shares of the motion's energy that all steps together may gain: where errors choose their lengths, a hundredth, at
+ * most `tolerance`; else a fiftieth of the gain that ends the run. After that each step may still gain a thousandth of
+ * it, as there are gains that no halving lessens. */
 static const double gain_of_controlled = 0.01, gain_of_fixed = 0.02, least_of_step = 0.001;
 
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch)
@@ -151,7 +151,7 @@ void flesh_energy_watch_add_work(flesh_energy_watch *watch, double t_from, doubl
                                  int first_order)
 {
   const double h = t_to - t_from, rate = work / h, gap = t_stage - watch->rate_t;
-  double share = 0; /* time of the stage before */
+  double share = 0; /* weight of the stage before */
   if (!first_order && !isnan(watch->rate) && gap > 0) share = fmin((t_stage - (t_from + h / 2)) / gap, 1);
   watch->balance.supplied += share > 0 ? h * ((1 - share) * rate + share * watch->rate) : work;
   watch->rate = rate;

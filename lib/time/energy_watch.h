@@ -46,7 +46,7 @@ typedef struct flesh_energy_watch {
 /* Creates the watch over a run; borrows `evaluation`. FLESH_ERR_MEMORY. */
 int flesh_energy_watch_create(flesh_evaluation *evaluation, flesh_energy_watch *watch);
 void flesh_energy_watch_clear(flesh_energy_watch *watch);
-/* Starts the watch anew, but keeps the limit. */
+/* Archives the watch, except for the limit. */
 void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
 
 /* Returns the point at the state's positions and velocities at time t, with accelerations a [n] (NULL: 0). */
@@ -61,7 +61,7 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch);
  * its energy counts as put in. The first state starts the balance. */
 void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_state *state);
 
-/* Returns the power [W] at t, where a step begins whose stages go on from there (0: nothing is moved). */
+/* Takes in the power `rate` [W] at t, where a step begins whose stages go on from there (0: nothing is moved). */
 void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate);
 
 /* Adds the work of a step from t_from to t_to to the work put in: `work` is the power of its stage, at t_stage, times

@@ -104,8 +104,8 @@ static int take_increment(flesh_integrator *self, flesh_state *state, const fles
 }
 
 /* Ends a solve that has failed (status > 0) with a sentence if a part of the load has moved a piece that touches
- * others, but that no pin or joint holds, by a quarter of its size, and nothing has moved the obstacles: it slides,
- * rolls or falls on, with a smaller load as well. After breaks, where h is 0, check_held reports that. FLESH_ERR_SOLVE. */
+ * others, but that no pin or joint holds, by a quarter of its size, and nothing prescribed moves: it slides, rolls
+ * or falls on, with a smaller load as well. After breaks, where h is 0, check_held reports that. FLESH_ERR_SOLVE. */
 static int check_stays(flesh_integrator *self, const flesh_state *state, double load, int status)
 {
   const flesh_rigid_parts *parts = &self->first.parts;
@@ -312,7 +312,8 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
   return status;
 }
 
-/* Solves for equilibrium at t+h; if surfaces that were let apart touch again by it, solves again. */
+/* Solves for equilibrium at t+h; if surfaces that ignored each other have come apart there, and touch from now on, solves
+ * again. */
 static int come_apart(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };

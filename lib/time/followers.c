@@ -145,7 +145,8 @@ static int search(flesh_followers *self, double before, double *x, double *norm,
 
 int flesh_followers_improve(flesh_followers *self, double target, flesh_state *state, flesh_solve_stats *stats)
 {
-  enum { ITERATIONS = 30, PATIENCE = 4 }; /* iterations in which the first move must halve */
+  enum { ITERATIONS = 30, PATIENCE = 4 }; /* iterations in which the first move must halve: near the largest load none
+                                          * does */
   flesh_newton *newton = self->newton;
   double norm, length = INFINITY, least = INFINITY;
   memset(&newton->stats, 0, sizeof newton->stats);

@@ -152,7 +152,7 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
   self->rejected = self->unconverged = self->newton = 0;
   if (!flesh_energy_watch_knows(self->energy.watch)) flesh_energy_watch_jump(self->energy.watch, state->t, state);
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
-  /* Returns whether only rounding sets an event apart from t. */
+  /* Passes an event that only rounding sets apart from t. */
   while (!status && flesh_ida_event(self->problem) - state->t < 1e-10 * self->h) {
     state->t = flesh_ida_event(self->problem);
     status = flesh_ida_start(self->problem, state, self->y, self->yp);
@@ -163,7 +163,7 @@ static int start(flesh_ida_steps *self, flesh_state *state, double ahead)
   if (IDAReInit(self->ida, state->t, self->y, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
   const double event = flesh_ida_event(self->problem);
-  /* Returns the first step: half the local error that one of order 1 may make; where nothing moves yet, a tenth of the
+  /* The first step has half the local error that one of order 1 may make; where nothing moves yet, a tenth of the
    * step asked for. */
   double first = fmin(sqrt(local / curvature), 0.1 * (event - state->t));
   if (!(first < INFINITY)) first = 0.1 * ahead;

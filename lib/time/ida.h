@@ -21,7 +21,7 @@ typedef struct flesh_ida_steps {
   void *ida;
   SUNMatrix matrix;
   SUNLinearSolver solver;
-  N_Vector y, yp, atol, errors, rates; /* last states, for the energy's interpolant */
+  N_Vector y, yp, atol, errors, rates; /* rates: for the energy's interpolant */
   flesh_evaluation *evaluation; /* the run's, borrowed */
   /* The state given back last, at t after a step of h, to which IDA's history belongs. */
   int running; /* IDA has a history */

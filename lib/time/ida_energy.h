@@ -10,7 +10,7 @@ typedef struct flesh_ida_energy {
   flesh_energy_watch *watch;
   void *ida;
   N_Vector y, yp; /* memory for interpolated states */
-  double *x, *r;  /* [n] positions, velocities at t; a residual */
+  double *x, *r;  /* [n] positions at t; a residual */
   double t;       /* s, time up to which work is counted */
   double power;   /* W, power of reactions and forces there; NaN: not known */
   int moves;      /* constrained nodes move until the next event */

@@ -90,7 +90,7 @@ int flesh_multipliers_gap(flesh_multipliers *self, const double *x, double *larg
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
 }
 
-/* Returns the largest gap where the solve has led. */
+/* Finds the largest gap where the solve has led. */
 static int find_gaps(flesh_multipliers *self, const flesh_stage *stage, const flesh_stage_end *end, const double *u,
                      double *largest)
 {

@@ -18,7 +18,7 @@ typedef struct flesh_multipliers {
   double allowed;   /* gaps that a step may leave whose error chooses its length; else 0 */
   double left;      /* the largest gap after a solve that did not converge although forces balanced; else 0 */
   double inertia;   /* kg/m: density times the square of the distance from the inside of the body to its surface */
-  double softest;   /* Pa; penalties */
+  double softest;   /* Pa, the least of the penalties */
   double *own;      /* [count] Pa, multipliers of states that come without any */
   double *trial;    /* [count] Pa, multipliers of the solve under way, and where it ended */
   int goes_on;      /* the state has those that the last solve gave it */

@@ -42,7 +42,7 @@ void flesh_prescribed_set(flesh_prescribed *self, double begin, double end, cons
   }
 }
 
-/* Returns derivatives at begin + s h of the cubic through the four positions (Newton's form); exactly 0 at rest. */
+/* Computes the derivatives at begin + s h of the cubic through the four positions (Newton's form); exactly 0 at rest. */
 static void derivatives(const flesh_prescribed *self, int d, double s, double *v, double *a)
 {
   double x0 = self->x[0][d], x1 = self->x[1][d], x2 = self->x[2][d], x3 = self->x[3][d];

@@ -85,7 +85,7 @@ static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record 
   record->J_bound = m.J_bound;
 }
 
-/* Records the state at `at`, with the multipliers and internal variables of the step's end. */
+/* Returns the point at `at`, with the multipliers and internal variables of the step's end. */
 static flesh_point point_of(const watch *w, const flesh_state *at, const flesh_state *end)
 {
   flesh_point point = flesh_point_at(at->t, at->x, at->v, w->zeros);

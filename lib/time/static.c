@@ -9,5 +9,5 @@ static void static_stage(const flesh_method_memory *memory, const flesh_state *s
       (flesh_stage){.t = t_end, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = state->x};
 }
 
-/* Sets the velocities to zero once the whole load is on: a part of it may yet be taken back. */
+/* The velocities are set to zero only once the whole load is on: a part of it may yet be taken back. */
 const flesh_method_row flesh_method_static = {.stage = static_stage};

@@ -7,7 +7,7 @@
 #include "system/ranks.h"
 #include "system/softened.h"
 
-/* Poisson's ratios of the levels: each after the first has ten times the resistance to changes of volume. */
+/* Poisson's ratios of the levels: each but the first resists changes of volume a tenth as much as the next. */
 static const double ratios[FLESH_SOFTENINGS] = {0, 0.49, 0.499};
 /* Softening is worth a solve where the lambda/mu of the body's stiffest material is larger by this factor. */
 static const double worth = 5;

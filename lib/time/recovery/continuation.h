@@ -16,7 +16,7 @@ typedef struct flesh_continuation {
   double *start;                  /* [n] where solves with softened materials have led */
   int n;                          /* unknowns */
   int count;                      /* number of levels that are worth a solve; at least 1 */
-  flesh_system *softened[FLESH_SOFTENINGS]; /* the first level; each is ten times as stiff as the one before */
+  flesh_system *softened[FLESH_SOFTENINGS]; /* [count] of the first levels, each stiffer than the one before */
 } flesh_continuation;
 
 /* Makes the softened systems of the solver's system; `start` [n] is room. FLESH_ERR_MEMORY on this rank alone; to be

@@ -53,7 +53,7 @@ int flesh_recovery_softens(flesh_recovery *self, const double *x)
   return tangled && (before & (before - 1)) == 0;
 }
 
-/* Returns the part at the place. */
+/* Finds the part at the place, from `begin` on. */
 static void find_part(flesh_cutbacks *self, double begin)
 {
   const flesh_span *span = &self->span;

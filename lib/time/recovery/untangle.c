@@ -30,7 +30,7 @@ static const double inertial_fraction = 1e-6;
 enum {
   VECTORS = 7,
   QUASI_STATIC_STEPS = 5, /* steps in a row, so that no turning point of a motion passes for rest */
-  ATTEMPT_LIMIT = 3       /* steps at a tangle after which loads may no longer hold it */
+  ATTEMPT_LIMIT = 3       /* attempts at one tangle, which loads that change meanwhile may no longer hold */
 };
 
 struct flesh_untangler {
