@@ -11,7 +11,7 @@
 /* Measures of the surface, from which the default thickness and stiffness and the core's weight are computed. On a part
  * of a body they are this rank's sums. */
 typedef struct flesh_contact_measures {
-  double edges, areas; /* m, m^2: sums over `triangles` triangles of the surface; for a whole body means, with triangles = 1 */
+  double edges, areas; /* m, m^2: an edge, twice the area, summed over `triangles` surface triangles; whole body: means, and 1 */
   double triangles;
   double stiffness; /* Pa, three times the largest shear modulus of the body */
 } flesh_contact_measures;

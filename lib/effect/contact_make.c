@@ -81,7 +81,7 @@ static flesh_contact_measures measure_surface(const flesh_mesh *mesh, const fles
 }
 
 /* Sets the parameters that were not given, and those of the core, from the measures of the whole body. The core's
- * weight takes the mean area of a triangle. */
+ * weight takes a node's mean area, twice that of a triangle: a mesh has half as many nodes as triangles. */
 static void settle(flesh_contact *self)
 {
   const flesh_contact_measures *m = &self->measures;
@@ -144,6 +144,7 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self)
   return FLESH_OK;
 }
 
+/* Three times the largest shear modulus is Young's modulus of an incompressible material. */
 double flesh_contact_body_stiffness(const flesh_body *body)
 {
   int count = body->materials ? 1 : 0;

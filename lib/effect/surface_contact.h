@@ -156,7 +156,7 @@ enum { FLESH_SURFACE_PLACES = 13 };
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
 void flesh_surface_near_destroy(void *near);
 
-/* Returns the point's cache, or a new one for this call (*own), which the caller destroys. Sets its stiffness and bonds
+/* Finds the point's cache, or a new one for this call (*own), which the caller destroys. Sets its stiffness and bonds
  * from the point's internal variables. FLESH_ERR_MEMORY. */
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, flesh_surface_near **near, int *own);
 /* Allocates the memory for bonds, once the finder exists. FLESH_ERR_MEMORY. */

@@ -60,7 +60,8 @@ static COMPILED_ONCE void load_options(const flesh_batches *batches, int index, 
     flesh_set_lane(&p->multiplier, l, at->multipliers[batches->tet[first + l]]);
 }
 
-/* Computes U and its derivatives lane by lane, for a user's own function; returns nonzero if U has no value. */
+/* Computes U and its derivatives lane by lane, for a user's own function: 0 where U has no value, and the status
+ * then is not FLESH_OK. */
 static __attribute__((noinline, cold)) int volume_term_one_by_one(const flesh_material *material, const flesh_real *J,
                                                                   flesh_real of[3])
 {

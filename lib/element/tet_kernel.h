@@ -48,8 +48,8 @@ typedef struct flesh_tiles {
   const int *fresh; /* [count][2] how many of its pairs of different nodes, and of its nodes, belong to no tile before;
                      * these come first */
   const uint16_t *nodes; /* [batches][lanes][4 or 10] four times each node's index in its tile */
-  const uint16_t *pairs; /* [batches][lanes][6 or 45] eight times each pair's index (01 02 03 ... 12 13 ...); unused
-                          * lanes have the number of pairs */
+  const uint16_t *pairs; /* [batches][lanes][6 or 45] eight times each pair's index (01 02 03 ... 12 13 ...); in
+                          * unused lanes eight times the number of pairs */
   const uint8_t *turned; /* for each tile's pairs, from pair_first on, 1: the first node has the larger number in the
                           * mesh, so that the body's block is the transpose; NULL for tets of four nodes */
 } flesh_tiles;

@@ -12,7 +12,7 @@
 #include "geometry/obstacle.h"
 
 typedef struct flesh_contact_core {
-  int points;       /* number of balls of the core; 0: the obstacle has no core, and the members below are unset */
+  int points;       /* number of balls of the core; 0: the obstacle has no core; all arrays below are then NULL */
   double *centres;  /* [3*points] centres of the balls in the obstacle's frame */
   double radius, thickness;
   double weight;    /* N, stiffness times an area */

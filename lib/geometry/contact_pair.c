@@ -111,7 +111,7 @@ double flesh_contact_pair_force(const flesh_contact_pair *pair, const double *x,
   return -pair->weight * first * (find_mollifier(pair, x, &m) ? m.value : 1);
 }
 
-/* Returns the barrier's derivatives used in the Hessian: those at the present gap or, with an expected gap, the secant
+/* Computes the barrier's derivatives used in the Hessian: those at the present gap or, with an expected gap, the secant
  * to it and the force there. */
 static void find_derivatives(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *first,
                              double *second)

@@ -22,7 +22,7 @@ double flesh_obstacle_tree_max_feasible_step(const flesh_obstacle_tree *tree, co
 /* Returns a lower bound of the distance from the box [low, high] to the triangles: the distance to the leaves' boxes.
  * INFINITY: more than `reach`; NaN if the box has NaN. */
 double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *tree, const double low[3], const double high[3], double reach);
-/* Returns the triangles (borrowed); nodes at the same position are merged. */
+/* Gives the triangles (borrowed); nodes at the same position are merged. */
 void flesh_obstacle_tree_surface(const flesh_obstacle_tree *tree, int *nodes,
                                  const double **positions, int *triangles, const int **corners);
 

@@ -10,8 +10,8 @@ enum { FEWEST_NODES = 600 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
 /* Stiffness ratios of rows from which on they are projected out: those of nu = 0.489 and 0.493. An equilibrium takes as
- * much work with as without the projection at 0.475 to 0.493, depending on mesh and load, a step in motion at about 0.495
- * (README.md). */
+ * much work with as without the projection at 0.475 to 0.493, the larger mesh and load are, a step in motion at about
+ * 0.495 (README.md). */
 static const double STIFF = 6, STIFF_IN_MOTION = 10;
 /* Share of the stiffness of the rest, without the rows, from which on inertia counts as motion. */
 static const double HEAVY = 1e-3;

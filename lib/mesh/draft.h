@@ -23,7 +23,7 @@ typedef struct flesh_draft {
   int *edge_nodes;        /* [6*tet_room] if tet_size is 10, else NULL */
   int *regions;
   int64_t *tet_where, *tet_tag;
-  flesh_mesh_sets sets; /* sorted by flesh_draft_finish */
+  flesh_mesh_sets sets; /* settled (sets.h) by flesh_draft_finish */
 } flesh_draft;
 
 /* Sets the number of nodes and allocates them. FLESH_ERR_MEMORY. */

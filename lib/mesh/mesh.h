@@ -26,7 +26,7 @@ struct flesh_mesh {
   int piece_count;
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
-  flesh_mesh_sets sets; /* with sorted members */
+  flesh_mesh_sets sets; /* settled (sets.h): members rise, without repeats */
   flesh_tet_marks *marks; /* [tets] if bisection made the mesh; NULL: bisection begins with the longest edges */
   struct flesh_split_part *split; /* for a part of a split mesh (split.h); NULL: this is a whole mesh */
 };
@@ -67,7 +67,7 @@ typedef struct flesh_mesh_lists {
   int nodes, tets;
   const double *positions;
   const int *tet_nodes, *edge_nodes, *regions, *ends;
-  const flesh_mesh_sets *sets; /* with sorted members, copied; NULL: none */
+  const flesh_mesh_sets *sets; /* settled (sets.h), copied; NULL: none */
 } flesh_mesh_lists;
 
 /* Like flesh_mesh_create, but errors name the place in `origin`'s file (NULL: indices only). */

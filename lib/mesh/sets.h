@@ -41,7 +41,7 @@ typedef struct flesh_mesh_sets_map {
   const int *nodes, *tets;   /* new number of each, -1: it is gone; NULL: the old number */
   int first_node, first_tet; /* added to the new number */
   int children;              /* number of consecutive tets that replace each tet; 0: one */
-  const int *first_children; /* [tets+1] first of the tets made of each, in a row; replaces the last three; or NULL */
+  const int *first_children; /* [tets+1] first of the tets made of each, in place of tets, first_tet, children; or NULL */
 } flesh_mesh_sets_map;
 
 /* Adds the members of `from`, mapped to the other mesh, to the sets of the same names in `to`. FLESH_ERR_FILE,

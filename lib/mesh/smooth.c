@@ -119,7 +119,7 @@ static void note_triangle(const smoothing *s, int triangle, int *known)
     known[nodes[a]] |= fabs(flesh_vec3_dot(s->normals + 6 * (size_t)nodes[a] + 3, normal)) > plane ? SECOND * kind : kind;
 }
 
-/* Holds the inner nodes of a tet that are in a set, unless the set has all nodes of the tet. */
+/* Holds the inner nodes of a tet that are in a set, unless the set has all corners of the tet. */
 static void hold_in_tet(smoothing *s, const int *known, const int *nodes)
 {
   const int all = known[nodes[0]] & known[nodes[1]] & known[nodes[2]] & known[nodes[3]] & IN;

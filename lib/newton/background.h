@@ -20,7 +20,7 @@ typedef struct flesh_background {
 int flesh_background_create(const flesh_mesh *mesh, int pairs, const double *x0, double shift,
                             flesh_background **background, flesh_effect **effect);
 
-/* Returns in i and j the nodes of block k: the same node twice, or a pair. */
+/* Gives in i and j the nodes of block k: the same node twice, or a pair. */
 void flesh_background_ends(const flesh_background *background, int k, int *i, int *j);
 
 #endif

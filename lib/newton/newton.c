@@ -321,7 +321,7 @@ static int moves_nothing(const flesh_newton *self, const flesh_step *step)
   return flesh_largest(self->threads, equations->n, step->p) <= step->cut * DBL_EPSILON * largest;
 }
 
-/* An equilibrium whose edges and loads grow by this factor has no solution. */
+/* Edges and loads that are this many times as large as at first are on the way to no equilibrium. */
 static const double runaway = 10;
 /* Distance from the start of an equilibrium, in lengths of the body or of prescribed displacements. */
 static const double free_distance = 1000;

@@ -25,7 +25,7 @@ typedef struct flesh_node_forces {
 } flesh_node_forces;
 
 /* Prepares the forces. Borrows body and system; for a part of a body (flesh/ranks.h) every rank calls these functions
- * and gets the body's forces on the part's nodes. If no forces are wanted, `system` may be NULL. `status` is the
+ * and gets the body's forces on the part's nodes. If no forces are wanted, forces->system is NULL. `status` is the
  * caller's own so far: if it is not FLESH_OK on some rank, all ranks fail. FLESH_ERR_MEMORY. After an error *forces is
  * cleared. */
 int flesh_node_forces_open(int status, const flesh_body *body, const flesh_system *system, int is_static,

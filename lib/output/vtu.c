@@ -60,7 +60,7 @@ static void print_component_names(FILE *stream, const flesh_vtu_array *array)
   }
 }
 
-/* A file being written: bytes of a block's length (4 or 8), and the offset of the block whose header comes next. */
+/* A file being written: bytes of a block's length (4 or 8), and the offset of the block whose header was printed last. */
 typedef struct writer {
   FILE *stream;
   size_t length_size;

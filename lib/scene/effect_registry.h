@@ -19,7 +19,7 @@
 /* How a rank makes an effect when it has only a part of a split mesh (mesh/split.h), with two layers of tets around
  * it. */
 typedef enum flesh_row_on_parts {
-  FLESH_PARTS_REFUSED, /* not at all: it needs the whole mesh, such as its count of nodes */
+  FLESH_PARTS_REFUSED, /* not at all: it needs the whole mesh, as a weld, whose surfaces may be in two parts */
   FLESH_PARTS_NODES,   /* from the nodes and faces that it acts on here */
   FLESH_PARTS_TETS     /* from the rank's own tets */
 } flesh_row_on_parts;
@@ -33,8 +33,8 @@ typedef struct flesh_effect_row {
   /* Adds the effect to the system. Reads nothing but `parameters`; errors do not name file and line, which the caller
    * knows. */
   int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
-  /* Gives the nodes over which probes sum the effect's forces, new *nodes [*count], freed by the caller. NULL: all
-   * nodes, as for a contact. */
+  /* Gives the nodes over which probes sum the effect's forces, if these are not all, new *nodes [*count], freed by the
+   * caller. NULL: no such nodes (a contact has all). */
   int (*bearers)(const void *parameters, const flesh_body *body, int *count, int **nodes);
   int once; /* 1: acts on the whole body, so a scene names it at most once */
   flesh_row_on_parts on_parts;

@@ -49,7 +49,7 @@ typedef struct flesh_scene_probe {
 typedef struct flesh_output_keys {
   flesh_scene_output given;
   flesh_objects probes; /* of flesh_scene_probe */
-  int reactions;        /* 1: adds a probe of each pin, prescribed motion and contact */
+  int reactions;        /* 1: adds a probe of each pin, prescribed motion, contact, weld and joint */
   int error_bars;       /* 1: `flesh run` adds error bars */
 } flesh_output_keys;
 

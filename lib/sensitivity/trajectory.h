@@ -117,7 +117,7 @@ void flesh_trajectory_count(flesh_trajectory *trajectory);
 
 /* flesh_tape.pass. */
 int flesh_trajectory_pass(void *data, const flesh_step_place *place);
-/* Returns part k, from 0 on, until the next call. If it is not kept, it is repeated with those before it.
+/* Gives part k, from 0 on, until the next call. If it is not kept, it is repeated with those before it.
  * FLESH_ERR_ARGUMENT if the integrator is gone; FLESH_ERR_MEMORY, and the errors of its steps. */
 int flesh_trajectory_part(flesh_trajectory *trajectory, int k, const flesh_recorded_part **part);
 /* Visits all parts from the first one on, and repeats those that are not kept. Returns the errors of flesh_trajectory_part,
@@ -133,7 +133,7 @@ void flesh_known_clear(double **known);
 int flesh_trajectory_take_known(flesh_trajectory *trajectory, const flesh_taken_part *taken, flesh_recorded_part *part);
 /* Advances the known vectors from the part's beginning to its end, and drops those that depend on unknown ones. */
 void flesh_known_go_on(flesh_trajectory *trajectory, const flesh_recorded_part *part, double **known);
-/* Returns in *found a part that is kept, with its known vectors, until the next call. FLESH_ERR_MEMORY. */
+/* Gives in *found a part that is kept, with its known vectors, until the next call. FLESH_ERR_MEMORY. */
 int flesh_trajectory_find_known(flesh_trajectory *trajectory, const flesh_recorded_part *part,
                                 const flesh_recorded_part **found);
 

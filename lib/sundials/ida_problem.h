@@ -137,7 +137,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
  * INFINITY where it has no value. */
 double flesh_ida_curvature(flesh_ida_problem *problem, double ahead, N_Vector y, N_Vector yp);
 
-/* Returns L and V of flesh_ida_tolerances. */
+/* Gives L and V of flesh_ida_tolerances. */
 void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity);
 
 #endif
