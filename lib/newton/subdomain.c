@@ -17,13 +17,8 @@
 
 enum {
   RINGS = 2,       /* rings of neighbours around the nodes that carry the residual; half as many with ten-node tets */
-<<<<<<< HEAD
   ITERATIONS = 60, /* most Newton iterations */
   MOST_WHOLE = 2   /* largest cost of these, in iterations of the whole body */
-=======
-  ITERATIONS = 60, /* at most */
-  WORTH = 2        /* Newton iterations of the whole body, as much as whose cost the subdomain's may take */
->>>>>>> c860ef89 (Comments that had changed their meaning are true again: outputs, lengths, sets, cores and parts)
 };
 static const double least_residual = 1e-2; /* relative to the largest residual of a node */
 static const double largest_fraction = 0.25; /* fraction of the body's nodes */
