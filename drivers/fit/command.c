@@ -13,7 +13,7 @@
 #include "study/embedded.h"
 #include "study/study.h"
 
-/* Nothing that is written may replace what is read. */
+/* Fails if a file that is to be written would replace an input. */
 static int spare_inputs(const flesh_fit *fit)
 {
   static const char *const names[] = {"result.json", "fit.csv", "map.csv", "tets.csv", "map.vtu",
@@ -28,7 +28,7 @@ static int spare_inputs(const flesh_fit *fit)
   return flesh_inputs_spare_in(&inputs, fit->options.out, names, folders);
 }
 
-/* The search, and what is written of it. */
+/* Searches, and writes what is found. */
 static int find(flesh_fit *fit)
 {
   flesh_fit_found found = {0};

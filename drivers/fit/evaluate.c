@@ -1,4 +1,4 @@
-/* evaluate.c: what is measured, and its derivatives by the parameters, at given parameters. */
+/* evaluate.c: computes the measured quantities and their derivatives by the parameters, at given parameters. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,10 +6,11 @@
 #include "base/error.h"
 #include "fit/fit.h"
 
-/* The step of central differences in q: their error is of its square, and the solves' is over it. */
+/* Step of central differences in q. Their error is proportional to its square, and that of the solves is divided by
+ * it. */
 static const double difference = 1e-3;
 
-/* The places of a central difference at p, within the bounds. */
+/* Finds the two ends of a central difference at p, within the bounds. */
 static void place_difference(const flesh_fit_parameter *parameter, double p, double *low, double *high)
 {
   const double q = flesh_fit_q_of(parameter, p);
@@ -28,8 +29,8 @@ static int run_changed(flesh_fit *fit, int experiment, double *p, int k, double 
   return status;
 }
 
-/* A column of the Jacobian by a central difference, a one-sided one at a bound and where a run fails. `room` is for two
- * runs. */
+/* Computes a column of the Jacobian by a central difference, or by a one-sided one at a bound and if a run fails.
+ * `room` holds the values of two runs. */
 static int differentiate(flesh_fit *fit, int experiment, double *p, int k, double *room, double *jacobian, int *good)
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];

@@ -1,5 +1,5 @@
-/* fit.h: parameters of scenes fitted to measurements: what a spec says, runs and their derivatives at parameters, the search,
- * and what follows from its end. */
+/* fit.h: fits parameters of scenes to measurements: the spec, runs and their derivatives at given parameters, the
+ * search, and statistics of its end. */
 #ifndef FLESH_FIT_FIT_H
 #define FLESH_FIT_FIT_H
 
@@ -12,27 +12,27 @@
 
 enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400, FLESH_FIT_SENTENCE = 600 };
 
-/* Tables of a run whose numbers are compared with measured ones, in the order of the spec's keys. */
+/* The tables of a run with which measured numbers are compared, in the order of the spec's keys. */
 typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_FIT_OF_POSITIONS } flesh_fit_table;
 
-/* A key that is fitted, or a constant of a tet's material. The search goes on in q: log(value) where `spacing` is logarithmic,
+/* A parameter: a key, or a material constant of one tet. The search works in q: log(value) if `spacing` is logarithmic,
  * else value / scale. */
 typedef struct flesh_fit_parameter {
   char *key, *name;
-  double start, from, to, scale; /* from, to: bounds, may be infinite */
+  double start, from, to, scale; /* from, to: bounds, which may be infinite */
   int spacing;                   /* FLESH_LINEAR, FLESH_LOGARITHMIC */
-  const flesh_node *experiment_list; /* NULL: all */
+  const flesh_node *experiment_list; /* list of names in the spec; NULL: all experiments */
   const flesh_node *place;
 } flesh_fit_parameter;
 
 /* A measured number. */
 typedef struct flesh_fit_datum {
-  int quantity, row; /* of its file; the row among those of data */
+  int quantity, row; /* quantity of its file; row among the rows of data */
   double t;          /* s; NaN: at the run's end */
   double value, deviation;
 } flesh_fit_datum;
 
-/* A point of a body, by nodes and their weights. */
+/* A point of a body: nodes and their weights. */
 typedef struct flesh_fit_point {
   int count, nodes[10];
   double weights[10];
@@ -42,10 +42,10 @@ typedef struct flesh_fit_quantity {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
 } flesh_fit_quantity;
 
-/* A file of measurements: its keys, and what it holds. */
+/* A file of measurements: the keys in the spec, and the content. */
 typedef struct flesh_fit_measured {
-  const char *paths[3]; /* by flesh_fit_table; one is not NULL */
-  const flesh_node *chosen, *place; /* columns, NULL: all */
+  const char *paths[3]; /* by flesh_fit_table; exactly one is not NULL */
+  const flesh_node *chosen, *place; /* columns that are chosen; NULL: all */
   double deviation, weight; /* of each number; NaN: not given */
   int table; /* flesh_fit_table */
   const char *path;
@@ -53,38 +53,38 @@ typedef struct flesh_fit_measured {
   flesh_fit_quantity *quantities;
   int count;
   flesh_fit_datum *data;
-  int first_column; /* of its quantities among the experiment's columns of probes; of other tables without meaning */
+  int first_column; /* index of its first quantity in the experiment's columns of probes; meaningless for other tables */
   int row_count;
-  flesh_fit_point *points; /* [row_count] of positions; else NULL */
+  flesh_fit_point *points; /* [row_count] for positions; else NULL */
 } flesh_fit_measured;
 
-/* The equilibria of the last run of an experiment from which what was measured is taken, for tangents there. */
+/* The equilibria of an experiment's last run at which quantities were measured, kept for tangents. */
 typedef struct flesh_fit_kept {
-  double *p; /* [parameters] of the run; NULL: none is kept */
+  double *p; /* [parameters] of that run; NULL: nothing is kept */
   int count, room;
-  flesh_state *states; /* [count] ascending in time, with arrays of their own */
-  int has_start;       /* the first is the run's start, which is no equilibrium and depends on no parameter */
-  double before;       /* s; the time of the row before the last one, kept or not */
+  flesh_state *states; /* [count] ascending in time; they own their arrays */
+  int has_start;       /* the first state is the run's start, which is no equilibrium and depends on no parameter */
+  double before;       /* s; time of the row before the last one, whether it was kept or not */
 } flesh_fit_kept;
 
 typedef struct flesh_fit_experiment {
   const char *name, *scene;
-  const flesh_node *place, *scene_place, *given; /* given: of `set`, NULL: nothing */
-  flesh_settings set; /* the fit's own before the spec's */
+  const flesh_node *place, *scene_place, *given; /* given: node of `set`; NULL: none */
+  flesh_settings set; /* settings of the fit itself, then those of the spec */
   int nodes;
   double start, end; /* s */
-  flesh_objects files; /* of measurements */
-  int by_differences;  /* the spec asks for these derivatives */
+  flesh_objects files; /* files of measurements */
+  int by_differences;  /* the spec asks for derivatives by differences */
   int measured_count;
   flesh_fit_measured *measured;
   int column_count;
-  const char **columns; /* [column_count] names of the measured columns of probes, one file after the other */
-  int first, count;     /* of its measured numbers among all */
+  const char **columns; /* [column_count] names of the measured columns of probes, file by file */
+  int first, count;     /* range of its measured numbers among all */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
   json_t *inputs; /* for the provenance */
-  unsigned char acts[FLESH_FIT_PARAMETERS]; /* [keys] the parameter is one of this scene */
-  char differences[FLESH_FIT_WORDS]; /* why derivatives are by differences of runs; empty: they are by tangents */
-  int moves; /* it is a motion, whose tangents go along the steps; else it is of equilibria, which are kept */
+  unsigned char acts[FLESH_FIT_PARAMETERS]; /* [keys] whether the parameter is a key of this scene */
+  char differences[FLESH_FIT_WORDS]; /* why derivatives are computed by differences of runs; "" if by tangents */
+  int moves; /* a motion, with tangents along its steps; else equilibria, which are kept */
   flesh_fit_kept kept;
 } flesh_fit_experiment;
 
@@ -92,191 +92,199 @@ typedef struct flesh_fit_map flesh_fit_map; /* map.h */
 
 typedef struct flesh_fit {
   flesh_arena arena;
-  flesh_fit_map *map; /* NULL: all parameters are keys; else its tets are the last ones */
+  flesh_fit_map *map; /* NULL: all parameters are keys; else the map's tets are the last parameters */
   const char *path;
-  flesh_study_options options; /* folder, command line; without ranks */
+  flesh_study_options options; /* folder and command line; no ranks */
   char *text;
   const char *title;
-  int experiment_count, parameter_count, key_count, count; /* keys: parameters that are no tets; count: of all measured numbers */
+  int experiment_count, parameter_count, key_count, count; /* key_count: parameters that are no tets; count: measured numbers */
   flesh_fit_experiment *experiments;
   flesh_fit_parameter *parameters;
   int max_iterations;
   double tolerance;
-  /* Runs so far (runs.c). */
+  /* The runs so far (runs.c). */
   flesh_study study;
   flesh_study_store store;
   char fingerprint[FLESH_STUDY_FINGERPRINT];
-  const char *asked[3]; /* the case that is asked for, by the columns */
-  json_t *record;       /* of that case; NULL: it is to be made */
-  int made, linear;     /* runs, and linear solves for derivatives, of this process */
+  const char *asked[3]; /* the current case, by the columns of the database */
+  json_t *record;       /* record of that case; NULL: it must be computed */
+  int made, linear;     /* number of runs, and of linear solves for derivatives, in this process */
 } flesh_fit;
 
-/* Reads and checks a spec, its scenes and its measurements. FLESH_ERR_ARGUMENT with file, line, key, value and what is
- * valid, FLESH_ERR_FILE, FLESH_ERR_MEMORY. Zero-initialise; close in any case. */
+/* Reads and checks a spec, its scenes and its measurements. Zero-initialise the struct before; close it in any case.
+ * FLESH_ERR_ARGUMENT with file, line, key, value and what is valid; FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
 void flesh_fit_describe_keys(FILE *stream);
-/* Whether an experiment's scene takes a parameter's start, from and to as a key, as far as they are finite and have a place in
- * the spec (of the start, that of its key `start`), and numbers that are not whole. */
+/* Checks that an experiment's scene accepts for a key the parameter's start, from and to, as far as they are finite and
+ * have a place in the spec (that of the start is its key `start`), and that it accepts numbers that are not whole. */
 int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
                            const flesh_fit_parameter *parameter, const char *start);
 
-/* Reads the file that the keys of `measured` name, of an experiment whose scene is given. */
+/* Reads the file that the keys of `measured` name. The scene is that of the experiment. */
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, flesh_fit_measured *measured);
 
-/* The overrides of an experiment at parameters p; to be closed. */
+/* Makes the overrides of an experiment at parameters p; the caller closes them. */
 void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides);
 
-/* Looks whether the runs of an experiment will have what was measured. */
+/* Checks that the runs of an experiment will have the measured quantities. */
 int flesh_fit_try(flesh_fit *fit, int experiment);
-/* Runs an experiment at p in DIR/runs/NAME: values [count] of what was measured. FLESH_OK also where the run failed: `why`
- * then says so, and else is empty. */
+/* Runs an experiment at p in DIR/runs/NAME and returns the values [count] of the measured quantities. Returns FLESH_OK
+ * even if the run failed; `why` then has the reason, and else is "". */
 int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
                        double *cpu_s);
 
 void flesh_fit_kept_clear(flesh_fit_kept *kept);
-/* New copy of t, x and multipliers, with v = 0, of a body with `nodes` nodes. FLESH_ERR_MEMORY. */
+/* Makes a new copy of t, x and multipliers of a body with `nodes` nodes; v is 0. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
 void flesh_fit_state_free(flesh_state *state);
-/* Derivatives [count * keys] of what was measured by all keys, at the kept equilibria, or along a motion at p, which is run
- * again. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
+/* Compute the derivatives [count * keys] of the measured quantities by all keys: the first at the kept equilibria, the
+ * second along a motion at p, which is run again. FLESH_ERR_ARGUMENT or FLESH_ERR_SOLVE if there are none. */
 int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
 int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
-/* direction [parameters] = 1 for parameter k; returns the difference by it at p. */
+/* Sets direction [parameters] to 1 for parameter k and 0 for others; returns the length of a difference along it at
+ * p. */
 double flesh_fit_direct(const flesh_fit *fit, const double *p, int k, double *direction);
-/* The scenes at p - h direction and p + h direction. */
+/* Reads the scenes at p - h direction and p + h direction. */
 int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, const double *direction, double h,
                             flesh_scene *scenes[2]);
-/* Why what is measured of a motion has no tangents, or "". */
+/* Returns why the quantities measured of a motion have no tangents, or "". */
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene);
-/* Opens the tables that a run of a scene writes, in a folder. */
+/* Opens in a folder the tables that a run of the scene writes. */
 int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_history **history, flesh_probes **probes);
-/* A scene of an experiment at parameters, whose map is in DIR/map.csv. Returns new. */
+/* Reads a new scene of an experiment at parameters p. The map, if any, is in DIR/map.csv. */
 int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
-/* Takes what was measured from the tables in a folder, whose last state has the positions x [3*nodes]. */
+/* Reads the measured quantities from the tables in a folder. The positions of the last state are x [3*nodes]. */
 int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values);
-/* New path of a folder for tables that are made for a moment; removes them with the folder, and frees the path, NULL-safe. */
+/* Return the new path of a folder for temporary tables; remove the folder with its tables and free the path,
+ * NULL-safe. */
 char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e);
 void flesh_fit_scratch_remove(char *folder);
 
-/* Begins with the runs that DIR/fit.db keeps, or with none. FLESH_ERR_ARGUMENT where they are of another fit. */
+/* Opens DIR/fit.db, with the runs of an earlier fit if there are any. FLESH_ERR_ARGUMENT if they belong to another
+ * fit. */
 int flesh_fit_runs_open(flesh_fit *fit);
-/* Values [count] of a run at p, made where it is not there; written before this returns. `why` is empty, or why it failed. */
+/* Finds the values [count] of a run at p. A missing run is made, and written before this returns. `why` is "", or the
+ * reason of a failure. */
 int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS]);
-/* The derivatives [count * keys] of the same by tangents; where there are none the experiment's `differences` says why. */
+/* Finds the derivatives [count * keys] of these values by tangents; if there are none, the experiment's `differences`
+ * says why. */
 int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents);
-/* The kept equilibria become those of a run at p, which is made again where they are not. */
+/* Makes the kept equilibria those of a run at p, which is repeated unless they are. */
 int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
-/* New object of how many runs there are, and what they took. */
+/* Returns a new object with the number of runs and their cost. */
 json_t *flesh_fit_runs_json(const flesh_fit *fit);
 int flesh_fit_runs_used(const flesh_fit *fit);
 
-/* Values [count] of all experiments at p and, where `jacobian` is not NULL, their derivatives by the keys [count * keys], by
- * rows. *good is 0 where a run failed; its words are then `why`. */
+/* Computes the values [count] of all experiments at p and, unless `jacobian` is NULL, their derivatives by the keys
+ * [count * keys], row by row. If a run failed, *good is 0 and `why` has the reason. */
 int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
                        char why[FLESH_FIT_WORDS]);
 
-/* The i-th of all measured numbers. */
+/* Returns the i-th of all measured numbers. */
 const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
-/* The entry of `jacobian` [count * keys], derivatives at p, that is number i's by q of key k, over the number's deviation. */
+/* Returns the derivative of number i by q of key k, over the number's deviation, from `jacobian` [count * keys], the
+ * derivatives at p. */
 double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacobian, int i, int k);
-/* Its residual over its deviation, and the sum of the squares of `count` of them. */
+/* Return the residual of number i over its deviation; the sum of the squares of `count` such residuals. */
 double flesh_fit_residual(const flesh_fit *fit, int i, const double *values);
 double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values);
 
-/* Singular values of a matrix U [rows][columns], whose columns are first divided by their norms; close in any case. */
+/* Singular values of a matrix U [rows][columns] whose columns are first divided by their norms. Close it in any
+ * case. */
 typedef struct flesh_fit_svd {
   gsl_matrix *U, *V;
   gsl_vector *S, *norms;
   gsl_vector *work, *part; /* [columns] room */
-  int rank;                /* singular values above flesh_fit_least_share of the largest */
+  int rank;                /* number of singular values above flesh_fit_least_share of the largest */
 } flesh_fit_svd;
 int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd); /* FLESH_ERR_MEMORY */
 void flesh_fit_svd_decompose(flesh_fit_svd *svd);
 void flesh_fit_svd_close(flesh_fit_svd *svd);
 
-/* A parameter's value in q, and back; dp/dq. */
+/* Convert a parameter's value to q, and back; return dp/dq. */
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);
 double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q);
 double flesh_fit_slope(const flesh_fit_parameter *parameter, double p);
-/* q within the bounds, and its value, which is within them in spite of rounding. */
+/* Return q limited to the bounds; the value of that q, which is within the bounds in spite of rounding. */
 double flesh_fit_clamp(const flesh_fit_parameter *parameter, double q);
 double flesh_fit_value_at(const flesh_fit_parameter *parameter, double q);
-/* A search whose steps are to keep within bounds by themselves goes on in z: q, or what a smooth function takes to q between
- * the bounds. */
+/* Returns z for a search that does not know the bounds: z is q, or a smooth function takes it to q between the
+ * bounds. */
 double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p);
-/* The value for z, and dq/dz. */
+/* Returns the value for z, and dq/dz in *slope. */
 double flesh_fit_p_at(const flesh_fit_parameter *parameter, double z, double *slope);
-/* Whether p is within a hundredth of the way to a bound: -1, 0 or 1. */
+/* Returns 1 if p is near its upper bound, -1 if near the lower one, else 0. Near is within 0.01 in q, and within a hundredth
+ * of the way between the bounds. */
 int flesh_fit_side(const flesh_fit_parameter *parameter, double p);
-/* Checks start, bounds, spacing and scale (NaN: not given), and fills in what is not given. */
+/* Checks start, bounds, spacing and scale (NaN: not given), and sets those that are not given. */
 int flesh_fit_check_numbers(flesh_fit_parameter *parameter);
 
-/* A search for a map with one weight. */
+/* A search for a map with one weight of the penalty. */
 typedef struct flesh_fit_stage {
-  double weight, squares, penalty; /* sum of squares of the measured numbers' residuals; of the penalty, with the weight */
-  double determined;               /* about how many numbers the measurements determine, of the map and of keys */
+  double weight, squares, penalty; /* sum of the squared residuals of the measured numbers; penalty times the weight */
+  double determined;               /* estimate of how many numbers, of the map and the keys, the measurements determine */
   int iterations, converged;
 } flesh_fit_stage;
 
 enum { FLESH_FIT_STAGES = 40 };
 
-/* The end of a search, in the fit's arena. */
+/* The end of a search; its arrays are in the fit's arena. */
 typedef struct flesh_fit_found {
   double *p;                 /* [parameters] */
-  double *values, *jacobian; /* [count], [count * keys] dvalue/dp */
-  signed char *at_bound;     /* [parameters] -1, 0 or 1 */
+  double *values, *jacobian; /* [count]; [count * keys] dvalue/dp */
+  signed char *at_bound;     /* [parameters] -1, 0 or 1: lower bound, none, upper */
   int iterations, converged;
   char words[FLESH_FIT_WORDS]; /* how it ended */
-  int stage_count, chosen; /* of a map, as are the next; chosen: the stage whose map it is */
+  int stage_count, chosen; /* for maps, as the next members; chosen: the stage whose map is taken */
   flesh_fit_stage stages[FLESH_FIT_STAGES];
-  double *deviations;  /* [map] of q, by the regularised Gauss-Newton matrix; NULL: there are too many tets */
-  double *resolutions; /* [map] the share of a tet's value that the measurements say, the rest being its neighbours' */
-  double determined;   /* the sum of those: how many numbers the measurements determine of the map */
+  double *deviations;  /* [map] of q, from the regularised Gauss-Newton matrix; NULL: there are too many tets */
+  double *resolutions; /* [map] share of a tet's value that comes from measurements; the rest comes from its neighbours */
+  double determined;   /* sum of the resolutions: how many numbers of the map the measurements determine */
 } flesh_fit_found;
 
-/* Searches the least squares from the start. FLESH_ERR_SOLVE where the first runs fail. */
+/* Minimises the sum of squares from the start. FLESH_ERR_SOLVE if the first runs fail. */
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
-/* Room for the end of a search, whose start must be one that can be run. */
+/* Allocates the end of a search, and checks that the experiments can be run at the start. */
 int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found);
 
-/* A direction in which the Jacobian's columns, each of length 1, have a singular value below this share of the largest is
- * not determined: differences of solves leave as much. */
+/* A direction is not determined if its singular value, of the Jacobian with columns of length 1, is below this share of
+ * the largest; differences of solves have errors of that size. */
 static const double flesh_fit_least_share = 1e-5;
-/* Changes of a combination that are a smaller share of its largest are left out. */
+/* Parameters whose share in a combination is smaller than this part of the largest share are not mentioned. */
 static const double flesh_fit_small_share = 1e-2;
 
-/* The error of a parameter; NaN where it is not determined or stays at a bound. */
+/* The error of a parameter; NaN if it is not determined or stays at a bound. */
 typedef struct flesh_fit_error {
   double standard, low, high; /* standard error in the parameter's unit; ends of the 95 % interval */
 } flesh_fit_error;
 
-/* Arrays in the fit's arena. */
+/* Statistics of a fit; the arrays are in the fit's arena. */
 typedef struct flesh_fit_statistics {
   int count;      /* keys */
-  int freedom;    /* degrees of freedom: measured numbers less parameters that are free and determined */
+  int freedom;    /* degrees of freedom: measured numbers minus free parameters that are determined */
   double squares; /* sum of squared residuals, each over its deviation */
-  double scale;   /* root of squares / freedom: residuals, in the stated deviations; NaN without freedom */
-  double quantile; /* of Student's t at 97.5 % */
+  double scale;   /* sqrt(squares / freedom), size of the residuals in stated deviations; NaN without freedom */
+  double quantile; /* of Student's t distribution at 97.5 % */
   flesh_fit_error *errors;
-  double *covariance;  /* [count * count] in the parameters' units; NaN where not determined */
+  double *covariance;  /* [count * count] in the parameters' units; NaN if not determined */
   double *correlation; /* [count * count] */
   int sentence_count;
-  char (*sentences)[FLESH_FIT_SENTENCE]; /* what is, and what is not determined */
+  char (*sentences)[FLESH_FIT_SENTENCE]; /* what is determined, and what is not */
 } flesh_fit_statistics;
 
-/* Finds the errors of the keys, and of a map's tets, and what the measurements do not determine. FLESH_ERR_MEMORY; of a map
- * also the errors of runs and solves. */
+/* Computes the errors of the keys and of a map's tets, and finds what the measurements do not determine.
+ * FLESH_ERR_MEMORY; with a map also the errors of runs and solves. */
 int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Adds a sentence (printf format). */
+/* Adds a sentence, formatted as by printf. */
 void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* Says which of n parameters of these names a change by shares [n], which changes nothing, has: one alone, a product, a ratio,
- * or more. */
+/* Adds a sentence about a change of n parameters by `shares` [n] that changes no measured quantity: whether it is of a
+ * parameter alone, a product, a ratio, or more. */
 void flesh_fit_tell_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);
 
 /* Writes result.json, tables, the picture and the fitted scenes, and prints a table. */
 int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);
-/* result.json of a fit that has ended early. */
+/* Writes result.json of a fit that ended early. */
 int flesh_fit_write_ended(const flesh_fit *fit, int status);
 
 #endif

@@ -1,5 +1,5 @@
-/* judge.c: standard errors, intervals and correlation by the linearised model (Seber & Wild 2003, sections 2.1 and
- * 5.1), and in words what the measurements do not determine. */
+/* judge.c: computes standard errors, intervals and correlations by the linearised model (Seber & Wild 2003, sections
+ * 2.1 and 5.1), and says what the measurements do not determine. */
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_errno.h>
 #include <math.h>
@@ -8,9 +8,9 @@
 #include "base/error.h"
 #include "fit/map.h"
 
-/* Correlations above this are spoken of. */
+/* Correlations above this are mentioned. */
 static const double close_correlation = 0.98;
-/* Residuals of so many times their deviations are spoken of, and so are errors of this share of a parameter. */
+/* Limits above which residuals, in deviations, and the error of a parameter, as a share of it, are mentioned. */
 static const double odd_scale = 1.5, large_share = 0.3;
 
 typedef struct judging {
@@ -18,13 +18,13 @@ typedef struct judging {
   const flesh_fit_found *found;
   flesh_fit_statistics *to;
   int n, null_count;
-  int list[FLESH_FIT_PARAMETERS]; /* of the free parameters */
+  int list[FLESH_FIT_PARAMETERS]; /* indices of the free parameters */
   flesh_fit_svd svd;
-  double *null; /* [null_count * n] relative changes of the parameters that change nothing */
-  unsigned char loose[FLESH_FIT_PARAMETERS]; /* the parameter is not determined */
+  double *null; /* [null_count * n] relative changes of the parameters that leave the measured quantities unchanged */
+  unsigned char loose[FLESH_FIT_PARAMETERS]; /* 1: the parameter is not determined */
 } judging;
 
-/* Decomposes the Jacobian by q, each residual over its deviation. */
+/* Decomposes the Jacobian by q; rows are divided by the deviations. */
 static void decompose(judging *j)
 {
   for (int c = 0; c < j->n; c++)
@@ -34,7 +34,8 @@ static void decompose(judging *j)
   j->null_count = j->n - j->svd.rank;
 }
 
-/* Changes of the parameters, as shares of them, that change nothing: rows with as many zeros as elimination gives. */
+/* Finds the changes of the parameters, as shares of them, that leave the measured quantities unchanged: rows with as
+ * many zeros as elimination gives. */
 static void reduce_null(judging *j)
 {
   const int n = j->n, rows = j->null_count;
@@ -62,7 +63,7 @@ static void reduce_null(judging *j)
       if (fabs(j->null[r * n + c]) > flesh_fit_small_share) j->loose[c] = 1;
 }
 
-/* Covariances of q, then of the parameters. */
+/* Computes covariances of q, then of the parameters. */
 static void find_covariance(judging *j)
 {
   flesh_fit_statistics *to = j->to;
@@ -139,7 +140,7 @@ static void tell_residuals(judging *j)
                                 : "the deviations are too large");
 }
 
-/* The linear model of keys alone. */
+/* Evaluates the linear model of a fit without a map. */
 static void judge_keys(judging *j)
 {
   flesh_fit_statistics *to = j->to;
@@ -166,7 +167,7 @@ static int judge(flesh_fit *fit, flesh_fit_found *found, judging *j)
   find_correlation(to);
   find_errors(j);
   tell_parameters(j);
-  if (!to->sentence_count && to->count && !(to->scale > odd_scale)) /* else the search may have ended beside the best */
+  if (!to->sentence_count && to->count && !(to->scale > odd_scale)) /* else the search may have missed the best parameters */
     flesh_fit_say(to, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
   if (fit->map) return flesh_fit_map_tell(fit, found, to);
   tell_residuals(j);

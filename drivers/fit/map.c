@@ -1,4 +1,4 @@
-/* map.c: the keys of a map, its tets and their neighbours, and its file. */
+/* map.c: the keys of a map, its tets and their neighbours, and its penalty and file. */
 #include "fit/map.h"
 
 #include <math.h>
@@ -47,18 +47,18 @@ double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *
   *slope = 1;
   if (map->penalty == FLESH_FIT_QUADRATIC || d == 0) return d;
   const double s = d / map->edge, root = sqrt(1 + s * s);
-  /* sqrt(2 (root - 1)), written without the difference. */
+  /* equals sqrt(2 (root - 1)), without cancellation */
   const double size = fabs(s) * sqrt(2 / (root + 1));
   *slope = fabs(s) / (root * size);
   return copysign(map->edge * size, d);
 }
 
-/* A face between chosen tets, once for each of both. */
+/* A face of a chosen tet; a face between two of them appears twice. */
 typedef struct side {
   int corners[3], tet; /* index into tets */
 } side;
 
-/* The face's area over the distance of the tets' centres, m. */
+/* Returns the face's area over the distance of the tets' centres, m. */
 static double conductance(const flesh_mesh *mesh, const int corners[3], int a, int b)
 {
   double normal[3], from[3], to[3];
@@ -103,7 +103,7 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
   return FLESH_OK;
 }
 
-/* Whether what was measured has derivatives by a map. */
+/* Checks that the measured quantities have derivatives by a map. */
 static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scene)
 {
   int status = FLESH_OK;
@@ -124,7 +124,7 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
   return status;
 }
 
-/* Whether an experiment's scene can have a map. */
+/* Checks that an experiment's scene can have a map. */
 static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, const flesh_scene *scene)
 {
   const flesh_fit_map *map = fit->map;
@@ -140,7 +140,7 @@ static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, cons
   return FLESH_OK;
 }
 
-/* The tets of the first body that are chosen. */
+/* Chooses the tets among those of the first body. */
 static int choose(flesh_fit *fit, const flesh_scene *scene)
 {
   flesh_fit_map *map = fit->map;
@@ -158,7 +158,7 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
   return status ? status : find_faces(fit, flesh_scene_mesh(scene));
 }
 
-/* The scenes take the constant with the start and the bounds. */
+/* Checks that the scene accepts the constant with the start and the bounds. */
 static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
 {
   const char *key = flesh_arena_print(&fit->arena, "body.material.%s", fit->map->of.key);

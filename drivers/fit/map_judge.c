@@ -1,8 +1,9 @@
-/* map_judge.c: what the measurements say of a map and of the keys beside it, and what the penalty does, by the matrix H of the
- * end, in q: J^T J and the second derivative of half the penalty. Of C = H^-1 the diagonal is that of the variances, and of
- * C J^T J that of resolutions (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4). A variance is the mean over
- * maps as the penalty likes them: what it does to this one, the shift C g by its derivative g, is added as a square. Keys
- * believe a tenth of the penalty, which has rounded the edges of this end, so that its shift is less than the truth's. */
+/* map_judge.c: finds how well the measurements determine a map and its keys, and what the penalty does, from the matrix
+ * H in q at the end of the search: J^T J plus the second derivative of half the penalty. With C = H^-1, variances are
+ * the diagonal of C, and resolutions that of C J^T J (Tarantola 2005, sections 3.4 and 7.3; Rodgers 2000, section 2.4).
+ * Such a variance is a mean over maps that the penalty favours. Its effect on this map, the shift C g with the
+ * penalty's derivative g, is therefore added as a square. For keys only a tenth of the penalty counts: it has rounded
+ * the edges of this map, so its shift is smaller than at the true map. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_linalg.h>
@@ -13,9 +14,10 @@
 #include "cli/interrupt.h"
 #include "fit/map.h"
 
-/* Parameters whose matrix is made: 50 MB, twice. Of what nothing is known, neither by measurements nor by neighbours, q has
- * this deviation; where it is so for more than this share of a variance, nothing else is known. A fixed parameter has this
- * information. */
+/* MOST: largest number of parameters for which the matrices are made, 50 MB each, two of them. unknown: deviation of q
+ * where neither measurements nor neighbours say anything. loose_share: a key is not determined if more than this share
+ * of its variance comes from there. fixed: information that is given to a fixed parameter. belief_of_keys: share of the
+ * penalty that counts for keys. */
 enum { MOST = 2500 };
 static const double unknown = 10, loose_share = 0.1, fixed = 1e20, belief_of_keys = 0.1;
 
@@ -24,12 +26,12 @@ typedef struct judging {
   flesh_fit_found *found;
   flesh_fit_statistics *to;
   flesh_fit_linear *linear;
-  gsl_matrix *J, *information, *C; /* [count][parameters], J^T J, H^-1 */
-  double *u, *y;                   /* [parameters], [count] room */
-  double *shift;                   /* [parameters] of q by the penalty */
+  gsl_matrix *J, *information, *C; /* [count][parameters]; J^T J; H^-1 */
+  double *u, *y;                   /* [parameters], [count]; workspace */
+  double *shift;                   /* [parameters] shift of q by the penalty */
 } judging;
 
-/* J by rows or by columns, of which there are fewer. */
+/* Computes J by rows or by columns, whichever are fewer. */
 static int find_jacobian(judging *j)
 {
   const int rows = j->fit->count, columns = j->fit->parameter_count, by_rows = rows < columns;
@@ -46,7 +48,7 @@ static int find_jacobian(judging *j)
   return status;
 }
 
-/* Adds the second derivative of `belief` times half the penalty, which rises by less than its square at an edge. */
+/* Adds `belief` times the second derivative of half the penalty, which at an edge grows less than quadratically. */
 static void add_penalty(const judging *j, double belief, gsl_matrix *H)
 {
   const flesh_fit_map *map = j->fit->map;
@@ -64,7 +66,7 @@ static void add_penalty(const judging *j, double belief, gsl_matrix *H)
     *gsl_matrix_ptr(H, (size_t)k, (size_t)k) += k < j->fit->key_count && j->found->at_bound[k] ? fixed : 1 / (unknown * unknown);
 }
 
-/* C times the derivative of half the penalty. */
+/* Computes the shift: C times the derivative of half the penalty. */
 static void find_shift(judging *j)
 {
   const flesh_fit_map *map = j->fit->map;
@@ -79,7 +81,7 @@ static void find_shift(judging *j)
   gsl_blas_dsymv(CblasLower, 1, j->C, &by.vector, 0, &shift.vector);
 }
 
-/* Whether key k is determined; says so where it is not, unless that was said with one before it. */
+/* Returns whether key k is determined; if not, adds a sentence, unless the sentence of an earlier key included it. */
 static int is_determined(judging *j, int k, unsigned char *said)
 {
   const flesh_fit *fit = j->fit;
@@ -91,7 +93,7 @@ static int is_determined(judging *j, int k, unsigned char *said)
   if (sum < loose_share * gsl_matrix_get(j->C, (size_t)k, (size_t)k)) return 1;
   for (int i = 0; i < fit->parameter_count; i++) {
     const flesh_fit_parameter *p = &fit->parameters[i];
-    const int at = i < fit->key_count ? i : fit->key_count; /* the tets' mean is the last one */
+    const int at = i < fit->key_count ? i : fit->key_count; /* the mean of the tets comes last */
     const double value = j->found->p[i] != 0 ? j->found->p[i] : 1;
     const double share = gsl_matrix_get(j->C, (size_t)i, (size_t)k) * flesh_fit_slope(p, value) / value;
     shares[at] += share / (i < fit->key_count ? 1 : map->count);
@@ -106,7 +108,7 @@ static int is_determined(judging *j, int k, unsigned char *said)
   return 0;
 }
 
-/* Makes C and the shift. */
+/* Computes C and the shift. */
 static int invert(judging *j, double belief)
 {
   gsl_matrix_memcpy(j->C, j->information);

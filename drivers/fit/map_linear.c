@@ -1,7 +1,7 @@
-/* map_linear.c: what was measured as a linear function of changes of the keys and of a map. The derivatives by the keys, of which
- * there are few, are a matrix. Of the map, with the equilibria's K, the forces B of single tets and the measured functions C,
- * it is J = -C K^-1 B, of which products alone are made: J u by a tangent, J^T y by an adjoint, one solve each for every
- * equilibrium, or along a motion. A column of probes of equilibria, of which there are few, keeps its adjoint. */
+/* map_linear.c: linearises the measured quantities by the keys and a map. Derivatives by the keys, of which there are
+ * few, form a matrix. By the map, J = -C K^-1 B, with the equilibria's K, the forces B of single tets and the measured
+ * functions C; only products with it are computed: J u by a tangent, J^T y by an adjoint, each with one solve for every
+ * equilibrium, or along a motion. The few columns of probes of equilibria keep their adjoints. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,37 +13,37 @@
 #include "mesh/pieces.h"
 #include "sensitivity/sensitivity.h"
 
-/* The residual that linear solves leave, and the difference of q for the tets' forces. */
+/* Relative residual of linear solves; difference of q for the forces of tets. */
 static const double tolerance = 1e-8, difference = 1e-5;
 
 /* An equilibrium. */
 typedef struct linear_state {
-  flesh_sensitivity *at; /* NULL: the start, which depends on nothing */
-  double *forces;        /* [map][3*size] dr/dq at the nodes of each of the map's tets */
-  double **answers;      /* [columns of probes][3*nodes] dQ = answer . dr */
+  flesh_sensitivity *at; /* NULL: the start, which depends on no parameter */
+  double *forces;        /* [map][3*size] dr/dq at the nodes of each tet of the map */
+  double **answers;      /* [columns of probes][3*nodes] such that dQ = answer . dr */
 } linear_state;
 
 /* An experiment. */
 typedef struct linear_experiment {
   const flesh_fit_experiment *e;
-  flesh_fit_motion *motion;  /* NULL: of equilibria */
-  flesh_scene *scene, *beside[2]; /* at p, and a little beside it in the whole map */
+  flesh_fit_motion *motion;  /* NULL: the experiment has equilibria */
+  flesh_scene *scene, *beside[2]; /* at p; with the whole map slightly changed, in both directions */
   flesh_fit_told told;
   linear_state *states;
 } linear_experiment;
 
 struct flesh_fit_linear {
   flesh_fit *fit;
-  flesh_arena memory; /* of all arrays */
-  int size, n;      /* nodes of a tet; unknowns */
-  int *dofs;        /* [map][3*size] -1: none */
+  flesh_arena memory; /* owns all arrays */
+  int size, n;      /* number of nodes of a tet; number of unknowns */
+  int *dofs;        /* [map][3*size]; -1: no dof */
   double *p;        /* [parameters] */
   double *keys;     /* [measured numbers][keys] derivatives by q, over the deviations */
-  double *sizes;    /* [parameters] dp/dq of the map's tets, 0 of keys */
-  double *changes;  /* [parameters] room */
-  double *differences; /* [tets of the mesh] of q between the scenes beside p */
+  double *sizes;    /* [parameters] dp/dq of the map's tets; 0 for keys */
+  double *changes;  /* [parameters] workspace */
+  double *differences; /* [tets of the mesh] difference of q between the two changed scenes */
   double *room[3];  /* [n] */
-  double *y, *by_tet; /* [measured numbers], [tets of the mesh] room */
+  double *y, *by_tet; /* [measured numbers], [tets of the mesh]; workspace */
   linear_experiment *experiments;
 };
 
@@ -52,7 +52,7 @@ static flesh_tet_parameter parameter_of(const flesh_fit_linear *self, const line
   return (flesh_tet_parameter){{flesh_scene_body(x->beside[0]), flesh_scene_body(x->beside[1])}, self->differences};
 }
 
-/* dr/dq of the map's tets at all states. */
+/* Computes dr/dq of the map's tets at all states. */
 static int find_forces(flesh_fit_linear *self, linear_experiment *x)
 {
   const flesh_fit_map *map = self->fit->map;
@@ -72,7 +72,7 @@ static int find_forces(flesh_fit_linear *self, linear_experiment *x)
   return status;
 }
 
-/* The adjoints of the columns of probes at a state. */
+/* Computes the adjoints of the columns of probes at a state. */
 static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, linear_state *state)
 {
   const int count = x->e->column_count;
@@ -91,12 +91,12 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
   return status;
 }
 
-/* All equilibria of an experiment. */
+/* Linearises all equilibria of an experiment. */
 static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
 {
   const flesh_fit_kept *kept = &x->e->kept;
   flesh_solver_options options = *flesh_scene_solver(x->scene);
-  options.linear_solver = FLESH_LINEAR_KLU; /* for many solves with one matrix */
+  options.linear_solver = FLESH_LINEAR_KLU; /* a direct solver, for many solves with one matrix */
   x->states = flesh_arena_take(&self->memory, (size_t)kept->count * sizeof *x->states);
   int status = x->states ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < kept->count && !status; s++) {
@@ -124,7 +124,7 @@ static int linearise(flesh_fit_linear *self, int experiment)
   return status ? status : linearise_states(self, x);
 }
 
-/* The dofs of the map's tets, by the mesh, which all experiments have. */
+/* Finds the dofs of the map's tets in the mesh, which all experiments share. */
 static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
 {
   const flesh_fit_map *map = self->fit->map;
@@ -141,7 +141,7 @@ static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
   return FLESH_OK;
 }
 
-/* The derivatives by the keys. */
+/* Computes the derivatives by the keys. */
 static int find_keys(flesh_fit_linear *self)
 {
   flesh_fit *fit = self->fit;
@@ -199,12 +199,12 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
   *linear = NULL;
 }
 
-/* Vectors that a visit reads and writes. */
+/* Vectors that a visitor reads and writes. */
 typedef struct product {
   const linear_state *state;
   int n;
-  double *force, *dx; /* of a change; or the derivatives by x, and sums of answers */
-  double *y;          /* of the experiment */
+  double *force, *dx; /* forces and displacements of a change; or the derivatives by x and the sum of answers */
+  double *y;          /* for the experiment's measured numbers */
 } product;
 
 static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
@@ -223,7 +223,7 @@ static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum 
   for (int i = 0; i < p->n && c >= 0; i++) p->force[i] += y * p->state->answers[c][i];
 }
 
-/* y [of the experiment] += its equilibria's J u, for u of the map. */
+/* Adds to y [of the experiment] J u of its equilibria, for u of the map. */
 static int times_states(flesh_fit_linear *self, linear_experiment *x, const double *u, double *y)
 {
   const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
@@ -242,7 +242,7 @@ static int times_states(flesh_fit_linear *self, linear_experiment *x, const doub
   return status;
 }
 
-/* u [map] += its equilibria's J^T y. */
+/* Adds to u [map] J^T y of its equilibria. */
 static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, double *u)
 {
   const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;

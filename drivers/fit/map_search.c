@@ -1,7 +1,7 @@
-/* map_search.c: the map, and the keys beside it, with the least sum of squared residuals and penalty, by Gauss and Newton's
- * method whose steps conjugate gradients find within a trust region (GSL; Steihaug 1983, Toint 1981), and the weight by
- * Morozov's discrepancy principle (1966): the smoothest map whose residuals are the deviations, less what fitting as many
- * numbers as the measurements determine takes of them (Hall & Titterington 1987). */
+/* map_search.c: searches the map and the keys with the least sum of squared residuals and penalty by the Gauss-Newton
+ * method, with steps by conjugate gradients in a trust region (GSL; Steihaug 1983, Toint 1981), and the weight by
+ * Morozov's discrepancy principle (1966): the smoothest map whose residuals match the deviations, reduced by what
+ * fitting as many numbers as the measurements determine takes off (Hall & Titterington 1987). */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multilarge_nlinear.h>
@@ -14,13 +14,14 @@
 #include "fit/map.h"
 #include "math/xorshift.h"
 
-/* A step's equations are solved to this share of the gradient. */
+/* The equations of a step are solved until the residual is this share of the gradient. */
 static const double step_tolerance = 1e-2;
-/* A sum of squares within this share of its expectation ends the search; so do two weights of a smaller ratio. */
+/* The search ends if the sum of squares is within this share of its expectation, or if two weights have a smaller ratio
+ * than close_weights. */
 static const double enough = 0.02, close_weights = 1.1;
-/* Factor from one weight to the next until the residuals are small enough, and the least weight over the first. */
+/* Factor from one weight to the next until the residuals are small enough; smallest weight, as a share of the first. */
 static const double fall = 0.1, least_share = 1e-10;
-/* Conjugate gradients that count what is determined end at this share of the squared residual. */
+/* Conjugate gradients that count the determined numbers end at this share of the squared residual. */
 static const double trace_share = 1e-4;
 enum { TRACE_ITERATIONS = 200 };
 
@@ -29,17 +30,17 @@ typedef struct searching {
   flesh_fit_found *found;
   double weight;
   flesh_fit_linear *linear;
-  double *at, *p, *slopes, *linear_p; /* [parameters] z of `linear`; p where all is evaluated; dq/dz and p at z of `linear` */
+  double *at, *p, *slopes, *linear_p; /* [parameters]: z of `linear`; p of the current evaluation; dq/dz and p at z of `linear` */
   double *u, *y;     /* [parameters], [count] */
-  double largest;    /* of the residuals so far */
-  signed char held[FLESH_FIT_PARAMETERS]; /* keys that stay at a bound, and at which */
+  double largest;    /* largest residual so far */
+  signed char held[FLESH_FIT_PARAMETERS]; /* keys that stay at a bound: -1 lower, 1 upper */
   int status;
   char why[FLESH_FIT_WORDS];
 } searching;
 
 static double face_weight(const searching *s, int f) { return sqrt(s->weight * s->fit->map->face_weights[f]); }
 
-/* The value of parameter k for z, and dq/dz. */
+/* Returns the value of parameter k for z, and dq/dz in *slope. */
 static double value_at(const searching *s, int k, double z, double *slope)
 {
   const flesh_fit_parameter *p = &s->fit->parameters[k];
@@ -69,7 +70,7 @@ static int find_residuals(const gsl_vector *z, void *data, gsl_vector *f)
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
-/* Linearises at z, unless that is done. */
+/* Linearises at z, unless that was done. */
 static int linearise(searching *s, const gsl_vector *z)
 {
   int same = s->linear != NULL;
@@ -83,7 +84,7 @@ static int linearise(searching *s, const gsl_vector *z)
   return flesh_fit_linear_create(s->fit, s->linear_p, &s->linear);
 }
 
-/* Adds the penalty's part of J u, or of J^T u, for u and v by q. */
+/* Adds the penalty's part of J u, or of J^T u; u and v refer to q. */
 static void penalise(const searching *s, int transposed, const double *u, double *v)
 {
   const flesh_fit_map *map = s->fit->map;
@@ -117,7 +118,7 @@ static int find_product(CBLAS_TRANSPOSE_t transposed, const gsl_vector *z, const
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
-/* Both sums of squares. */
+/* Computes the sums of squares of the residuals and of the penalty. */
 static void measure(const searching *s, const gsl_vector *f, flesh_fit_stage *stage)
 {
   stage->squares = stage->penalty = 0;
@@ -125,7 +126,7 @@ static void measure(const searching *s, const gsl_vector *f, flesh_fit_stage *st
     *(i < (size_t)s->fit->count ? &stage->squares : &stage->penalty) += pow(gsl_vector_get(f, i), 2);
 }
 
-/* Holds the keys that have come to a bound and would go beyond it; returns whether there are any. */
+/* Holds the keys that have reached a bound and would go beyond it; returns whether there are any. */
 static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
 {
   int some = 0;
@@ -141,8 +142,9 @@ static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
   return some;
 }
 
-/* Iterates until a key is held, or a step lowers the sum of squares by less than `tolerance` times its standard deviation
- * sqrt(2 count); with keys, by less than 5 times `tolerance`, which is what a fifth of a standard error changes by default. */
+/* Iterates until a key is held, or until a step lowers the sum of squares by less than `tolerance` times its standard
+ * deviation sqrt(2 count). With keys the limit is 5 times `tolerance`, by default the effect of a change by a fifth of
+ * a standard error. */
 static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit_stage *stage)
 {
   const double small = s->fit->tolerance * (s->fit->key_count ? 5 : sqrt(2. * s->fit->count));
@@ -158,8 +160,8 @@ static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit
   }
 }
 
-/* How many numbers the measurements determine, by the share of random signs y that the linear model takes up: y^T J H^-1 J^T y
- * (Hutchinson 1990), H = J^T J + P^T P, by conjugate gradients, whose sum this is. */
+/* Estimates how many numbers the measurements determine, by the share of random signs y that the linear model
+ * reproduces: y^T J H^-1 J^T y (Hutchinson 1990) with H = J^T J + P^T P, which conjugate gradients sum up. */
 static int count_determined(searching *s, const gsl_vector *z, double *determined)
 {
   const size_t n = (size_t)s->fit->parameter_count, faces = (size_t)s->fit->map->face_count;
@@ -188,7 +190,7 @@ static int count_determined(searching *s, const gsl_vector *z, double *determine
   return status;
 }
 
-/* A search with a weight, from p [parameters], which becomes its end. */
+/* Searches with one weight from p [parameters], which becomes the end. */
 static int search_with(searching *s, double *p, flesh_fit_stage *stage)
 {
   const flesh_fit *fit = s->fit;
@@ -218,7 +220,7 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
   return s->status;
 }
 
-/* Finds a first weight, so large that the map is nearly uniform: the squares of what a uniform change of 1 does to the
+/* Finds a first weight at which the map is nearly uniform: the sum of squares of what a uniform change of 1 does to the
  * measured numbers, over the penalty of a change of 1 across every face. */
 static int first_weight(searching *s, double *weight)
 {
@@ -239,7 +241,7 @@ static int first_weight(searching *s, double *weight)
   return status;
 }
 
-/* Logarithm of the mean squared residual, in deviations, over what is expected: 0 where they agree. */
+/* Returns the logarithm of the mean squared residual, in deviations, over its expectation: 0 if they agree. */
 static double excess(const searching *s, const flesh_fit_stage *stage)
 {
   return log(stage->squares / fmax(s->fit->count - stage->determined, 1));
@@ -253,7 +255,7 @@ static void tell(const searching *s, const flesh_fit_stage *stage)
   fflush(stdout);
 }
 
-/* Makes a stage of this weight, read back where it was made before. */
+/* Makes a stage with this weight, or reads it if it was made before. */
 static int make_stage(searching *s, double weight, double *p)
 {
   flesh_fit_found *found = s->found;
@@ -269,15 +271,16 @@ static int make_stage(searching *s, double weight, double *p)
   return status;
 }
 
-/* The weight between two whose residuals are too large and too small, by a line through logarithms that keeps off both. */
+/* Returns a weight between one with too large residuals and one with too small ones, by linear interpolation of
+ * logarithms, away from both ends. */
 static double between(const searching *s, const flesh_fit_stage *large, const flesh_fit_stage *small)
 {
   const double a = excess(s, large), b = excess(s, small), share = fmin(fmax(a / (a - b), 0.1), 0.9);
   return exp(log(large->weight) + share * (log(small->weight) - log(large->weight)));
 }
 
-/* Lowers the weight until residuals are as small as the deviations, then searches where they are equal: always from the
- * smoother side, so that no roughness stays. */
+/* Lowers the weight until the residuals are as small as the deviations, then searches the weight at which they match;
+ * always starts from the smoother map, so that no roughness remains. */
 static int search_weight(searching *s, double first)
 {
   flesh_fit_found *found = s->found;
@@ -292,14 +295,14 @@ static int search_weight(searching *s, double first)
     const int now = found->chosen = found->stage_count - 1;
     const double far = excess(s, &found->stages[now]);
     if (small < 0 && now >= 2 && far > 0 && far > excess(s, &found->stages[now - 2]) - log(1 + enough)) {
-      found->chosen = now - 2; /* a rougher map fits no better */
+      found->chosen = now - 2; /* the rougher maps fit no better */
       memcpy(found->p, smoothest, bytes);
       break;
     }
     memcpy(smoothest, smooth, bytes);
     if (far > 0) large = now, memcpy(smooth, found->p, bytes);
     else small = now;
-    if (fabs(far) <= log(1 + enough) || large < 0) break; /* the latter: all but uniform, and within the deviations */
+    if (fabs(far) <= log(1 + enough) || large < 0) break; /* large < 0: the nearly uniform map is already within the deviations */
     if (small < 0 ? weight < least_share * first : found->stages[large].weight < close_weights * found->stages[small].weight)
       break;
     weight = small < 0 ? weight * fall : between(s, &found->stages[large], &found->stages[small]);

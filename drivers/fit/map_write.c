@@ -1,4 +1,5 @@
-/* map_write.c: writes what a fit of a map has found: result.json, fit.csv, tets.csv, map.vtu, the fitted scenes, and words. */
+/* map_write.c: writes the results of fitting a map: result.json, fit.csv, tets.csv, map.vtu, the fitted scenes, and
+ * sentences. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,8 @@
 #include "output/vtu.h"
 #include "study/csv.h"
 
-/* Residuals of so many times their deviations are spoken of, and deviations of q from which on a tet is hardly known. */
+/* Residuals above this many deviations are mentioned; a tet is hardly known if the deviation of its q is above
+ * `hardly`. */
 static const double odd_scale = 1.5, hardly = 0.5;
 
 typedef struct report {
@@ -109,7 +111,7 @@ static int write_tets(const report *r, const flesh_mesh *mesh)
   return flesh_file_commit(&file);
 }
 
-/* The body at rest with the map as cell data; NaN in tets that have none. */
+/* Writes the body at rest with the map as cell data; NaN in tets outside the map. */
 static int write_vtu(const report *r, const flesh_mesh *mesh)
 {
   const int tets = flesh_mesh_tet_count(mesh);

@@ -1,4 +1,5 @@
-/* measured.c: reads files of measurements; which states of an experiment tell what was measured, and by which weights. */
+/* measured.c: reads files of measurements; finds which states of an experiment give the measured numbers, and by which
+ * weights. */
 #include <math.h>
 #include <string.h>
 
@@ -12,23 +13,23 @@
 
 static const char *const tables[] = {"probes", "history", "positions"};
 
-/* A file while it is read. */
+/* A file that is being read. */
 typedef struct reading {
   flesh_arena *arena;
   flesh_fit_measured *to;
   flesh_csv csv;
-  int time;         /* column; -1: none */
-  int *value;       /* [quantities] columns */
-  int *deviation;   /* [quantities] columns; -1: none */
-  double latest;    /* of the times so far */
-  flesh_locator *locator; /* of the places of positions; NULL until there is one */
+  int time;         /* column of the time; -1: none */
+  int *value;       /* [quantities] columns of values */
+  int *deviation;   /* [quantities] columns of deviations; -1: none */
+  double latest;    /* latest time so far */
+  flesh_locator *locator; /* finds places in the body; NULL until positions need it */
 } reading;
 
-/* A point may lie outside of the body by this share of the mean edge, and then counts with the nearest tet: two meshes of a
- * curved body have different surfaces, and a scanner is not exact. */
+/* A point may lie outside the body by up to this share of the mean edge; it then belongs to the nearest tet. Two meshes
+ * of a curved body have different surfaces, and a scanner is not exact. */
 static const double outside = 0.25;
 
-/* The column of that name without its unit; -1: none. */
+/* Returns the column with that name, whatever its unit; -1: none. */
 static int find(const flesh_csv *csv, const char *wanted) { return flesh_csv_find_label(csv, wanted, (char[FLESH_CSV_NAME]){0}); }
 
 static const char suffix[] = "_deviation";
@@ -39,7 +40,7 @@ static int is_deviation(const char *name)
   return length > end && !strcmp(name + length - end, suffix);
 }
 
-/* Columns that say where or when and are no measured numbers. */
+/* Returns whether a column gives a place or a time, not a measured number. */
 static int is_place(const reading *r, const char *name)
 {
   static const char *const of_positions[] = {"node", "X", "Y", "Z"};
@@ -70,7 +71,8 @@ static int add_quantity(reading *r, int column)
   return FLESH_OK;
 }
 
-/* Units that the file says: times are in seconds, positions and places at rest in metres, deviations as what they are of. */
+/* Checks the units in the file: times are in seconds, positions and places at rest in metres, deviations in the unit of
+ * their quantity. */
 static int check_units(const reading *r)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], of[FLESH_CSV_NAME], right[FLESH_CSV_NAME];
@@ -115,7 +117,7 @@ static int choose_columns(reading *r)
   return status;
 }
 
-/* A number of the table, NaN for an empty cell alone. */
+/* Reads a number of the table; NaN only for an empty cell. */
 static int number(const reading *r, int row, int column, double *value)
 {
   char shown[FLESH_SHOW_SIZE];
@@ -140,8 +142,8 @@ static int read_datum(reading *r, int row, int quantity, double t)
   return status;
 }
 
-/* A quantity has one number at a time: a run has one, and a table of a run's own, whose start and equilibrium have one time,
- * would count both. */
+/* Checks that a quantity has only one number at a time. A run has only one, and the table of a run, whose start and
+ * equilibrium may have the same time, would count twice. */
 static int check_once(const reading *r, int first)
 {
   const flesh_fit_datum *data = r->to->data;
@@ -155,7 +157,7 @@ static int check_once(const reading *r, int first)
   return FLESH_OK;
 }
 
-/* The place of a point at rest, by the tet that holds it or is nearest. */
+/* Locates a point at rest in the tet that contains it or is nearest. */
 static int locate(reading *r, const flesh_mesh *mesh, int row, const double X[3], flesh_fit_point *point)
 {
   const double edge = cbrt(6 * flesh_mesh_volume(mesh, flesh_mesh_positions(mesh)) / flesh_mesh_tet_count(mesh));
@@ -171,7 +173,7 @@ static int locate(reading *r, const flesh_mesh *mesh, int row, const double X[3]
   return FLESH_OK;
 }
 
-/* The point of a row of positions. */
+/* Reads the point of a row of positions. */
 static int read_point(reading *r, const flesh_scene *scene, int row, flesh_fit_point *point)
 {
   static const char *const names[] = {"X", "Y", "Z"};
@@ -264,7 +266,8 @@ int flesh_fit_told_add(flesh_fit_told *told, double t)
   return FLESH_OK;
 }
 
-/* The weight of state s for what is measured at t, NaN: at the end; between states on a straight line. */
+/* Returns the weight of state s for a quantity measured at t; NaN: at the end. Between states the quantity is
+ * interpolated linearly. */
 static double weight_of(const flesh_fit_told *told, int s, double t)
 {
   const double *times = told->times;

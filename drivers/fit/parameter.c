@@ -1,5 +1,5 @@
-/* parameter.c: parameters as the search sees them, the list of all measured numbers, singular values of derivatives, and
- * sentences of what the measurements do not determine. */
+/* parameter.c: maps parameters to the variables of the search; lists all measured numbers; decomposes derivatives;
+ * words what the measurements do not determine. */
 #include <float.h>
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -39,7 +39,7 @@ double flesh_fit_value_at(const flesh_fit_parameter *p, double q)
   return fmin(fmax(flesh_fit_p_of(p, flesh_fit_clamp(p, q)), p->from), p->to);
 }
 
-/* A smooth function of z that goes from 0 up to z, its slope, and its inverse. */
+/* soft: a smooth function of z from 0 for small z to z for large z, and its slope. hard: its inverse. */
 static double soft(double z, double *slope)
 {
   *slope = 1 / (1 + exp(-z));
@@ -47,7 +47,8 @@ static double soft(double z, double *slope)
 }
 static double hard(double d) { return d + log(-expm1(-d)); }
 
-/* Searches begin so far from a bound, as a share of the way between both, or in q, that they can leave it. */
+/* Least distance from a bound at the start of a search, so that it can leave the bound: a share of the way between both
+ * bounds, or a length in q. */
 static const double least = 0.02;
 
 double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p)
@@ -81,7 +82,8 @@ int flesh_fit_side(const flesh_fit_parameter *parameter, double p)
   return high - q < near ? 1 : q - low < near ? -1 : 0;
 }
 
-/* The number next to the first of values, from the second to the third: a key of a count refuses it. */
+/* Returns the number next to values[0] in the range from values[1] to values[2]; a key that takes whole numbers refuses
+ * it. */
 static double next_to(const double values[3])
 {
   const double next = nextafter(values[0], values[0] < values[2] ? values[2] : values[1]);
@@ -198,7 +200,7 @@ void flesh_fit_svd_close(flesh_fit_svd *svd)
   gsl_vector_free(svd->part);
 }
 
-/* Equal shares may differ by this. */
+/* Shares that differ by at most this are taken as equal. */
 static const double equal_share = 0.03;
 
 void flesh_fit_say(flesh_fit_statistics *to, const char *format, ...)

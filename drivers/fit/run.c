@@ -1,5 +1,5 @@
-/* run.c: runs an experiment at parameters, takes what was measured from its tables and its last state, and keeps the equilibria
- * from which it is taken. */
+/* run.c: runs an experiment at given parameters, reads the measured quantities from its tables and last state, and
+ * keeps the equilibria that they need. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +16,8 @@
 #include "run/runner.h"
 #include "run/start.h"
 
-/* The step of tangents' differences in q: residuals are exact, and Poisson's ratio may be near 1/2. */
+/* Step in q of the differences for tangents. It can be small, as residuals have no solver error, and must be, as
+ * Poisson's ratio may be near 1/2. */
 static const double difference = 1e-5;
 static const char *const table_names[] = {"probes.csv", "history.csv"};
 
@@ -70,7 +71,7 @@ int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *
   int status = beside ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < 2 && !status; s++) {
     for (int k = 0; k < fit->parameter_count; k++) {
-      const double step = h * direction[k]; /* both sides within the bounds */
+      const double step = h * direction[k]; /* keep both sides within the bounds */
       beside[k] = fmax(fmin(p[k], fit->parameters[k].to - fabs(step)), fit->parameters[k].from + fabs(step)) + (s ? step : -step);
     }
     status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
@@ -79,7 +80,7 @@ int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *
   return status;
 }
 
-/* The column of a run's table for a quantity; FLESH_ERR_ARGUMENT at the measurement's place where there is none. */
+/* Finds the column of a run's table for a quantity; FLESH_ERR_ARGUMENT at the measurement's place if there is none. */
 static int find_column(const flesh_csv *csv, const flesh_fit_measured *m, const flesh_fit_quantity *q, int *column)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], list[600] = "";
@@ -151,8 +152,8 @@ int flesh_fit_try(flesh_fit *fit, int experiment)
   return status;
 }
 
-/* The number of a column at time t, between rows by a straight line; of NaN: in the last row. Of rows of one time the last
- * counts: a single equilibrium may have the time of the start, whose row comes first. */
+/* Returns the number of a column at time t, interpolated linearly between rows; NaN: in the last row. Of rows with the
+ * same time the last one counts: a single equilibrium may have the time of the start, whose row comes first. */
 static double number_at(const flesh_csv *csv, int time, int column, double t)
 {
   double before = NAN, at = NAN, value = NAN, last = NAN;
@@ -192,7 +193,7 @@ int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const doub
   return status;
 }
 
-/* The values of a run that has ended well, by its tables and its last state. */
+/* Reads the values of a run that ended well from its tables and its last state. */
 static int take(const flesh_fit_experiment *e, const char *folder, double *values, char why[FLESH_FIT_WORDS])
 {
   flesh_state state;
@@ -206,7 +207,7 @@ static int take(const flesh_fit_experiment *e, const char *folder, double *value
   return status;
 }
 
-/* Whether the search can go on without the run that has ended so. */
+/* Returns whether a run with this status failed because of its parameters, so that the search can continue. */
 static int is_of_parameters(int status)
 {
   return status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
@@ -237,7 +238,7 @@ int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to)
   return FLESH_OK;
 }
 
-/* Whether a number is measured after `low` and before `high`, or at `at`. */
+/* Returns whether a number was measured after `low` and before `high`, or at `at`. */
 static int is_measured(const flesh_fit_experiment *e, double low, double at, double high)
 {
   for (int k = 0; k < e->measured_count; k++)
@@ -248,7 +249,7 @@ static int is_measured(const flesh_fit_experiment *e, double low, double at, dou
   return 0;
 }
 
-/* The row before the last is dropped where nothing was measured about it. */
+/* Keeps the state of a row; drops the row before it if nothing was measured there. */
 static int keep(void *experiment, const flesh_step_record *record)
 {
   flesh_fit_experiment *e = experiment;

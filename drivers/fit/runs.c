@@ -1,5 +1,5 @@
-/* runs.c: the runs of a fit as cases of a study, in DIR/fit.db: one at parameters, its derivatives, or a map with one weight.
- * Each is written when it has ended, and nothing that stands there is made twice. */
+/* runs.c: stores the runs of a fit as cases of a study in DIR/fit.db: a run at given parameters, its derivatives, or a
+ * map with one weight. Each case is written when it ends, and a case that is there is not repeated. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,12 +10,12 @@
 #include "cli/options.h"
 #include "fit/map.h"
 
-/* Hashes what decides the stages of a map. */
+/* Hashes everything on which the stages of a map depend. */
 static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
 {
   const flesh_fit_map *map = fit->map;
   const double numbers[] = {map->edge, map->weight, fit->tolerance, fit->max_iterations};
-  for (int k = 0; k <= fit->key_count; k++) { /* the keys, and the first tet */
+  for (int k = 0; k <= fit->key_count; k++) { /* the keys and the first tet */
     const flesh_fit_parameter *p = &fit->parameters[k];
     const double own[] = {p->start, p->from, p->to, p->scale};
     SHA256Update(context, (const uint8_t *)own, sizeof own);
@@ -29,7 +29,7 @@ static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
     SHA256Update(context, (const uint8_t *)&flesh_fit_datum_at(fit, i)->deviation, sizeof(double));
 }
 
-/* Hashes what decides the values of runs: scenes, what is measured, and which keys are set. */
+/* Hashes everything on which the values of runs depend: scenes, measured quantities, and which keys are set. */
 static int make_fingerprint(const flesh_fit *fit, char text[FLESH_STUDY_FINGERPRINT])
 {
   SHA2_CTX context;
@@ -74,7 +74,7 @@ static json_t *name_figures(const void *data)
   return names;
 }
 
-/* The case that is asked for is the study's only one. */
+/* Makes the case that was asked for, the only one of the study. */
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_fit *fit = data;
@@ -102,7 +102,7 @@ int flesh_fit_runs_open(flesh_fit *fit)
   return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }
 
-/* Asks for a case by its parameters, which it takes: fit->record is NULL where there is none that has ended. */
+/* Asks for the case with these parameters, which it takes; fit->record is NULL if no such case has ended. */
 static int ask(flesh_fit *fit, const char *what, const char *name, json_t *parameters)
 {
   char *text = json_dumps(parameters, JSON_COMPACT);
@@ -117,7 +117,7 @@ static int ask(flesh_fit *fit, const char *what, const char *name, json_t *param
   return status || fit->record ? status : flesh_interrupt_check();
 }
 
-/* Writes what came of the case that was asked for last: a result, which it takes, or why it failed. */
+/* Writes the outcome of the case that was asked for last: a result, which it takes, or why it failed. */
 static int answer(flesh_fit *fit, double began, const char *why, json_t *figures, json_t *numbers)
 {
   const double seconds = flesh_wall_seconds() - began;
@@ -129,7 +129,7 @@ static int answer(flesh_fit *fit, double began, const char *why, json_t *figures
   return status ? status : flesh_study_store_finish(&fit->store, 0, fit->record, seconds, NULL);
 }
 
-/* The numbers [count] of the record. */
+/* Reads the numbers [count] of the record. */
 static int read_numbers(const flesh_fit *fit, int count, double *numbers)
 {
   const json_t *array = json_object_get(json_object_get(fit->record, "result"), "numbers");
@@ -150,7 +150,7 @@ static const char *words_of(const json_t *record)
   return words ? words : "";
 }
 
-/* Parameters that act on an experiment: runs that differ in others are one. */
+/* Returns the parameters that act on an experiment; runs that differ only in others are the same. */
 static json_t *parameters_of(const flesh_fit *fit, int experiment, const double *p)
 {
   json_t *object = json_object();
@@ -177,7 +177,7 @@ int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double 
   return status || *why ? status : read_numbers(fit, e->count, values);
 }
 
-/* Whether the parameters that act on the experiment are the same. */
+/* Returns whether the parameters that act on the experiment are the same. */
 static int is_same(const flesh_fit *fit, int experiment, const double *p, const double *q)
 {
   for (int k = 0; k < fit->parameter_count; k++)
@@ -199,7 +199,7 @@ int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
   return status;
 }
 
-/* Fills in tangents. FLESH_ERR_ARGUMENT, FLESH_ERR_SOLVE where there are none. */
+/* Computes tangents. FLESH_ERR_ARGUMENT or FLESH_ERR_SOLVE if there are none. */
 static int differentiate(flesh_fit *fit, int experiment, const double *p, double *tangents)
 {
   if (fit->experiments[experiment].moves) return flesh_fit_motion_tangents(fit, experiment, p, tangents);
@@ -242,7 +242,7 @@ int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_
   return status ? status : answer(fit, began, "", flesh_fields_json(stage_fields, stage), flesh_json_numbers(fit->parameter_count, p));
 }
 
-/* Sums over all runs in the store. */
+/* Sums over all runs in the database. */
 json_t *flesh_fit_runs_json(const flesh_fit *fit)
 {
   sqlite3_stmt *query;

@@ -1,5 +1,6 @@
-/* search.c: the least squares by Levenberg's and Marquardt's method (GSL's trust-region solver; More 1978, Nielsen 1999). A
- * parameter that would leave its bounds is put on the bound, and stays there while the sum of squares falls beyond it. */
+/* search.c: minimises the sum of squares by the Levenberg-Marquardt method (GSL's trust-region solver; More 1978,
+ * Nielsen 1999). A parameter that would leave its bounds is put on the bound and stays there while the sum of squares
+ * decreases beyond it. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multifit_nlinear.h>
@@ -9,28 +10,29 @@
 #include "base/error.h"
 #include "fit/map.h"
 
-/* The search has ended, too, where a further step changes q by less than this: measurements without noise leave no
- * standard errors. */
+/* The search also ends if a further step would change q by less than this: for measurements without noise standard
+ * errors are 0. */
 static const double least_step = 1e-7;
-/* A search within this share of the standard errors has ended where runs are too rough to go on, as those of impacts. */
+/* A search that cannot improve because runs are too rough, as with impacts, counts as converged if it is within this
+ * share of the standard errors. */
 static const double rough = 0.1;
 enum { RELEASES = 3 };
 
 typedef struct searching {
   flesh_fit *fit;
   flesh_fit_found *found;
-  int count, free_count; /* count: of measured numbers */
-  int list[FLESH_FIT_PARAMETERS]; /* of free parameters */
+  int count, free_count; /* count: number of measured numbers */
+  int list[FLESH_FIT_PARAMETERS]; /* indices of the free parameters */
   double q[FLESH_FIT_PARAMETERS]; /* within the bounds */
   int releases[FLESH_FIT_PARAMETERS];
   double *values, *jacobian;
-  double largest; /* of the residuals at the last accepted parameters */
-  int status;     /* of what ends the fit */
+  double largest; /* largest residual at the last accepted parameters */
+  int status;     /* error that ends the fit */
   char why[FLESH_FIT_WORDS];
-  int failed;     /* the last evaluation */
+  int failed;     /* the last evaluation failed */
 } searching;
 
-/* The parameters of a point of GSL's, within their bounds. */
+/* Sets the parameters of a point of GSL, within their bounds. */
 static void place(const searching *s, const gsl_vector *x, double *p)
 {
   const flesh_fit_parameter *parameters = s->fit->parameters;
@@ -50,7 +52,8 @@ static int evaluate(const gsl_vector *x, searching *s, double *jacobian)
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
-/* Residuals over their deviations; of a run that fails larger ones than any so far, so that the step is cut. */
+/* Computes residuals over their deviations. If a run fails, they are larger than at the last accepted parameters, so
+ * that the step is reduced. */
 static int find_residuals(const gsl_vector *x, void *data, gsl_vector *f)
 {
   searching *s = data;
@@ -73,7 +76,8 @@ static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
-/* A Gauss-Newton step from here: its length in standard errors (at most) and its largest change of q. FLESH_ERR_MEMORY. */
+/* Measures a Gauss-Newton step from here: its length in standard errors (an upper bound) and its largest change of q.
+ * FLESH_ERR_MEMORY. */
 static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors, double *change)
 {
   const size_t m = J->size1, n = J->size2;
@@ -102,7 +106,7 @@ static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors
   return status;
 }
 
-/* Half the derivative of the sum of squares by q_k at the last accepted parameters. */
+/* Returns half the derivative of the sum of squares by q_k at the last accepted parameters. */
 static double gradient(const searching *s, int k)
 {
   double sum = 0;
@@ -111,8 +115,8 @@ static double gradient(const searching *s, int k)
   return sum;
 }
 
-/* Takes over the parameters of an accepted step; their values and derivatives are known. Returns whether the free
- * parameters have changed: some have met a bound. */
+/* Takes over the parameters of an accepted step, whose values and derivatives are known. Returns whether the set of
+ * free parameters has changed, because some have met a bound. */
 static int accept(searching *s, const gsl_vector *x)
 {
   const flesh_fit *fit = s->fit;
@@ -148,7 +152,7 @@ static void tell(const searching *s)
 
 typedef enum outcome { ENDED, MET_BOUND } outcome;
 
-/* Iterates with the free parameters until the end or until one meets a bound. */
+/* Iterates with the free parameters until the search ends or one meets a bound. */
 static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
 {
   flesh_fit_found *found = s->found;
@@ -182,7 +186,7 @@ static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
   }
 }
 
-/* The fixed parameters that would come back from their bounds are free again; returns whether there are any. */
+/* Frees the parameters at bounds that would return from them; returns whether there are any. */
 static int release(searching *s)
 {
   int released = 0;
@@ -195,7 +199,7 @@ static int release(searching *s)
   return released;
 }
 
-/* One search with the parameters that are free. */
+/* Runs one search with the free parameters. */
 static outcome search_free(searching *s)
 {
   gsl_multifit_nlinear_parameters options = gsl_multifit_nlinear_default_parameters();

@@ -1,4 +1,4 @@
-/* spec.c: reads the spec of a fit by a table of keys, as those of sweeps are. */
+/* spec.c: reads the spec of a fit by a table of keys, as specs of sweeps are read. */
 #include <math.h>
 #include <string.h>
 
@@ -9,12 +9,13 @@
 #include "run/provenance.h"
 #include "scene/scene.h"
 
-/* Equilibria are compared with those of slightly other parameters, so that their solves must leave less. */
+/* Largest Newton tolerance of runs: equilibria at slightly different parameters are compared, so they must be solved
+ * more accurately. */
 static const double newton_tolerance = 1e-8;
 
 static const char *const derivatives[] = {"tangents", "differences", NULL};
 
-/* A fit with what its spec lists. */
+/* A fit, with the lists in its spec. */
 typedef struct fit_keys {
   flesh_fit fit;
   flesh_objects experiments, parameters;
@@ -103,7 +104,8 @@ static const flesh_node *item_of(const flesh_node *mapping, const char *key, int
   return list ? flesh_node_item(list, k) : NULL;
 }
 
-/* The keys that the fit sets itself, before the spec's: no frames, and solves that leave little. */
+/* Collects the keys of an experiment: those that the fit sets itself (no frames, no error bars, and accurate solves),
+ * then those of the spec. */
 static int set_own(flesh_fit *fit, flesh_fit_experiment *e)
 {
   flesh_settings given = {0};
@@ -165,7 +167,7 @@ static int read_measured(flesh_fit *fit, const flesh_scene *scene, flesh_fit_exp
   return status ? status : list_columns(&fit->arena, e);
 }
 
-/* The time of every datum is one of the run. */
+/* Checks that every measured time is within the run. */
 static int check_times(const flesh_fit_experiment *e)
 {
   for (int k = 0; k < e->measured_count; k++)
@@ -225,7 +227,7 @@ static int name_parameter(flesh_fit *fit, int k)
   return flesh_setting_check_name(given ? given : p->place, p->name);
 }
 
-/* The experiments that have the parameter. */
+/* Finds the experiments on which the parameter acts. */
 static int choose_experiments(flesh_fit *fit, int k)
 {
   const flesh_fit_parameter *p = &fit->parameters[k];
@@ -246,7 +248,7 @@ static int choose_experiments(flesh_fit *fit, int k)
   return FLESH_OK;
 }
 
-/* The scenes take the key with the start and the bounds. */
+/* Checks that the scenes accept the key with the start and the bounds. */
 static int check_key(flesh_fit *fit, int k)
 {
   const flesh_fit_parameter *p = &fit->parameters[k];
@@ -284,7 +286,7 @@ static int read_parameters(flesh_fit *fit, const fit_keys *keys, const flesh_nod
   return status;
 }
 
-/* The map's tets become the last parameters. */
+/* Makes the map's tets the last parameters. */
 static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *place)
 {
   const size_t count = (size_t)fit->key_count;

@@ -1,7 +1,8 @@
-/* tangents.c: derivatives of what was measured by tangents of equilibria: a linear solve for each parameter in place of two
- * runs. A tangent dx/dp takes the equilibrium to x +- h dx/dp, p +- h, where the quantities are differenced without a solve,
- * by the tables that a run writes. And of a motion by tangents along its steps: it is run once more and recorded, its stages are
- * factored, and each parameter takes a linear solve for each in place of two runs. */
+/* tangents.c: differentiates the measured quantities by tangents. At equilibria a linear solve for each parameter
+ * replaces two runs: the tangent dx/dp takes the equilibrium to x +- h dx/dp, p +- h, where the quantities are
+ * differenced without a solve, from the tables that a run writes. A motion has tangents along its steps: it is run once
+ * more and recorded, its stages are factored, and each parameter takes a linear solve for each stage instead of two
+ * runs. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +15,7 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
-/* The residual that the linear solves leave. */
+/* Relative residual of the linear solves. */
 static const double tolerance = 1e-8;
 
 typedef struct tangenting {
@@ -22,8 +23,8 @@ typedef struct tangenting {
   flesh_fit_experiment *e;
   int experiment;
   flesh_scene *scene;
-  flesh_sensitivity **at; /* [kept]; NULL at the start */
-  double *dx;             /* [kept * 3 * nodes], and the others behind it */
+  flesh_sensitivity **at; /* [kept]; NULL for the start */
+  double *dx;             /* [kept * 3 * nodes]; the other arrays stand behind it */
   double *values[2];      /* [count] */
   double *direction;      /* [parameters] */
   char *folder;
@@ -41,7 +42,7 @@ static int factor(tangenting *t)
   return status;
 }
 
-/* Has the tables observe a state: as a run that ends where it begins. */
+/* Has the tables observe a state, as a run that ends where it begins. */
 static int observe(const flesh_scene *scene, flesh_state *state, flesh_history *history, flesh_probes *probes)
 {
   const flesh_observer observers[] = {{flesh_history_observe, history}, {flesh_probes_observe, probes}};
@@ -54,7 +55,7 @@ static int observe(const flesh_scene *scene, flesh_state *state, flesh_history *
   return status;
 }
 
-/* Takes what was measured at the states that lie `h` along the tangents, of the scene there. */
+/* Reads the measured quantities at the states `h` along the tangents, with the scene there. */
 static int take_along(const tangenting *t, const flesh_scene *scene, double h, double *values)
 {
   const flesh_fit_kept *kept = &t->e->kept;
@@ -79,7 +80,7 @@ static int take_along(const tangenting *t, const flesh_scene *scene, double h, d
   return status;
 }
 
-/* The column of a parameter. */
+/* Computes the column of derivatives by a parameter. */
 static int differentiate(tangenting *t, int k, double *tangents)
 {
   const flesh_fit *fit = t->fit;
@@ -132,7 +133,7 @@ struct flesh_fit_motion {
   flesh_integrator *integrator;
   flesh_trajectory *trajectory;
   flesh_fit_told told;
-  flesh_asked *columns; /* of probes; as they are linear in the state, everywhere the same */
+  flesh_asked *columns; /* of probes; they are linear in the state, so their derivatives are the same at all states */
 };
 
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
@@ -149,10 +150,10 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
   return "";
 }
 
-/* Notes the time of a state. Implements flesh_observer's function. */
+/* Records the time of a state. Implements flesh_observer's function. */
 static int note(void *told, const flesh_step_record *record) { return flesh_fit_told_add(told, record->state->t); }
 
-/* Runs the motion while the trajectory records it. */
+/* Runs the motion and records its trajectory. */
 static int record(flesh_fit_motion *m)
 {
   const flesh_scene_time *time = flesh_scene_times(m->scene);
@@ -199,13 +200,13 @@ void flesh_fit_motion_destroy(flesh_fit_motion **motion)
   *motion = NULL;
 }
 
-/* A change of parameters, of whose tangent is taken what is measured. */
+/* A change of parameters, along whose tangent the measured quantities are differentiated. */
 typedef struct following {
   const flesh_fit_motion *motion;
-  flesh_scene *scenes[2]; /* beside p */
+  flesh_scene *scenes[2]; /* on both sides of p */
   int states;
   const double *dx, *dv;
-  double *to; /* the first entry of its column of derivatives */
+  double *to; /* first entry of its column of derivatives */
   int stride;
 } following;
 
@@ -230,11 +231,11 @@ static int follow(void *data, int change, double t, const double *dx, const doub
   return flesh_interrupt_check();
 }
 
-/* The systems beside p along a change, and the derivatives of the start [2*n]. */
+/* Reads the scenes on both sides of p along a change; returns their systems, and the derivatives of the start [2*n]. */
 static int take_change(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
 {
   const flesh_fit_motion *m = f->motion;
-  flesh_state starts[2] = {{0}}; /* v stands behind x */
+  flesh_state starts[2] = {{0}}; /* v stands behind x in memory */
   int status = flesh_fit_scenes_beside(m->fit, m->experiment, m->p, change, h, f->scenes);
   for (int s = 0; s < 2 && !status; s++) status = flesh_start_make(f->scenes[s], &starts[s]);
   if (!status) {
@@ -271,7 +272,7 @@ int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes
   return status;
 }
 
-/* An adjoint, which starts from what is measured. */
+/* The input of an adjoint: weights of the measured numbers. */
 typedef struct giving {
   const flesh_fit_motion *motion;
   const double *y;

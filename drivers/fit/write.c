@@ -1,5 +1,5 @@
-/* write.c: writes what a fit has found: result.json, the fitted scenes, words, and, by data/studies/fit.sql, fit.csv and the
- * picture. */
+/* write.c: writes the results of a fit: result.json, the fitted scenes, sentences and, by data/studies/fit.sql, fit.csv
+ * and the picture. */
 #include <math.h>
 #include <string.h>
 
@@ -103,7 +103,7 @@ int flesh_fit_write_ended(const flesh_fit *fit, int status)
   return written;
 }
 
-/* The table of SQL. */
+/* Fills the table that the SQL reads. */
 static int tabulate(flesh_fit *fit, const double *values)
 {
   static const char table[] = "CREATE TEMP TABLE numbers (file, experiment, measured, row, place, quantity, unit, t, value, "
@@ -129,7 +129,7 @@ static int tabulate(flesh_fit *fit, const double *values)
   return status || code == SQLITE_DONE ? status : flesh_no_memory();
 }
 
-/* The scene of each experiment with the parameters that were found. */
+/* Writes the scene of each experiment with the fitted parameters. */
 static int write_scenes(const flesh_fit *fit, const double *p)
 {
   int status = flesh_folder_make(flesh_path("%s/scenes", fit->options.out));
