@@ -10,6 +10,7 @@
 #include "cli/lists.h"
 #include "drift/drift.h"
 #include "cli/path.h"
+#include "material/form.h"
 #include "mesh/mesh.h"
 #include "run/describe.h"
 #include "run/runner.h"
@@ -114,7 +115,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   if (isnan(young)) {
     double mu, lambda;
     status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
-    young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
+    young = flesh_young_of_lame(mu, lambda);
   }
   set_overrides(plan, c->scene, &overrides);
   snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",

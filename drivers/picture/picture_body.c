@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/sort.h"
 #include "error/meshes.h"
+#include "material/form.h"
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"
@@ -64,7 +65,7 @@ static void measure_young(const flesh_body *body, double *values)
     double mu, lambda;
     const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[t] : 0];
     const int status = flesh_material_small_strain(material, &mu, &lambda, NULL);
-    values[t] = status ? NAN : mu * (3 * lambda + 2 * mu) / (lambda + mu);
+    values[t] = status ? NAN : flesh_young_of_lame(mu, lambda);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "material/form.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "run/start.h"
@@ -69,8 +70,8 @@ static int make_materials(const flesh_scene *scene, trial *t)
     double mu, lambda;
     status = flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL);
     if (!status)
-      status = flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu * (3 * lambda + 2 * mu) / (lambda + mu),
-                                         lambda / (2 * (lambda + mu)), &t->materials[k]);
+      status = flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, flesh_young_of_lame(mu, lambda),
+                                         flesh_poisson_of_lame(mu, lambda), &t->materials[k]);
   }
   return status;
 }

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "linear/preconditioner.h"
+#include "material/form.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "cli/json_memory.h"
@@ -119,9 +120,8 @@ static small_strain small_strain_of(const flesh_material *material)
   small_strain s;
   if (flesh_material_small_strain(material, &s.mu, &s.lambda, &s.stress))
     return (small_strain){NAN, NAN, NAN, NAN, NAN};
-  if (material->incompressible) return (small_strain){s.mu, s.lambda, 3 * s.mu, 0.5, s.stress};
-  s.young = s.mu * (3 * s.lambda + 2 * s.mu) / (s.lambda + s.mu);
-  s.poisson = s.lambda / (2 * (s.lambda + s.mu));
+  s.young = flesh_young_of_lame(s.mu, s.lambda);
+  s.poisson = flesh_poisson_of_lame(s.mu, s.lambda);
   return s;
 }
 

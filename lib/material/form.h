@@ -22,6 +22,10 @@ typedef struct flesh_form {
 
 extern const flesh_form flesh_forms[FLESH_ENERGY_COUNT];
 
+/* Young's modulus and Poisson's ratio for Lame's constants of small strain; lambda INFINITY: incompressible. */
+static inline double flesh_young_of_lame(double mu, double lambda) { return mu * (2 + 1 / (1 + mu / lambda)); }
+static inline double flesh_poisson_of_lame(double mu, double lambda) { return 0.5 / (1 + mu / lambda); }
+
 /* Returns whether a built-in form is undefined for J <= 0; 0 for a user's psi, whose function reports that itself. */
 static inline int flesh_psi_needs_volume(flesh_energy energy)
 {

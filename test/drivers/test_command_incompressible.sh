@@ -72,6 +72,12 @@ what_cannot_be_is_refused() {
   [ ! -e bad ]
 }
 
+# Young's modulus is 3 mu, and colours its tets.
+pictures_show_the_modulus() {
+  expect 0 "$flesh" snap bar.yaml --colour young --width 100 --out young.png &&
+    has stdout.txt "colours: Young's modulus \[kPa\] from 0 to 100; there is 100 to 100"
+}
+
 # Studies take a Poisson's ratio of 1/2 like any other for tet10-mean and forms with a volume term; other cases are refused
 # with the reason.
 campaigns_take_a_half() {
@@ -83,4 +89,4 @@ campaigns_take_a_half() {
 }
 
 run_tests campaigns_take_a_half a_run_keeps_pressures_in_its_state runs_go_on_from_states a_state_of_another_mesh_is_refused \
-  states_serve_compressible_bodies what_cannot_be_is_refused
+  states_serve_compressible_bodies pictures_show_the_modulus what_cannot_be_is_refused
