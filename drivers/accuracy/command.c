@@ -1,4 +1,4 @@
-/* command.c: `flesh accuracy SCENE`: what accuracy costs, method by method. */
+/* command.c: `flesh accuracy SCENE`: measures what accuracy costs, method by method. */
 #include "commands.h"
 
 #include <math.h>
@@ -16,7 +16,7 @@
 
 #define METHOD_NAME(name, ...) "," name
 
-/* The shortest text of a step: 1/N where it is one. */
+/* Writes a step as its shortest text: 1/N if it is such a fraction. */
 static void value_text(double value, flesh_accuracy_value *to)
 {
   char text[FLESH_NUMBER_SIZE];
@@ -33,7 +33,7 @@ static int compare_down(const void *a, const void *b)
   return (x < y) - (x > y);
 }
 
-/* A list of values, and where it goes. */
+/* The destination of a list's values. */
 typedef struct values {
   const char *option;
   flesh_accuracy_value *values;
@@ -49,14 +49,14 @@ static int take_value(void *data, const char *item)
   if (*v->count == FLESH_ACCURACY_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", v->option, FLESH_ACCURACY_LIMIT);
   snprintf(value.text, sizeof value.text, "%.30s", item);
-  if (item[strspn(item, "0123456789.eE+-/")]) value_text(value.value, &value); /* blanks, hexadecimal ones */
+  if (item[strspn(item, "0123456789.eE+-/")]) value_text(value.value, &value); /* for blanks and hexadecimal numbers */
   for (int other = 0; other < *v->count; other++)
     if (v->values[other].value == value.value) return flesh_list_fail_twice(v->option, item);
   v->values[(*v->count)++] = value;
   return FLESH_OK;
 }
 
-/* Positive numbers, from the largest to the smallest, as they are written. */
+/* Reads positive numbers, as they are written, and sorts them from the largest to the smallest. */
 static int read_values(const char *option, const char *text, flesh_accuracy_value *to, int *count)
 {
   values v = {option, to, count};
@@ -73,7 +73,7 @@ static int read_methods(const char *text, flesh_accuracy_plan *plan)
   return flesh_list_words("methods", text, names, plan->methods, &plan->method_count);
 }
 
-/* The scene's step (half of a run that is shorter), doubled once and halved again and again. */
+/* Chooses the default steps: the scene's step, or half of a shorter run, doubled once and then halved repeatedly. */
 static void default_steps(double step, double duration, flesh_accuracy_plan *plan)
 {
   plan->step_count = plan->quick ? 5 : 8;
@@ -81,7 +81,7 @@ static void default_steps(double step, double duration, flesh_accuracy_plan *pla
     value_text(ldexp(fmin(step, duration / 2), 1 - k), &plan->steps[k]);
 }
 
-/* A step that is longer than the run is none of its steps, and one that is too short never ends. */
+/* Checks that no step is longer than the run, or so short that the run would never end. */
 static int check_steps(const flesh_accuracy_plan *plan, double duration)
 {
   const double most = 1e9;
@@ -97,8 +97,8 @@ static int check_steps(const flesh_accuracy_plan *plan, double duration)
   return FLESH_OK;
 }
 
-/* The other prices are those of the scene's own method at its own step where it has fixed steps, else of the first that has:
- * what errors choose would hide what solves add. */
+/* Chooses the method and step for the other prices: the scene's own if it has fixed steps, else the first method that
+ * has. Steps chosen by error control would hide the errors of the solves. */
 static void choose_representative(const flesh_scene_time *time, double duration, flesh_accuracy_plan *plan)
 {
   plan->representative = -1;
@@ -112,7 +112,7 @@ static void choose_representative(const flesh_scene_time *time, double duration,
   value_text(duration, &plan->whole_run);
 }
 
-/* The command's own files must not take the place of what it reads. */
+/* Fails if a file of the command would replace an input. */
 static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const flesh_scene *scene)
 {
   static const char *const names[] = {"accuracy.csv", "accuracy.json", "orders.csv", "verdict.txt", "reference.states",
@@ -123,7 +123,7 @@ static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const
   return flesh_inputs_spare_in(&inputs, plan->options.out, names, subfolders);
 }
 
-/* The steps, the scene's own among them, and the times at which states are compared. */
+/* Plans the steps, with the scene's own among them, and the times at which states are compared. */
 static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, double start)
 {
   const double duration = time->end - start;
@@ -184,7 +184,7 @@ static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
   return status;
 }
 
-/* The other scenes must stand before hours are spent. */
+/* Checks the other scenes, before hours are spent. */
 static int check_others(const flesh_accuracy_plan *plan)
 {
   if (plan->coarser.count && !plan->mesh)
@@ -196,8 +196,8 @@ static int check_others(const flesh_accuracy_plan *plan)
   return status;
 }
 
-/* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. Plans are made on every
- * rank. */
+/* Makes the plan, on every rank, with the lists of methods, steps and tolerances (NULL: the default), and carries it
+ * out. Returns the exit code. */
 static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps, const char *tolerances)
 {
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 60 : 600;

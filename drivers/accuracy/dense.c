@@ -1,8 +1,8 @@
-/* dense.c: a track between its times, and how well it is known there.
+/* dense.c: interpolates a track between its times, and estimates the error of that.
  *
  * Hermite interpolation of positions and velocities at up to four times (math/hermite.h), never across a break, at which the
- * motion has a kink: between the two times around one that is no time of the track nothing is known. The velocity at a break
- * is that before it, as every method leaves it. */
+ * motion has a kink. If a break is not one of the track's times, nothing is known between the two times around it. The
+ * velocity at a break is the one before it, as every method leaves it. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -17,7 +17,7 @@ typedef struct nodes {
 
 static double time_of(const nodes *n, int k) { return n->track->t[k * n->stride]; }
 
-/* Between nodes k and k+1, the latter included. */
+/* Returns k such that t is in the interval from node k to node k+1, the latter included. */
 static int interval_of(const nodes *n, double t)
 {
   int low = 0, high = n->count - 1;
@@ -30,10 +30,11 @@ static int interval_of(const nodes *n, double t)
 }
 
 typedef struct part {
-  int first, last, half; /* nodes; half: the velocity at the first is that before a break */
+  int first, last, half; /* nodes; half: the velocity at the first node is that before a break */
 } part;
 
-/* The nodes around t that no break parts from it; 0 where a break lies between the two next to it. */
+/* Finds the nodes around t that are on its side of all breaks. Returns 0 if a break lies between the two nodes next to
+ * t. */
 static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, double t, part *smooth)
 {
   const int k = interval_of(n, t);
@@ -43,7 +44,7 @@ static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, do
     if (measure->breaks[b] < t - rounding) before = fmax(before, measure->breaks[b]);
     else after = fmin(after, measure->breaks[b]);
   int first = k, last = k + 1;
-  if (fabs(t - time_of(n, last)) <= rounding) first = last; /* one of its times */
+  if (fabs(t - time_of(n, last)) <= rounding) first = last; /* t is the time of a node */
   else if (fabs(t - time_of(n, first)) <= rounding) last = first;
   else if (time_of(n, first) < before - rounding || time_of(n, last) > after + rounding) return 0;
   while (last > first && last - first < FLESH_HERMITE_TIMES - 1) {
@@ -57,7 +58,7 @@ static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, do
   return 1;
 }
 
-/* 0: not known at t. */
+/* Interpolates at t; returns 0 if the state is not known there. */
 static int interpolate(const nodes *n, const flesh_accuracy_measure *measure, double t, double *x, double *v)
 {
   const flesh_accuracy_track *track = n->track;
@@ -86,7 +87,7 @@ int flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accur
   return interpolate(&all, measure, t, x, v);
 }
 
-/* Largest differences at the times that a coarser choice of nodes leaves out. */
+/* Finds the largest differences at the times that a coarser choice of nodes leaves out. */
 static int hold_out(const flesh_system *system, const flesh_accuracy_measure *measure,
                     const flesh_accuracy_scale *scale, const flesh_accuracy_track *track, int stride,
                     flesh_accuracy_errors *errors)
@@ -105,8 +106,8 @@ static int hold_out(const flesh_system *system, const flesh_accuracy_measure *me
   return status;
 }
 
-/* Extrapolates the error with all nodes from those with every second and with every fourth: it falls by the same factor
- * again, by at least 1 and at most the smooth 2^8. */
+/* Extrapolates the error with all nodes from those with every second and with every fourth node: it decreases again by
+ * the same factor, limited to the range from 1 to 2^8, that of smooth motions. */
 static double left_with_all(double every_second, double every_fourth)
 {
   double fall = fabs(every_fourth) / fabs(every_second);

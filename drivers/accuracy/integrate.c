@@ -1,4 +1,4 @@
-/* integrate.c: one integration from a scene's start to its end, timed. */
+/* integrate.c: integrates once from a scene's start to its end, and measures the time. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,7 +35,7 @@ int flesh_accuracy_keep_state(void *data, const flesh_state *state)
 
 static void add(const flesh_solve_stats *stats, flesh_accuracy_cost *cost)
 {
-  cost->steps += stats->steps; /* none where IDA had stepped past already */
+  cost->steps += stats->steps; /* none if IDA was already past the time */
   cost->rejected += stats->rejected + stats->convergence_failures;
   cost->residuals += stats->residuals;
   cost->assemblies += stats->assemblies;
@@ -43,7 +43,7 @@ static void add(const flesh_solve_stats *stats, flesh_accuracy_cost *cost)
   cost->linear += stats->linear;
 }
 
-/* Data of the test whether to stop, which is made between steps, also between the adaptive method's own. */
+/* Data of the test that stops a run; it is made between steps, including those that the adaptive method chooses. */
 typedef struct limit {
   const flesh_state *state;
   double started, seconds;
@@ -60,7 +60,7 @@ static int ask(void *data)
   return FLESH_OK;
 }
 
-/* The adaptive method's own steps, gathered in memory. */
+/* The steps that the adaptive method chose, gathered in memory. */
 typedef struct steps {
   int count, room;
   flesh_internal_step *all;
@@ -74,12 +74,12 @@ static int gather(steps *s, const flesh_internal_step *step)
   return FLESH_OK;
 }
 
-/* The watcher of a run, and the time that watching has taken. */
+/* The observer of a run, and the time that it has taken. */
 typedef struct audience {
-  const flesh_accuracy_watch *watch; /* NULL: nothing */
+  const flesh_accuracy_watch *watch; /* NULL: none */
   double end, cpu_s, wall_s;
   int unknowns;
-  steps *steps; /* NULL: not gathered */
+  steps *steps; /* NULL: steps are not gathered */
 } audience;
 
 static int show(audience *a, const flesh_state *state)
@@ -125,7 +125,7 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
   limit l = {state, flesh_wall_seconds(), max_seconds};
   flesh_integrator_set_stop(integrator, ask, &l);
   int status = show(a, state), done = 0;
-  /* The loop takes the same times as flesh_run, so that `flesh run` repeats it bit for bit. */
+  /* The loop uses the same times as flesh_run, so that `flesh run` repeats it bit for bit. */
   for (long step = 1; !done && !status; step++) {
     double target = grid->start + (double)step * h, length = h;
     done = target > grid->end - 1e-3 * h;

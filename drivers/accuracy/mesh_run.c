@@ -1,5 +1,5 @@
-/* mesh_run.c: runs the scene on its meshes and with the elements, each in a process of its own, and finds from the
- * finest what they converge to (Richardson; Roache, Verification and Validation in Computational Science, 1998, ch. 5). */
+/* mesh_run.c: runs the scene on its meshes and with the elements, each in a process of its own, and extrapolates from
+ * the finest to the limit (Richardson; Roache, Verification and Validation in Computational Science, 1998, ch. 5). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,7 +24,7 @@ static void describe(const flesh_scene *scene, flesh_accuracy_figures *f)
   f->poisson = NAN;
   const flesh_material *materials = flesh_scene_body(scene)->materials;
   for (int k = 0; materials && k < flesh_scene_material_count(scene); k++)
-    f->poisson = fmax(f->poisson, materials[k].poisson); /* fmax takes NaN for nothing */
+    f->poisson = fmax(f->poisson, materials[k].poisson); /* fmax ignores NaN */
 }
 
 int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
@@ -45,7 +45,7 @@ int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
   return status;
 }
 
-/* A row on a mesh by the method and step of another row, NULL in equilibrium. */
+/* Returns a row on a mesh with the method and step of another row `by`, which is NULL in equilibrium. */
 static flesh_accuracy_row make_row(const flesh_accuracy_plan *plan, flesh_accuracy_group group, int source, int element,
                                    int refine, const flesh_accuracy_row *by)
 {
@@ -62,7 +62,7 @@ static const flesh_accuracy_row *shared_row(const flesh_accuracy_plan *plan)
   return plan->meshes.shared < 0 ? NULL : &plan->rows[plan->meshes.shared];
 }
 
-/* Adds a row and runs it, or takes what is known of it; *took in seconds of the wall. */
+/* Adds a row, and takes its record or runs it; *took is its wall time in seconds. */
 static int add(flesh_accuracy_session *s, int source, int element, int refine, double *took)
 {
   flesh_accuracy_plan *plan = s->plan;
@@ -74,12 +74,12 @@ static int add(flesh_accuracy_session *s, int source, int element, int refine, d
   return status;
 }
 
-/* The coarser meshes, then the scene's refined again and again, of each element as far as the seconds go: two meshes of
- * the two that make the reference at least. */
+/* Runs the coarser meshes, then the scene's mesh refined repeatedly, for each element as far as the seconds allow; the
+ * two elements that make the reference get at least two meshes. */
 static int run_all(flesh_accuracy_session *s)
 {
   enum { MOST = 5 };
-  const double growth = 12; /* eight times the tets, and more iterations */
+  const double growth = 12; /* factor in time: eight times the tets, and more iterations */
   flesh_accuracy_plan *plan = s->plan;
   double took, spent = 0, last[FLESH_ELEMENT_COUNT] = {0};
   int status = FLESH_OK, ended[FLESH_ELEMENT_COUNT] = {0};
@@ -106,15 +106,16 @@ static int run_all(flesh_accuracy_session *s)
 
 static double size_of(const flesh_accuracy_row *row) { return 1 / cbrt(row->figures.tets); }
 
-/* The meshes' tracks, which of them start elsewhere, the limits of the elements. */
+/* The meshes' tracks, which of them start elsewhere, and the limits of the elements. */
 typedef struct finding {
   const flesh_accuracy_plan *plan;
   flesh_accuracy_track tracks[FLESH_ACCURACY_MESHES], limits[FLESH_ELEMENT_COUNT];
   int elsewhere[FLESH_ACCURACY_MESHES];
-  double change[FLESH_ELEMENT_COUNT]; /* how far the limit is from the finest run [m] */
+  double change[FLESH_ELEMENT_COUNT]; /* distance of the limit from the finest run [m] */
 } finding;
 
-/* The element's complete rows by their tets, the last three of them in which cells shrink by a fifth at least. */
+/* Picks the last three of the element's complete rows, sorted by tets, between which cells shrink by at least a fifth.
+ * Returns how many it found. */
 static int pick_levels(const finding *f, int element, int rows[3])
 {
   int count = 0, all[FLESH_ACCURACY_MESHES];
@@ -131,8 +132,9 @@ static int pick_levels(const finding *f, int element, int rows[3])
   return taken;
 }
 
-/* The limit of an element: extrapolated from its last two meshes, at the order of its last three where there are so
- * many, else at 2 (at most what corners and held edges leave of it, so that the limit is rather too near). */
+/* Finds the limit of an element by extrapolation from its last two meshes, with the order of its last three if there
+ * are so many, else with 2. With corners and constrained edges the true order is at most 2, so that the limit is too
+ * near rather than too far. */
 static int find_limit(finding *f, int element, json_t *to)
 {
   const flesh_accuracy_measure *measure = &f->plan->measure;
@@ -156,17 +158,16 @@ static int find_limit(finding *f, int element, json_t *to)
   return status;
 }
 
-/* How far the track's first times are at most from where the scene starts. */
+/* Returns the largest distance of the track's first times from the scene's start. */
 static double distance_from_start(const finding *f, const flesh_accuracy_track *track, int times)
 {
   return flesh_accuracy_apart_from(&f->plan->measure, track, times, f->plan->measure.start);
 }
 
-/* Reads the states. A coarser scene that starts elsewhere, as one does that has a start state of its own, is another
- * motion. */
+/* Reads the states. A coarser scene that starts elsewhere, for example from its own start state, has another motion. */
 static int read_tracks(finding *f)
 {
-  const double same = 0.01; /* of the motion */
+  const double same = 0.01; /* share of the motion */
   int status = FLESH_OK;
   for (int k = 0; k < f->plan->meshes.row_count && !status; k++) {
     if (!is_complete(row_of(f->plan, k))) continue;
@@ -177,7 +178,8 @@ static int read_tracks(finding *f)
   return status;
 }
 
-/* The reference: the limit of tet10-mean, else of tet10, else of tet4; the next of them checks it. */
+/* Finds the reference, the limit of tet10-mean, else of tet10, else of tet4; the next of them with a limit checks
+ * it. */
 static int judge(finding *f, json_t *to)
 {
   int status = FLESH_OK, first = 0, second = 0;
@@ -234,7 +236,7 @@ json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_a
                    !row->source && !row->refine && row->element == meshes->own_element);
 }
 
-/* Finds what the meshes converge to: again where other meshes are there, which then all need their states. */
+/* Finds the limits of the meshes; again if the set of meshes has changed, for which all meshes need their states. */
 static int find_limits(flesh_accuracy_session *s)
 {
   flesh_accuracy_plan *plan = s->plan;
@@ -268,7 +270,7 @@ static int tell(flesh_accuracy_session *s, const char *first, const char *second
   return flesh_study_conclude(&study, &s->store, &s->plan->options, FLESH_OK);
 }
 
-/* Times the choices of mesh and step that were not run as they are. */
+/* Times the choices of mesh and step that were not run in this combination. */
 static int time_choices(flesh_accuracy_session *s)
 {
   flesh_accuracy_plan *plan = s->plan;
@@ -287,7 +289,7 @@ static int time_choices(flesh_accuracy_session *s)
   return status;
 }
 
-/* The scene, and the files that other meshes are of. */
+/* Reads from the scenes what the plan of the meshes needs: the scene and the files of other meshes. */
 static int look_at_scenes(flesh_accuracy_session *s)
 {
   flesh_accuracy_plan *plan = s->plan;

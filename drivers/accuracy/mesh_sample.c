@@ -1,4 +1,4 @@
-/* mesh_sample.c: runs a scene on another mesh and keeps where the nodes of the scene's own mesh go. */
+/* mesh_sample.c: runs a scene on another mesh and records the positions of the nodes of the scene's own mesh. */
 #include "accuracy/accuracy.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 #include "run/start.h"
 #include "skin/locator.h"
 
-/* Finds the place in the mesh of every point. */
+/* Finds for every point the tet that contains it, and weights. */
 static int locate(flesh_accuracy_sampler *s)
 {
   flesh_locator *locator = NULL;
@@ -28,7 +28,7 @@ static int locate(flesh_accuracy_sampler *s)
   return status;
 }
 
-/* The times of the plan's grid, or every few of them so that 128 suffice and fit. */
+/* Chooses the times of the plan's grid, or every n-th of them, so that there are at most 128 and they fit in memory. */
 static void choose_times(const flesh_accuracy_plan *plan, int points, flesh_accuracy_grid *grid)
 {
   const int most = (int)fmin(128, fmax(flesh_accuracy_room(3 * points) / 2, 16));
@@ -59,7 +59,7 @@ void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler)
   *sampler = (flesh_accuracy_sampler){0};
 }
 
-/* Keeps the points' positions at the time `at` of the track: the place of rest, moved by the mesh's displacement
+/* Records the points' positions at the time with index `at`: the position at rest plus the mesh's displacement
  * there. */
 static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
 {
@@ -77,7 +77,7 @@ static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
     }
 }
 
-/* Every time is that of the first state at or after it: fixed steps of all meshes fall on the same. */
+/* Records the first state at or after each time; the fixed steps of all meshes meet the same times. */
 static int see(void *data, const flesh_state *state)
 {
   flesh_accuracy_sampler *s = data;

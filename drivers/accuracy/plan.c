@@ -1,4 +1,4 @@
-/* plan.c: the methods, the runs that are made of them, and how each is said in a scene. */
+/* plan.c: the methods, the rows that a plan makes of them, and the overrides that put a row into a scene. */
 #include <assert.h>
 #include <math.h>
 #include <sha256.h>
@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "cli/path.h"
 
-/* Rows behind those that are told of: the reference, its sources, tight, limits, timings of three choices, meshes. */
+/* Number of rows that are not reported: the reference, its sources, tight, limits, timings of three choices, meshes. */
 enum { CHOICES = 3, SLOTS = 3 + FLESH_ACCURACY_SOURCES + CHOICES + FLESH_ACCURACY_MESHES };
 
 #define METHOD(name, scene, adaptive, order, colour, mark) {name, scene, adaptive, order, colour, mark},
@@ -29,7 +29,7 @@ const flesh_accuracy_source flesh_accuracy_sources[] = {
 #define GROUP_NAME(group, name) name,
 const char *const flesh_accuracy_group_names[] = {FLESH_ACCURACY_GROUP_LIST(GROUP_NAME)};
 
-/* Every solve to rounding, whatever the scene makes do with. */
+/* Overrides with which every solve converges to rounding, whatever the scene says. */
 static const char *const tight[][2] = {{"solver.newton_tolerance", "1e-12"}, {"solver.linear_tolerance", "1e-3"},
                                        {"solver.max_newton", "100"},         {"solver.max_cutbacks", "8"},
                                        {"solver.line_search", "potential"},  {"solver.accept_unconverged", "false"}};
@@ -42,7 +42,8 @@ static void add_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_row *
   flesh_overrides_add(all, "body.element", flesh_element_name((flesh_element)row->element));
 }
 
-/* The plan's overrides and those of the row's method, step, tolerance, extra value and mesh; to be closed. */
+/* Collects the plan's overrides and those of the row's method, step, tolerance, extra value and mesh; the caller closes
+ * them. */
 static void override(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   char order[16];
@@ -154,7 +155,7 @@ const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const fle
   if (!method->adaptive || row->group != FLESH_ACCURACY_WORK) return "";
   char tolerance[FLESH_ACCURACY_TEXT];
   snprintf(tolerance, sizeof tolerance, "%s", row->tolerance.text);
-  flesh_safe_name(tolerance); /* 1/1000 has a slash */
+  flesh_safe_name(tolerance); /* replaces the slash in 1/1000 */
   return flesh_path("%s%ssteps/%s_%s.csv", plan ? plan->options.out : "", plan ? "/" : "", method->name, tolerance);
 }
 
@@ -176,7 +177,7 @@ static flesh_accuracy_row *add_row(flesh_accuracy_plan *plan, flesh_accuracy_gro
   return row;
 }
 
-/* A price of the representative run: `key` with each of the values, tight to loose or as words. */
+/* Adds the rows of a price of the representative run: `key` with each of the values, from tight to loose, or words. */
 static void add_prices(flesh_accuracy_plan *plan, flesh_accuracy_group group, const char *key,
                        const char *const *values)
 {
@@ -199,8 +200,8 @@ static void make_runs(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* Adaptive methods choose their steps; `step` says when they are asked for their state. Where a step ends there, they
-       * are asked at the end alone, and judged at their own steps. */
+      /* Adaptive methods choose their steps; `step` is when they are asked for a state. As a step ends there, they are
+       * asked only at the end, and judged at their own steps. */
       flesh_accuracy_value step = adaptive == 2 ? plan->whole_run : adaptive ? plan->representative_step : plan->steps[k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];

@@ -1,8 +1,8 @@
-/* reference.c: the reference: two different methods, each refined until it changes no more, and how far they differ; and what
- * is kept of a comparison beside its runs: cases that come up as it goes, and the reference.
+/* reference.c: makes the reference from two different methods, each refined until its results no longer change, and measures
+ * how far they differ; keeps the reference, and the cases that turn out to be needed on the way.
  *
- * Fixed steps are halved and extrapolated (Richardson; Hairer, Norsett and Wanner, Solving ODEs I,
- * II.9): the columns of the tableau remove one power of the step each. */
+ * Fixed steps are halved and extrapolated (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.9): each column of the
+ * tableau removes one more power of the step. */
 #include <math.h>
 #include <stddef.h>
 #include <unistd.h>
@@ -18,8 +18,7 @@
 
 enum { COLUMNS = 3, LEVELS = 14 };
 
-/* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either.
- */
+/* Computes to = finer + (finer - coarser) / (2^power - 1) for positions and velocities; `to` may be either of them. */
 static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser,
                         int power, flesh_accuracy_track *to)
 {
@@ -32,13 +31,14 @@ static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_
   }
 }
 
-/* One integration of the source at a level. */
+/* Integrates a source once, at a level of refinement. */
 static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, int level, double max_seconds,
                      flesh_accuracy_track *track, flesh_accuracy_row *row, flesh_accuracy_cost *cost)
 {
   *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(way->method), .tight = 1};
   int adaptive = flesh_accuracy_methods[row->method].adaptive;
-  /* Fixed steps begin with a quarter of the interval between the times, or of the longest of --steps. */
+  /* Fixed steps begin with a quarter of the interval between the times, or of the longest of --steps if that is
+   * shorter; each level halves them. */
   row->step.value = adaptive ? plan->grid.interval : fmin(plan->grid.interval, plan->grid.longest) / ldexp(4, level);
   snprintf(row->step.text, sizeof row->step.text, "%.17g", row->step.value);
   if (adaptive) snprintf(row->tolerance.text, sizeof row->tolerance.text, "1e-%d", 5 + level);
@@ -51,7 +51,7 @@ static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_sourc
   return status;
 }
 
-/* Room for the tableau: a row, the row before it, and the best state so far. */
+/* Memory for the tableau: a row, the row before it, and the best state so far. */
 typedef struct room {
   flesh_accuracy_track row[COLUMNS], before[COLUMNS], best;
 } room;
@@ -76,11 +76,11 @@ static void close_room(room *r)
   flesh_accuracy_track_close(&r->best);
 }
 
-/* Refines until the change is below the target, grows again (rounding) or the time is spent. */
+/* Refines until the change is below the target or increases again (rounding), or until the time is spent. */
 static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, room *r, flesh_accuracy_figures *result)
 {
   double started = flesh_wall_seconds(), last = 0;
-  /* A thousandth of the smallest error that is asked for. */
+  /* The target is a thousandth of the smallest error that is asked for. */
   double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
   double target = 1e-3 * finest * plan->reference.scale.length;
   int columns = way->stride ? COLUMNS : 1, worse = 0, status = FLESH_OK;
@@ -90,7 +90,7 @@ static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *
     if (level >= 2 && (left <= 0 || (columns > 1 && 1.5 * last > left))) break;
     flesh_accuracy_row row;
     flesh_accuracy_cost cost;
-    /* Two levels are needed for an estimate: they take what they take. */
+    /* An estimate needs two levels, whose time is not limited by reference_seconds. */
     double most = level < 2 ? plan->max_seconds : left + plan->reference_seconds;
     status = run_level(plan, way, level, most, &r->row[0], &row, &cost);
     if (status) break;
@@ -124,7 +124,7 @@ static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *
       r->row[c] = swap;
     }
   }
-  /* A level that failed does not undo the ones before it. */
+  /* If a level fails, the results of earlier levels stay valid. */
   if (status && status != FLESH_ERR_INTERRUPTED && isfinite(result->estimate)) status = FLESH_OK;
   result->took_s = flesh_wall_seconds() - started;
   return status;
@@ -155,7 +155,7 @@ int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number)
   return status;
 }
 
-/* The first two sources that reached the end; how many there are. */
+/* Finds the first two sources that reached the end; returns how many there are. */
 static int find_sources(const flesh_accuracy_plan *plan, int numbers[2])
 {
   const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE);
@@ -190,7 +190,7 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
     f->took_s = made[0]->took_s + made[1]->took_s;
     snprintf(f->message, sizeof f->message, "%.150s; against %.150s", made[first]->message, made[!first]->message);
     const char *path = flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE));
-    if (!status) status = flesh_accuracy_track_write(path, &tracks[first]); /* the sources' stay until its row is written */
+    if (!status) status = flesh_accuracy_track_write(path, &tracks[first]); /* the sources' files go after its row is written */
   }
   flesh_scene_destroy(&scene);
   flesh_accuracy_track_close(&tracks[0]);
@@ -210,7 +210,7 @@ const flesh_study_field flesh_accuracy_reference_fields[] = {
     OF_REFERENCE(DOUBLE, "kinetic_energy", scale.energy), OF_REFERENCE(DOUBLE, "period", scale.period),
     OF_REFERENCE(INT, "times", times), OF_REFERENCE(DOUBLE, "start_t", start), OF_REFERENCE(DOUBLE, "end_t", end), {0}};
 
-/* accuracy.json: the reference for people, reports and the ranks behind the first. */
+/* Writes accuracy.json. */
 int flesh_accuracy_keep(const flesh_accuracy_plan *plan, const char *words)
 {
   json_t *reference = flesh_fields_json(flesh_accuracy_reference_fields, &plan->reference);

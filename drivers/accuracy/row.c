@@ -1,5 +1,5 @@
-/* row.c: runs a row in this process and judges it, step by step while it goes; and the run solved tightly that other prices
- * are judged by. */
+/* row.c: runs a row in this process and judges it step by step; runs the tightly solved run, by which other prices are
+ * judged. */
 #include "accuracy/accuracy.h"
 
 #include <gsl/gsl_statistics_double.h>
@@ -7,16 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Compares every state that it sees, where the reference is known. */
+/* Compares the states that it sees with the reference at times where that is known. */
 typedef struct judge_of_run {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference;
-  const flesh_accuracy_track *tight; /* NULL for the methods' work */
-  const flesh_system *system;        /* of the run's scene */
-  flesh_scene *scene;                /* as it stands: of the reference */
-  flesh_accuracy_errors errors;      /* largest so far, against the reference */
+  const flesh_accuracy_track *tight; /* NULL for rows of the methods' work */
+  const flesh_system *system;        /* system of the run's scene */
+  flesh_scene *scene;                /* the scene of the reference, as it stands */
+  flesh_accuracy_errors errors;      /* largest errors so far, against the reference */
   flesh_accuracy_errors difference;  /* against `tight` */
-  flesh_accuracy_track now, then;    /* one state each: the run's and the reference's */
+  flesh_accuracy_track now, then;    /* one state each: of the run and of the reference */
 } judge_of_run;
 
 static int judge_open(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
@@ -59,7 +59,8 @@ static int judge_see(void *data, const flesh_state *state)
   return status;
 }
 
-/* Runs it again and again: without --repeat short runs more often than long ones. */
+/* Returns whether the run was repeated often enough; without --repeat short runs are repeated more often than long
+ * ones. */
 static int enough(const flesh_accuracy_plan *plan, int count, double spent)
 {
   if (plan->repeat) return count >= plan->repeat;
@@ -76,7 +77,7 @@ static int run_repeats(const flesh_accuracy_plan *plan, const flesh_accuracy_row
   for (; count < MOST && !enough(plan, count, spent); count++) {
     const char *steps = flesh_accuracy_steps_path(plan, row);
     flesh_accuracy_cost cost;
-    /* The first is watched, the others have only their times. */
+    /* The first run is observed; of the others only the time is used. */
     int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, count || !*steps ? NULL : steps,
                                           count ? NULL : watch, &cost);
     if (!count) f->cost = cost, f->wall_s_median = f->wall_s_min = cost.wall_s;
@@ -91,7 +92,7 @@ static int run_repeats(const flesh_accuracy_plan *plan, const flesh_accuracy_row
   return FLESH_OK;
 }
 
-/* The error; NaN if it is below the uncertainty of the reference. */
+/* Returns the error, or NaN if it is below the uncertainty of the reference. */
 static double above(double error, double uncertainty)
 {
   return fabs(error) > uncertainty ? error : isnan(error) ? error : NAN;
@@ -106,7 +107,7 @@ static void judge(const flesh_accuracy_plan *plan, const judge_of_run *judged, f
   if (judged->tight) f->difference = judged->difference.position_rms;
 }
 
-/* At every step where there is room for all. */
+/* Returns the times at which the tight run is kept: every step, if there is room for all. */
 static flesh_accuracy_grid tight_times(const flesh_accuracy_plan *plan)
 {
   flesh_accuracy_grid keep = plan->grid;
@@ -139,7 +140,7 @@ static int read_track(const flesh_accuracy_plan *plan, flesh_accuracy_group grou
   return flesh_accuracy_track_read(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, group)), track);
 }
 
-/* Reads, on a rank behind the first, the reference and the tight run that the first rank has made. */
+/* Reads, on a rank other than the first, the reference and the tight run that the first rank has made. */
 static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
                      flesh_accuracy_track *tight)
 {
@@ -165,7 +166,7 @@ static int run_and_judge(const flesh_accuracy_work *given, const flesh_accuracy_
 
 int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *f)
 {
-  flesh_accuracy_plan plan = *given->plan; /* this process's */
+  flesh_accuracy_plan plan = *given->plan; /* this process's own copy */
   const flesh_accuracy_row *row = &given->plan->rows[number];
   flesh_accuracy_track reference = {0}, tight = {0};
   flesh_accuracy_work own = {&plan, given->reference, given->tight};

@@ -1,5 +1,5 @@
-/* study.c: a comparison as a study: its cases are the reference's parts, the runs one at a time on each rank, and the runs
- * on other meshes, each in a process of its own; SQL makes of them what is told. */
+/* study.c: runs a comparison as a study. Its cases are the parts of the reference, the runs (one at a time on each
+ * rank), and the runs on other meshes, each in a process of its own; SQL makes the results from them. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -28,7 +28,7 @@ static const flesh_study_field fields[] = {
     FIGURE(INT, "below_reference", below), FIGURE(DOUBLE, "difference", difference), FIGURE(DOUBLE, "estimate", estimate),
     FIGURE(DOUBLE, "took_s", took_s), FIGURE(INT, "tet_count", tets), FIGURE(INT, "node_count", nodes),
     FIGURE(DOUBLE, "largest_poisson", poisson), {0}};
-/* In the order of the values of make_case. */
+/* Columns, in the order of the values in make_case. */
 static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "method", .key = "--methods"},
                                              {.name = "setting", .key = "--steps, --tolerances"},
@@ -56,7 +56,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-/* SQL knows this of a run beside its row. */
+/* Returns what the SQL knows about a run beside its row. */
 static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
@@ -90,7 +90,7 @@ static const char *status_word(const flesh_accuracy_figures *f)
   return !f->status && f->below ? "below reference" : flesh_fields_status(f->status, "failed");
 }
 
-/* Does the case in this process; its message is that of an error, or what was made. */
+/* Runs the case in this process; its message is that of an error, or what was made. */
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
@@ -142,7 +142,7 @@ static int take(void *data, int number, const json_t *record)
                       &plan->reference);
   if (status) return status;
   if (crashed_by) f->status = FLESH_ERR_SOLVE;
-  /* A run that could not write its file says nothing of its method. */
+  /* A run that could not write its file says nothing about its method. */
   if (f->status == FLESH_ERR_FILE) return flesh_fail(FLESH_ERR_FILE, "%s", f->message);
   row->done = 1;
   return FLESH_OK;
@@ -156,7 +156,7 @@ static void title(const void *data, int number, char *text, size_t size)
 
 flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan)
 {
-  const int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
+  const int repeats = plan->repeat ? plan->repeat : 3; /* number for a long run */
   const double grace = 2;
   return (flesh_study){.name = "accuracy",
                        .fingerprint = plan->study_fingerprint,
@@ -179,7 +179,7 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .taker = plan};
 }
 
-/* One text that names the build. */
+/* Returns one text that identifies the build. */
 static json_t *build_json(void)
 {
   static const char *const parts[] = {"flesh",          "commit",          "compiler",
@@ -192,7 +192,7 @@ static json_t *build_json(void)
   return build;
 }
 
-/* Everything that all figures depend on. */
+/* Computes the fingerprints: of everything that affects all figures. */
 static int make_fingerprints(flesh_accuracy_plan *plan)
 {
   char build[FLESH_STUDY_FINGERPRINT];
@@ -216,7 +216,7 @@ static int count_done(const flesh_accuracy_plan *plan)
   return done;
 }
 
-/* The other prices, from row `first` on; that they cannot be measured is told, and is no failure. */
+/* Runs the other prices, from row `first` on. If they cannot be measured, that is printed, and is no failure. */
 static int run_prices(flesh_accuracy_session *s, int first)
 {
   const flesh_accuracy_plan *plan = s->plan;
@@ -253,7 +253,7 @@ static int run_all(flesh_accuracy_session *s)
   return status ? flesh_fail(status, "%s", words) : FLESH_OK;
 }
 
-/* The runs, and what is told of them; without a reference there is nothing to tell. */
+/* Runs the methods and reports them; without a reference there is nothing to report. */
 static int run_methods(flesh_accuracy_session *s)
 {
   const flesh_accuracy_plan *plan = s->plan;

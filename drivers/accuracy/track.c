@@ -1,4 +1,4 @@
-/* track.c: runs kept at the times of comparison, and their differences. */
+/* track.c: states of a run at the times of comparison, and differences of two runs. */
 #include "accuracy/track.h"
 
 #include <math.h>
@@ -25,7 +25,7 @@ void flesh_accuracy_grid_make(double start, double end, double longest, int room
   *grid = (flesh_accuracy_grid){start, end, longest, interval, intervals + 1};
 }
 
-/* How many numbers it has: its arrays are one, in the order of its members. */
+/* Returns the count of numbers in a track; its arrays form one, in the order of its members. */
 static size_t length_of(const flesh_accuracy_track *track)
 {
   return (size_t)track->times * (2 * (size_t)track->unknowns + 3);
@@ -66,7 +66,7 @@ int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *tra
   fwrite(magic, 1, sizeof magic, file.stream);
   fwrite(counts, sizeof counts[0], 2, file.stream);
   fwrite(track->t, sizeof(double), length_of(track), file.stream);
-  return flesh_file_commit(&file); /* which notices what was not written */
+  return flesh_file_commit(&file); /* reports what was not written */
 }
 
 int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
@@ -101,7 +101,7 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
     const double *v = track->v + (size_t)k * (size_t)track->unknowns;
     const flesh_point point = flesh_point_at(track->t[k], x, v, zeros);
     status = flesh_system_energies(system, &point, energies);
-    double sum = status > 0 ? NAN : 0; /* a state with J <= 0 may have none */
+    double sum = status > 0 ? NAN : 0; /* a state with J <= 0 may have no energy */
     if (status > 0) status = FLESH_OK;
     for (int e = 0; e < effects; e++) sum += energies[e];
     track->energy[k] = sum;
@@ -111,7 +111,7 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
   return status;
 }
 
-/* Finds as many events as a run is likely to have; more of them are kinks that the uncertainty of a reference
+/* Finds as many events as a run is likely to have; further ones are kinks that the uncertainty of a reference
  * covers. */
 static int find_breaks(const flesh_system *system, double start, double end, flesh_accuracy_measure *measure)
 {
@@ -155,7 +155,7 @@ void flesh_accuracy_measure_close(flesh_accuracy_measure *measure)
   *measure = (flesh_accuracy_measure){0};
 }
 
-/* Mass-weighted RMS of |a-b| over the nodes; the largest distance and its node besides. */
+/* Returns the mass-weighted RMS of |a-b| over the nodes; *largest is the largest distance, and *node its node. */
 static double distance(const flesh_accuracy_measure *measure, const double *a, const double *b,
                        double *largest, int *node)
 {
@@ -172,8 +172,8 @@ static double distance(const flesh_accuracy_measure *measure, const double *a, c
   return sqrt(sum / mass);
 }
 
-/* From the times at which the tip passes its mean place: half a period lies between two. Swings
- * below a tenth of the largest are no motion of their own. */
+/* Finds the period from the times at which the tip passes its mean place, two of which are half a period apart. Swings
+ * below a tenth of the largest are ignored. */
 static double find_period(const flesh_accuracy_track *track, int dof)
 {
   double mean = 0, reach = 0, first = NAN, last = NAN, side = 0, crossing = NAN;
@@ -289,7 +289,7 @@ void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, f
   u->energy = factor * fabs(u->energy) + fabs(doubt->energy);
 }
 
-/* |f0-f1|/|f1-f2| where errors fall as h^p. */
+/* Returns |f0-f1|/|f1-f2| for errors proportional to h^p. */
 static double ratio(const double h[3], double p)
 {
   return (pow(h[0], p) - pow(h[1], p)) / (pow(h[1], p) - pow(h[2], p));

@@ -1,25 +1,26 @@
-/* track.h: a run as it was at given times and between them, and how far two of them differ. */
+/* track.h: the states of a run at given times, interpolation between them, and differences of two runs. */
 #ifndef FLESH_ACCURACY_TRACK_H
 #define FLESH_ACCURACY_TRACK_H
 
 #include "flesh/observer.h"
 #include "flesh/scene.h"
 
-/* The times of a track: start + k every interval for k = 0, 1, ..., and the end. Where runs are long the interval is a
- * multiple of the longest step, else a 2^n-th of it. */
+/* The times of a track: start + k * interval for k = 0, 1, ..., and the end. The interval is the longest step divided
+ * by a power of two, or for long runs a multiple of that step. */
 typedef struct flesh_accuracy_grid {
   double start, end, longest, interval;
   int count;
 } flesh_accuracy_grid;
 
-/* At least so many where there is room for them. */
+/* Least number of times, if there is room for them. */
 enum { FLESH_ACCURACY_TIMES = 512 };
-/* For runs whose longest step is `longest`, `room` times at most. */
+/* Makes the grid of a run whose longest step is `longest`, with at most `room` times. */
 void flesh_accuracy_grid_make(double start, double end, double longest, int room, flesh_accuracy_grid *grid);
-/* How many times of a track of so many unknowns there is room for: a reference takes seven tracks in a gigabyte. */
+/* Returns how many times a track with that many unknowns may have: making a reference takes seven tracks, in a
+ * gigabyte. */
 int flesh_accuracy_room(int unknowns);
 
-/* States at the times; all arrays belong to it, and are one in this order. */
+/* States at the times. The track owns its arrays, which are one array in this order. */
 typedef struct flesh_accuracy_track {
   int times, unknowns;
   double *t;               /* [times] */
@@ -30,33 +31,33 @@ typedef struct flesh_accuracy_track {
 int flesh_accuracy_track_open(int times, int unknowns, flesh_accuracy_track *track);
 void flesh_accuracy_track_close(flesh_accuracy_track *track);
 void flesh_accuracy_track_copy(const flesh_accuracy_track *from, flesh_accuracy_track *to);
-/* Whole or not at all; reading opens it. FLESH_ERR_FILE. */
+/* Write a file completely or not at all; read one, which opens the track. FLESH_ERR_FILE. */
 int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *track);
 int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track);
-/* Energies and volumes of its states. */
+/* Computes energies and volumes of its states. */
 int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_track *track);
 
-/* The size of the motion, from the reference. */
+/* The size of the motion, measured on the reference. */
 typedef struct flesh_accuracy_scale {
   double length;     /* longest side of the body at rest [m] */
   double motion;     /* largest mass-weighted RMS distance from the start [m] */
-  int tip;           /* node that moves most */
+  int tip;           /* node that moves farthest */
   int tip_axis;      /* along which */
   double tip_motion; /* how far [m] */
   double energy;     /* largest kinetic energy [J] */
   double period;     /* of the dominant motion [s]; NaN: the run is too short to show one */
 } flesh_accuracy_scale;
 
-/* How differences are measured. */
+/* Data for measuring differences. */
 typedef struct flesh_accuracy_measure {
   int nodes;
-  double *mass;   /* [nodes] lumped; the next two arrays follow it */
+  double *mass;   /* [nodes] lumped; the next two arrays stand behind it */
   double *start;  /* [3*nodes] positions at the start */
-  double *rest;   /* [3*nodes] of the mesh */
+  double *rest;   /* [3*nodes] positions of the mesh */
   double start_t; /* s */
   double rest_volume;
   int break_count;
-  double *breaks; /* [break_count] times in order at which the motion has a kink: the scene's events */
+  double *breaks; /* [break_count] ascending times at which the motion has a kink: the scene's events */
 } flesh_accuracy_measure;
 
 int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure *measure);
@@ -69,44 +70,46 @@ void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const f
 typedef struct flesh_accuracy_errors {
   double position_rms; /* largest over time of the mass-weighted RMS distance of the nodes [m] */
   double position_max; /* largest distance of a node at any time [m] */
-  double tip;          /* largest distance of the node that moves most [m] */
+  double tip;          /* largest distance at any time of the node that moves farthest [m] */
   double volume;       /* largest difference of volume, over the rest volume */
-  double energy;       /* difference of the energies where it is largest, signed, over the largest
-                          kinetic energy of the reference */
+  double energy;       /* difference of energies, largest in size, with its sign, over the largest kinetic
+                          energy of the reference */
 } flesh_accuracy_errors;
 
-/* Keeps the larger of *errors and the differences between a track at its time k and the reference at time `at`. */
+/* Raises *errors to the differences between a track at its time k and the reference at time `at`, where these are
+ * larger. */
 void flesh_accuracy_compare_times(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
                                   const flesh_accuracy_track *track, int k, const flesh_accuracy_track *reference, int at,
                                   flesh_accuracy_errors *errors);
-/* Compares two tracks of the same times. */
+/* Compares two tracks with the same times. */
 void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
                             const flesh_accuracy_track *reference, flesh_accuracy_errors *errors);
 
-/* Largest over time of the mass-weighted RMS distance of two tracks of the same times [m]. */
+/* Returns the largest mass-weighted RMS distance at any time between two tracks with the same times [m]. */
 double flesh_accuracy_apart(const flesh_accuracy_measure *measure, const flesh_accuracy_track *a,
                             const flesh_accuracy_track *b);
-/* Largest of such distances between the track's first `times` and positions x [unknowns] that stay [m]. */
+/* Returns the largest such distance between the track's first `times` and fixed positions x [unknowns] [m]. */
 double flesh_accuracy_apart_from(const flesh_accuracy_measure *measure, const flesh_accuracy_track *track, int times,
                                  const double *x);
 
-/* The track's state at a time from its first to its last: x, v [unknowns]. 0 where it is not known: between two of its times
- * with a break between them. */
+/* Interpolates the track's state x, v [unknowns] at a time from its first to its last. Returns 0 if it is not known:
+ * between two of the track's times with a break between them. */
 int flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t, double *x,
                             double *v);
-/* How well it is known between its times: from what half of them, and a quarter, leave out. */
+/* Estimates the error of interpolation between its times: from what interpolation from half of them, and from a
+ * quarter, misses at the times left out. */
 int flesh_accuracy_track_doubt(const flesh_system *system, const flesh_accuracy_measure *measure,
                                const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
                                flesh_accuracy_errors *doubt);
 
-/* The uncertainty of a reference that differs from another by `u`, changed by `estimate` (rms) when it was refined
- * last, and is known between its times but for `doubt`: two methods may agree and err alike, so none is known better
- * than to its own last change. */
+/* Widens the uncertainty `u` of a reference, its difference from another one, by `estimate`, its RMS change at the last
+ * refinement, and by `doubt` between its times. Two methods may agree and have the same error, so a reference is known
+ * no better than to its own last change. */
 void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, flesh_accuracy_errors *u);
 
-/* The order p at which differences |f0-f1| and |f1-f2| of sizes h0 > h1 > h2 fall, f = limit + c h^p; within 0.5 to 4,
- * NaN where they do not fall. */
+/* Returns the order p with which differences |f0-f1| and |f1-f2| of sizes h0 > h1 > h2 decrease, f = limit + c h^p;
+ * within 0.5 to 4, NaN if they do not decrease. */
 double flesh_accuracy_order(const double h[3], double first, double second);
 
 /* The cost of an integration. */
@@ -116,24 +119,25 @@ typedef struct flesh_accuracy_cost {
   double gain; /* of flesh_energy_balance */
 } flesh_accuracy_cost;
 
-/* The watcher of a run; the time it takes is not counted. A negative status ends the run with it. */
+/* An observer of a run; the time that it takes is not counted. If it returns a negative status, the run ends with
+ * it. */
 typedef struct flesh_accuracy_watch {
   int (*see)(void *data, const flesh_state *state);
   void *data;
-  int own_steps; /* also after every step that an adaptive method takes, not only where it is asked */
+  int own_steps; /* observe also every step that an adaptive method chooses, not only the times at which it is asked */
 } flesh_accuracy_watch;
 
-/* Integrates the scene as it stands from start to end in steps of time.step, with no more known than the time between
- * steps.
- * `steps_file` (may be NULL): the adaptive method's own steps, as CSV `t,h,order`. Stops with FLESH_ERR_INTERRUPTED
- * after a signal and FLESH_ERR_BUDGET after `max_seconds` (0: never). */
+/* Integrates the scene as it stands from start to end in steps of time.step; the integrator is told only the time
+ * between steps. `steps_file` (may be NULL): the steps that the adaptive method chose, as CSV
+ * `t,h,order,rejected,convergence_failures`. Stops with FLESH_ERR_INTERRUPTED after a signal and with FLESH_ERR_BUDGET
+ * after `max_seconds` (0: never). */
 int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,
                              const char *steps_file, const flesh_accuracy_watch *watch, flesh_accuracy_cost *cost);
 
-/* A watch that keeps the states at the grid's times, of a run that steps onto them. */
+/* An observer that keeps the states at the grid's times, for a run whose steps end there. */
 typedef struct flesh_accuracy_keeper {
   const flesh_accuracy_grid *grid;
-  flesh_accuracy_track *track; /* of grid->count times */
+  flesh_accuracy_track *track; /* with grid->count times */
   int next;
 } flesh_accuracy_keeper;
 int flesh_accuracy_keep_state(void *keeper, const flesh_state *state);
