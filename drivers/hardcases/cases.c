@@ -1,4 +1,4 @@
-/* cases.c: reads hard cases by a table of keys, as scenes are. */
+/* cases.c: reads hard cases by a table of keys, as scenes are read. */
 #include "hardcases/cases.h"
 
 #include <math.h>
@@ -12,17 +12,17 @@
 #include "study/embedded.h"
 #include "study/settings.h"
 
-/* Cases of a file; letters of a name; columns of a line of a scene. */
+/* Limits: cases in a file; letters of a name; columns of a line in a scene. */
 enum { CASE_LIMIT = 1024, WORD_LIMIT = 40, LINE_LIMIT = 120 };
 
 #define NAME(id, name, ...) name,
 static const char *const meshes[] = {FLESH_HARDCASES_MESH_LIST(NAME) NULL};
 static const char *const starts[] = {FLESH_HARDCASES_START_LIST(NAME) NULL};
-/* Their flags are 1 and 2, 4 and 8. */
+/* The flags of these choices are 1 and 2; 4 and 8. */
 static const char *const holds[] = {"nothing", "face", "feet", NULL};
 static const char *const ends[] = {"recovery", "equilibrium", "recovery-to-0.495", NULL};
 
-/* A case's keys are read into this. */
+/* The struct into which a case's keys are read. */
 typedef struct item {
   flesh_hardcases_case row;
   int held, expects, random, is_static;
@@ -57,7 +57,7 @@ static const flesh_key case_table[] = {
     {.name = "doc", .type = FLESH_KEY_TEXT, AT(row.doc), .doc = "what happens, on a line"},
     {.name = "mesh", .type = FLESH_KEY_CHOICE, AT(row.mesh), .choices = meshes, .default_value = "block",
      .doc = "body; --meshes replaces it"},
-    /* The keys of start and release are those of the case itself, so that they stand at their offsets in it. */
+    /* The tables of `start` and `release` refer to members of the case itself, so these keys have no offset. */
     {.name = "start", .type = FLESH_KEY_OBJECT, .children = start_table, .default_value = "{}", .doc = "default: at rest"},
     {.name = "held", .type = FLESH_KEY_CHOICE, AT(held), .choices = holds, .default_value = "nothing",
      .doc = "at rest for all time; face: x = 0, feet: the first twentieth along x"},
@@ -101,7 +101,7 @@ const flesh_key flesh_hardcases_keys[] = {
     {.name = NULL},
 };
 
-/* Names are parts of folders' names, fields of tables and words of the command line. */
+/* Checks a name that becomes part of folders' names, a field of tables and a word of the command line. */
 static int check_word(const flesh_node *node, const char *path, const char *key)
 {
   static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-+";
@@ -114,7 +114,7 @@ static int check_word(const flesh_node *node, const char *path, const char *key)
                          "come first", path, key, flesh_node_show(word, shown), WORD_LIMIT);
 }
 
-/* It becomes a comment of scenes. */
+/* Checks a doc, which becomes a comment in scenes. */
 static int check_doc(const flesh_node *doc, const char *path)
 {
   const unsigned char *text = (const unsigned char *)doc->text;
@@ -140,7 +140,7 @@ static int check_start(const item *i, const flesh_node *node, const char *path)
   return FLESH_OK;
 }
 
-/* Checks what keys say together. */
+/* Checks the keys of a case, alone and together. */
 static int check_case(const item *i, const flesh_node *node, const char *path)
 {
   const flesh_hardcases_case *row = &i->row;
@@ -159,13 +159,13 @@ static int check_case(const item *i, const flesh_node *node, const char *path)
   return FLESH_OK;
 }
 
-/* Finds a file that is named relative to the battery's, which the scenes in their folders could not open. */
+/* Finds a file that is named relative to the battery's folder; scenes in their own folders could not open it. */
 static void find_relative(void *data, const char *path)
 {
   if (*path != '/') *(const char **)data = path;
 }
 
-/* Adds the effect as an item of a scene's list. Keys beyond the limit go on in the next line. */
+/* Adds the effect as an item of a scene's list, wrapped at the limit between keys. */
 static void write_effect(const flesh_node *effect, flesh_text *text)
 {
   const size_t first = text->size;
@@ -185,7 +185,7 @@ static void write_effect(const flesh_node *effect, flesh_text *text)
   flesh_text_print(text, "}\n");
 }
 
-/* Reads the effects as a scene does, and keeps them as the text of its list. */
+/* Reads the effects as a scene does, and keeps them as text for the list in scenes. */
 static int take_effects(flesh_arena *arena, item *i, flesh_node *list, const char *path)
 {
   const flesh_key_reader reader = {arena, NULL};
@@ -205,7 +205,7 @@ static int take_effects(flesh_arena *arena, item *i, flesh_node *list, const cha
   return i->row.effects ? FLESH_OK : flesh_no_memory();
 }
 
-/* FNV-1a of the case as a line (Fowler, Noll & Vo). */
+/* Computes the FNV-1a hash (Fowler, Noll & Vo) of the case, written as a line. */
 static int take_fingerprint(item *i, const flesh_node *node)
 {
   flesh_text text = {0};
@@ -238,7 +238,7 @@ static int take_cases(flesh_hardcases_battery *battery, const file *f, const fle
         return flesh_node_fail(flesh_node_find(node, "name"), "%s.name is %s, which is the name of cases[%d]; each must "
                                "have its own", path, i->row.name, other);
     if (isnan(i->row.amount)) i->row.amount = 0;
-    if (i->is_static) i->row.step = 1; /* so that it runs with the first of --steps only */
+    if (i->is_static) i->row.step = 1; /* makes it run only with the first of --steps */
     i->row.flags = (unsigned)i->held | (unsigned)i->expects << 2 | (i->random ? FLESH_HARDCASES_RANDOM : 0) |
                    (i->is_static ? FLESH_HARDCASES_STATIC : 0);
     battery->cases[battery->count++] = i->row;

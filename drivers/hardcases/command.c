@@ -1,4 +1,4 @@
-/* command.c: `flesh hardcases`: the battery of hard cases. */
+/* command.c: `flesh hardcases`: runs the battery of hard cases. */
 #include "commands.h"
 
 #include <fnmatch.h>
@@ -28,7 +28,8 @@ enum { SETTING_LIMIT = 16384 };
 
 enum { LIST_LIMIT = 64 };
 
-/* The lists as given, of meshes NULL for none; how many of each there are, and their values; and what the plan borrows. */
+/* The lists on the command line (mesh_list NULL: none was given), the number of values in each, the values, and what
+ * the plan borrows. */
 typedef struct request {
   const char *energy_list, *poisson_list, *step_list, *solver_list, *element_list, *mesh_list, *case_list, *share;
   int energies, poissons, steps, solvers, elements, bodies, count;
@@ -40,11 +41,12 @@ typedef struct request {
   flesh_hardcases_body body[LIST_LIMIT];
   char files[LIST_LIMIT][FLESH_LIST_ITEM];
   flesh_hardcases_battery battery;
-  const flesh_hardcases_case **cases; /* [count], has room for all of the battery */
+  const flesh_hardcases_case **cases; /* [count], with room for the whole battery */
   flesh_hardcases_setting settings[SETTING_LIMIT];
 } request;
 
-/* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
+/* Adds the cases whose name or group matches the pattern; after a `!`, removes them from the cases so far, or from all
+ * if it comes first. */
 static int take_case(void *data, const char *item)
 {
   request *c = data;
@@ -68,7 +70,7 @@ static int take_case(void *data, const char *item)
                      item);
 }
 
-/* Reads the cases of the file, or the program's own of the plan's kind. */
+/* Opens the battery of the file, or the program's own for the plan's kind. */
 static int open_choice(const char *path, const flesh_hardcases_plan *plan, request *c)
 {
   const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
@@ -107,7 +109,7 @@ static int take_solver(void *data, const char *item)
                           item);
 }
 
-/* "8x4x2": cells of a block; or a file, named by what is between its folder and its suffix. */
+/* Reads "8x4x2", the cells of a block, or a file, whose name is the word between folder and suffix. */
 static int take_body(void *data, const char *item)
 {
   request *l = data;
@@ -141,7 +143,7 @@ static int take_body(void *data, const char *item)
   return FLESH_OK;
 }
 
-/* Reads all but the cases. FLESH_ERR_ARGUMENT with what would be valid. */
+/* Reads all lists except the cases. FLESH_ERR_ARGUMENT with what would be valid. */
 static int read_lists(request *l)
 {
   enum { ROOM = LIST_LIMIT };
@@ -154,7 +156,7 @@ static int read_lists(request *l)
   return status || !l->mesh_list ? status : flesh_list_each("meshes", l->mesh_list, take_body, l);
 }
 
-/* A case moves and scales the bodies of --meshes only. */
+/* Checks that no case has a scale or an offset, which apply only to bodies of --meshes. */
 static int check_bodies(const request *c)
 {
   for (int k = 0; k < c->count; k++)
@@ -164,7 +166,7 @@ static int check_bodies(const request *c)
   return FLESH_OK;
 }
 
-/* Every value of each list with every one of the others; the last of `digits` runs fastest. */
+/* Combines every value of each list with every value of the others; the last of `digits` changes fastest. */
 static int make_settings(request *l, int *count)
 {
   enum { ELEMENT, SOLVER, ENERGY, STEP, POISSON, BODY, LISTS };
@@ -193,8 +195,8 @@ static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting
   return (isnan(row->poisson) || setting->first_poisson) && (isnan(row->step) || setting->first_step);
 }
 
-/* Whether the share holds the run's problem: all that solvers and elements of a setting have in common. Runs that are
- * compared are thereby chosen together, and anyone can tell which by SHA-256. */
+/* Returns whether the share includes the run's problem: its case, seed and setting without solver and element. Runs that are
+ * compared are thus chosen together, and everyone can repeat the choice by SHA-256. */
 static int is_shared(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_setting *s,
                      int seed)
 {
@@ -234,7 +236,7 @@ static int make_runs(flesh_hardcases_plan *plan)
   return FLESH_OK;
 }
 
-/* On the first rank. */
+/* Runs the battery, or exports it, on the first rank. */
 static int batter(void *data)
 {
   flesh_hardcases_plan *plan = data;
@@ -246,7 +248,7 @@ static int batter(void *data)
   return flesh_study_do(&study, &plan->options);
 }
 
-/* "Neo,A,...": the forms that keep their volume at all. */
+/* Returns "Neo,A,...": the forms that have a volume term. */
 static const char *forms_with_lambda(char text[256])
 {
   *text = 0;
@@ -255,7 +257,7 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-/* Fills in the lists that were not asked for; the first of the rows that apply has each. */
+/* Chooses the lists that were not given, each from the first applicable row that has it. */
 static void choose_lists(request *asked, const flesh_hardcases_plan *plan, char every[256])
 {
   const struct {
@@ -317,7 +319,7 @@ static int choose(request *asked, flesh_hardcases_plan *plan)
   return status;
 }
 
-/* Lists the cases of the file, or runs them. Returns the exit code. */
+/* Lists the cases of the file or runs them. Returns the exit code. */
 static int list_or_batter(const char *path, int list, request *asked, flesh_hardcases_plan *plan)
 {
   int status = open_choice(path, plan, asked);

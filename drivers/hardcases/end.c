@@ -1,4 +1,4 @@
-/* end.c: rest shapes, ranks, and whether an end is a true local minimum. */
+/* end.c: finds rest shapes, the dimension of a shape, and whether an end is a true local minimum. */
 
 #include <gsl/gsl_eigen.h>
 #include <gsl/gsl_sort_vector.h>
@@ -11,7 +11,7 @@
 #include "mesh/mesh.h"
 #include "hardcases/hardcases.h"
 
-/* Dense eigenvalues take 2.8 s for 1800 unknowns, and eight times as long for twice as many. */
+/* Most unknowns for dense eigenvalues, which take 2.8 s for 1800 unknowns and eight times as long for twice as many. */
 enum { DENSE_LIMIT = 2400 };
 
 static int is_stressed_at_rest(const flesh_material *material)
@@ -21,7 +21,7 @@ static int is_stressed_at_rest(const flesh_material *material)
          fabs(stress) > 1e-9 * fabs(mu);
 }
 
-/* Static equilibrium at time t from x, with the scene's pins, to rounding if it can be had. */
+/* Finds the static equilibrium at time t from x, with the scene's pins, solved to rounding if possible. */
 static int settle(const flesh_scene *scene, double t, double *x, double tolerance)
 {
   const flesh_system *system = flesh_scene_system(scene);
@@ -33,11 +33,12 @@ static int settle(const flesh_scene *scene, double t, double *x, double toleranc
   options.newton_tolerance = tolerance;
   options.max_newton = 200;
   options.max_cutbacks = 0;
-  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* the energy's own equilibrium is asked for */
-  options.accept_unconverged = 1; /* what is reached is judged by its gradient */
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* to find the energy's own equilibrium */
+  options.accept_unconverged = 1; /* the result is judged by its gradient */
   int status = v ? flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator)
                  : FLESH_ERR_MEMORY;
-  /* A tolerance relative to what stiff parts begin with says little of soft ones: again from there. */
+  /* Repeats the solve from its end: a tolerance relative to the first residual, which stiff parts dominate, says little
+   * about soft parts. */
   for (int again = 0; again < 5 && !status; again++) {
     flesh_solve_stats stats = {0};
     status = flesh_integrator_step(integrator, &state, 0, &stats);
@@ -90,11 +91,11 @@ int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x)
         spread[3 * a + b] += (x[3 * i + a] - mean[a]) * (x[3 * i + b] - mean[b]) / nodes;
   double values[3], vectors[9];
   flesh_eigh3(spread, values, vectors);
-  for (int k = 0; k < 3; k++) rank += !(values[k] <= 1e-12 * length * length); /* 3 where a place is not finite */
+  for (int k = 0; k < 3; k++) rank += !(values[k] <= 1e-12 * length * length); /* 3 if a position is not finite */
   return rank;
 }
 
-/* Ascending eigenvalues of the true Hessian of the free dofs, as many as these are. */
+/* Computes the eigenvalues, ascending, of the true Hessian of the free dofs, whose number is the size of `values`. */
 static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed, gsl_vector *values)
 {
   int unknowns = flesh_system_unknowns(system);
@@ -123,8 +124,8 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
   return status;
 }
 
-/* Size of the forces that balance: the sum over the nodes at the stiffness's scale, E times the
- * mean area per node. */
+/* Returns the scale of the norm of forces at the nodes: the shear modulus times the mean edge squared, times the root
+ * of the number of nodes. */
 static double force_scale(const flesh_scene *scene)
 {
   flesh_mesh_info info;
@@ -133,7 +134,7 @@ static double force_scale(const flesh_scene *scene)
          sqrt(info.nodes);
 }
 
-/* Fills end, gradient and eigenvalues for the equilibrium x. */
+/* Sets end, gradient and eigenvalues for the equilibrium x. */
 static void judge_equilibrium(const flesh_scene *scene, double t, const double *x,
                               flesh_hardcases_figures *f)
 {
@@ -141,7 +142,7 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
   int unknowns = flesh_system_unknowns(system);
   double *zero = calloc((size_t)unknowns, 2 * sizeof *zero + 1), *r = zero + unknowns, sum = 0;
   if (!zero) return;
-  uint8_t *fixed = (uint8_t *)(r + unknowns); /* behind the doubles */
+  uint8_t *fixed = (uint8_t *)(r + unknowns); /* stands behind the doubles */
   gsl_vector *values = NULL;
   const flesh_point point = flesh_point_at(t, x, zero, zero);
   const int free_count = unknowns - flesh_system_fixed(system, t, fixed), status = flesh_system_residual(system, &point, r);
@@ -157,7 +158,7 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
       f->negative_eigenvalues += gsl_vector_get(values, k) < -zero_below;
       zeros += fabs(gsl_vector_get(values, k)) <= zero_below;
     }
-    /* A free body's rigid motions are no weakness (in a point or line, some of them do not exist). */
+    /* A free body's rigid motions do not count as zero eigenvalues (some of them do not exist for a point or line). */
     f->smallest_eigenvalue = gsl_vector_get(values, f->negative_eigenvalues ? 0 : (size_t)(zeros < rigid ? zeros : rigid));
     f->end = f->negative_eigenvalues ? FLESH_HARDCASES_END_SADDLE
              : zeros > rigid         ? FLESH_HARDCASES_END_DEGENERATE
@@ -176,7 +177,8 @@ void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double 
   if (!settled) return;
   memcpy(settled, x, sizeof *settled * 3 * (size_t)nodes);
   if (3 * nodes <= DENSE_LIMIT) {
-    /* A body at rest to rounding cannot fall further: its gradient shows that it is at rest. */
+    /* Solve with a small tolerance. For a body at rest to rounding nothing can decrease; its gradient then shows the
+     * rest. */
     settle(scene, t, settled, 1e-9);
     if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_HARDCASES_TOLERANCE)
       f->end = FLESH_HARDCASES_END_UNTANGLES;

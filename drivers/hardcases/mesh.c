@@ -1,11 +1,11 @@
-/* mesh.c: the meshes of the hard cases. */
+/* mesh.c: makes the meshes of the hard cases. */
 #include <math.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "hardcases/cases.h"
 
-/* Positions, tets and regions on their way into a mesh. */
+/* Positions, tets and regions from which a mesh is made. */
 typedef struct parts {
   flesh_arena memory;
   int nodes, tets;
@@ -33,7 +33,7 @@ static int parts_finish(parts *p, int status, flesh_mesh **mesh)
   return status;
 }
 
-/* Copies of a regular grid's arrays; `blocks` of them side by side with a gap. */
+/* Copies the arrays of a regular grid, `blocks` times side by side with a gap. */
 static int open_blocks(parts *p, const int cells[3], const double size[3], int blocks)
 {
   flesh_mesh *box = NULL;
@@ -62,11 +62,10 @@ static void colour_cells(parts *p, const int cells[3], int checker)
   }
 }
 
-/* The first tet of each inner node with odd indices is flattened: the node moves towards the
- * opposite face until its height is `part` of what it was (its circumscribed sphere grows as its
- * inscribed one shrinks, so that the radius ratio goes with the square). The node's star is convex,
- * so the others stay whole, but for the neighbour behind the same flat face of the star, which
- * becomes a sliver too. */
+/* Flattens the first tet of each inner node with odd indices: the node moves towards the opposite face until the height
+ * is `part` of what it was. The circumscribed sphere grows as the inscribed one shrinks, so that the radius ratio
+ * changes with the square of `part`. The star of the node is convex, so the other tets stay valid, except that the
+ * neighbour behind the same flat face of the star also becomes a sliver. */
 static void flatten(parts *p, const int cells[3], double part)
 {
   for (int k = 1; k < cells[2]; k += 2)
@@ -83,7 +82,7 @@ static void flatten(parts *p, const int cells[3], double part)
       }
 }
 
-/* The six tets of a hexahedron, corner number = bit 0 along the first axis, 1 second, 2 third. */
+/* Adds the six tets of a hexahedron; bits 0, 1 and 2 of a corner's number are its place along the three axes. */
 static void split(parts *p, const int corner[8])
 {
   static const int orders[6][2] = {{1, 2}, {2, 1}, {1, 4}, {4, 1}, {2, 4}, {4, 2}};
@@ -96,9 +95,8 @@ static void split(parts *p, const int corner[8])
 
 enum { GRID = 2, LEVELS = 9, SIDE = GRID + 1, SHELL = SIDE * SIDE * SIDE };
 
-/* Shells of cells around the corner at the origin, each `ratio` times smaller than the one around
- * it, and a grid of cells in the innermost cube. The outer faces of a shell are x, y or z = its
- * size. */
+/* Makes shells of cells around the corner at the origin, each smaller than the one around it by the same ratio, and a
+ * grid of cells in the innermost cube. The outer faces of a shell are x, y or z = its size. */
 static int open_graded(parts *p, double size, double smallest)
 {
   int numbers[LEVELS][SHELL];
@@ -109,7 +107,7 @@ static int open_graded(parts *p, double size, double smallest)
       const int g[3] = {n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)};
       int outer = g[0] == GRID || g[1] == GRID || g[2] == GRID;
       numbers[level][n] = -1;
-      if (!outer && level < LEVELS - 1) continue; /* the innermost level is a whole grid */
+      if (!outer && level < LEVELS - 1) continue; /* the innermost level is a complete grid */
       for (int c = 0; c < 3; c++)
         p->positions[3 * p->nodes + c] = size * pow(smallest, level / (LEVELS - 1.0)) * g[c] / GRID;
       numbers[level][n] = p->nodes++;
@@ -137,7 +135,7 @@ static int open_graded(parts *p, double size, double smallest)
   return FLESH_OK;
 }
 
-/* The surface of a grid of `cells` cubed, every triangle joined with the middle. */
+/* Joins every triangle on the surface of a grid of `cells` cubed with the middle. */
 static int open_fan(parts *p, double size, int cells)
 {
   flesh_mesh *box = NULL;
@@ -160,7 +158,7 @@ static int open_fan(parts *p, double size, int cells)
       }
       p->tet_nodes[4 * (k / 3) + k % 3] = number[surface[k]];
     }
-    p->tets = triangles; /* their fourth nodes are 0, the middle */
+    p->tets = triangles; /* their fourth nodes stay 0, the middle */
   }
   flesh_mesh_destroy(&box);
   return status;
@@ -169,7 +167,7 @@ static int open_fan(parts *p, double size, int cells)
 static int open_single(parts *p, double edge)
 {
   static const double corners[4][3] = {
-      {0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}}; /* of a cube: a regular tet */
+      {0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}}; /* corners of a cube: a regular tet */
   int status = parts_open(p, 4, 1);
   if (status) return status;
   p->nodes = 4, p->tets = 1;

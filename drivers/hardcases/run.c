@@ -1,5 +1,5 @@
-/* run.c: runs a case of the battery, watches its incremental potential, costs, recovery and frames, and judges what came of
- * it. */
+/* run.c: runs a case of the battery; observes its incremental potential, costs, recovery and frames; judges the
+ * outcome. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,16 +17,16 @@
 
 /* The observer of a run. */
 typedef struct watch_of_run {
-  const flesh_mesh *rest; /* the shape to come back to, borrowed; NULL: none */
-  const char *folder;     /* frames for pictures go here */
-  double early;           /* t of the second of them */
+  const flesh_mesh *rest; /* shape to which the body should return, borrowed; NULL: none */
+  const char *folder;     /* folder for the frames of pictures */
+  double early;           /* time of the second frame */
   flesh_hardcases_figures *figures;
   /* Own. */
   int unknowns, phase, kept_first, kept_early;
   double clock;
-  flesh_state last;       /* of the step before */
-  double *point;          /* [3*unknowns] x, v, a, behind those of `last` */
-  int count, room, timed; /* steps; of them those of the first phase */
+  flesh_state last;       /* the previous step */
+  double *point;          /* [3*unknowns] x, v, a; allocated behind the arrays of `last` */
+  int count, room, timed; /* number of steps; number of those in the first phase */
   struct {
     int newton;
     double seconds;
@@ -43,8 +43,8 @@ static int watch_open(watch_of_run *w, const flesh_mesh *mesh)
   return FLESH_OK;
 }
 
-/* The potential of the unknown that leads from the last state to x within h, and the sum of its
- * terms' sizes. Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
+/* Computes the incremental potential of the step of length h from the last state to x, and the sum of the sizes of its
+ * terms. Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
 static int potential(watch_of_run *w, const flesh_step_record *record, double h,
                      const double *x, double *phi, double *magnitude)
 {
@@ -60,9 +60,8 @@ static int potential(watch_of_run *w, const flesh_step_record *record, double h,
   return flesh_system_potential(record->system, &point, &shift, phi, magnitude);
 }
 
-/* Whether the step's end lies higher than its start with the constrained nodes put in place. Steps
- * that were halved have several potentials, and where a body was untangled the end is not where
- * the solve led: left out. */
+/* Checks whether the step's end has a higher potential than its start with the constrained nodes moved. Skips halved
+ * steps, which have several potentials, and steps with untangling, whose end is not that of the solve. */
 static void check_potential(watch_of_run *w, const flesh_step_record *record)
 {
   double first, last, size, other;
@@ -91,10 +90,10 @@ static int keep_cost(watch_of_run *w, int newton, double seconds)
 static void keep_frame(const watch_of_run *w, const flesh_step_record *record,
                        const char *name)
 {
-  flesh_state_write(flesh_path("%s/%s", w->folder, name), w->unknowns / 3, record->state); /* a picture less is no failure */
+  flesh_state_write(flesh_path("%s/%s", w->folder, name), w->unknowns / 3, record->state); /* a missing picture is no failure */
 }
 
-/* Whether the body is at rest where it should be. */
+/* Returns whether the body is at rest in its shape. */
 static int is_back(const flesh_hardcases_figures *f)
 {
   return f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE && !f->inverted_end;
@@ -114,14 +113,13 @@ static int watch_observe(void *data, const flesh_step_record *record)
     f->solves += stats->solves;
     f->untanglings += stats->untanglings;
     f->untangled_nodes += stats->untangled_nodes;
-    /* In time n failures have n + 1 successes; an equilibrium is looked for anew after each
-     * untangling. */
+    /* In a motion n failed solves have n + 1 successful ones; in statics each untangling is followed by a new solve. */
     f->retried += flesh_system_has_role(record->system, FLESH_ROLE_INERTIA)
                       ? (stats->solves - 1) / 2
                       : stats->solves - 1 - stats->untanglings;
     f->unconverged += stats->unconverged;
     f->at_rounding += stats->at_rounding;
-    f->rises += stats->potential_rises; /* of iterates, in halved steps as well */
+    f->rises += stats->potential_rises; /* of iterates, including those of halved steps */
     f->newton += stats->newton;
     f->linear += stats->linear;
     f->direct += stats->direct;
@@ -146,7 +144,7 @@ static int watch_observe(void *data, const flesh_step_record *record)
   memcpy(w->last.x, record->state->x, sizeof(double) * (size_t)w->unknowns);
   memcpy(w->last.v, record->state->v, sizeof(double) * (size_t)w->unknowns);
   w->last.t = record->state->t;
-  w->clock = flesh_cpu_seconds(); /* what observing costs is no part of a step */
+  w->clock = flesh_cpu_seconds(); /* the cost of observing does not count for the next step */
   return FLESH_OK;
 }
 
@@ -170,21 +168,21 @@ static void watch_finish(watch_of_run *w)
   free(values);
 }
 
-/* Reads a phase's scene with the command line's overrides, which become part of its file, so that
- * the file alone gives the same run. */
+/* Reads a phase's scene with the overrides of the command line, and writes them into its file, so that the file alone
+ * gives the same run. */
 static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_scene **scene)
 {
   const int status = flesh_overrides_read(&plan->options.overrides, path, scene);
   return status || !plan->options.overrides.texts.count ? status : flesh_scene_write(*scene, path);
 }
 
-/* The worse of the phases counts. */
+/* Keeps the longest step of the worse phase. */
 static void note_longest(flesh_hardcases_figures *f, const flesh_longest_step *longest)
 {
   if (longest->ratio > f->longest.ratio || !isfinite(f->longest.ratio)) f->longest = *longest;
 }
 
-/* Runs a phase into folder/out; returns its status. */
+/* Runs a phase in folder/out; returns its status. */
 static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene, const char *folder,
                      const char *name, watch_of_run *watch)
 {
@@ -214,13 +212,13 @@ static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene,
   return outcome.status;
 }
 
-/* The shape to come back to: by the phase that is to do so, from rest. NULL: none. */
+/* Finds the shape to which the body should return: the rest shape of the phase in which it recovers. NULL: none. */
 static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh_mesh **rest)
 {
   flesh_scene *last = NULL;
   flesh_overrides overrides;
   flesh_overrides_copy(&overrides, &plan->options.overrides.texts);
-  flesh_overrides_add(&overrides, "start", "null"); /* it is not there yet */
+  flesh_overrides_add(&overrides, "start", "null"); /* the start state is not written yet */
   const char *file = flesh_path("%s/release.yaml", folder);
   if (flesh_path_access(file, F_OK)) file = flesh_path("%s/scene.yaml", folder);
   const int status = flesh_overrides_read(&overrides, file, &last);
@@ -278,7 +276,7 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   watch_finish(&watch);
   if (status) goto done;
   f->rank = flesh_hardcases_rank(flesh_scene_mesh(scene), watch.last.x);
-  if (!is_back(f) && f->finite && !plan->filters) /* whose runs may end anywhere */
+  if (!is_back(f) && f->finite && !plan->filters) /* runs of --filters may end anywhere */
     flesh_hardcases_judge_end(release ? release : scene, end, watch.last.x, rest, f);
 done:
   free(watch.last.x);

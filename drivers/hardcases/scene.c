@@ -1,5 +1,5 @@
-/* scene.c: writes a run of the battery as files that `flesh run` reads, or as data that other solvers read (drivers/hardcases.md
- * has the format); what solvers, outcomes, settings and runs are called. */
+/* scene.c: writes a run of the battery as files for `flesh run`, or as data for other solvers (format:
+ * drivers/hardcases.md); names solvers, outcomes, settings and runs. */
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -71,7 +71,8 @@ static double step_of(const flesh_hardcases_run *run)
   return run->row->step > 0 ? run->row->step : run->setting->step;
 }
 
-/* Steps shorter than this would need thousands to come to rest: the release does it. */
+/* Returns whether the case gets a release because its steps are so short that coming to rest would take thousands of
+ * them. */
 static int has_long_release(const flesh_hardcases_run *run)
 {
   return !(run->row->flags & FLESH_HARDCASES_STATIC) && !(run->row->release > 0) &&
@@ -91,7 +92,7 @@ static void print_seconds(FILE *stream, double value)
   else flesh_number_print(stream, value);
 }
 
-/* Six digits where they are enough. */
+/* Prints a value with six digits if they are exact, else with all. */
 static void print_value(FILE *stream, double value)
 {
   char text[FLESH_NUMBER_SIZE];
@@ -114,7 +115,7 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 {
 #define KEYS(id, name, keys) keys,
   static const char *const keys[] = {FLESH_HARDCASES_SOLVER_LIST(KEYS)};
-  /* Statics end at a share of the residual that they begin with, which is huge far from rest. */
+  /* The tolerance of statics is relative to the first residual, which is huge far from rest. */
   const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : "";
   const flesh_technique left_out = flesh_hardcases_left_out(run->setting->solver);
   char without[64];
@@ -159,7 +160,7 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   if (status) return status;
   FILE *stream = file.stream;
   double hard = hard_seconds(run);
-  /* Steps that are taken as they come are seen to their end. */
+  /* With the plain solver, runs continue whatever energy they gain. */
   const char *limit = run->setting->solver == FLESH_HARDCASES_PLAIN ? ", max_energy_gain: 1e300}\n" : "}\n";
   write_body(stream, run);
   if (!(release && row->release > 0)) fputs(row->effects, stream);
@@ -177,8 +178,8 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   return flesh_file_commit(&file);
 }
 
-/* A block of the battery's size, or the file's tets with four nodes each, moved and scaled to begin at 0 and to be
- * 0.2 m long along x; as the case wants it scaled and moved further. */
+/* Makes a block of the battery's size, or reads the file's tets with four nodes each and moves and scales them to begin
+ * at 0 and to be 0.2 m long along x; then scales and moves as the case asks. */
 static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_case *row, flesh_mesh **mesh)
 {
   const double length = 0.2 * (row->scale > 0 ? row->scale : 1);
@@ -245,7 +246,7 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
   if (!status) status = write_start(plan, run, folder);
   if (!status) status = write_text(run, flesh_path("%s/scene.yaml", folder), 0);
   const char *path = flesh_path("%s/release.yaml", folder);
-  flesh_path_unlink(path); /* of an older battery */
+  flesh_path_unlink(path); /* left by an older battery */
   if (!status && (run->row->release > 0 || has_long_release(run)))
     status = write_text(run, path, 1);
   return status;
@@ -253,11 +254,11 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
 
 enum { VERSION = 1 };
 
-/* Residuals below this share of the shear modulus times an edge's area are in balance; an energy below this share of the
- * shear modulus times the volume is that of rest. */
+/* A residual is in balance below this share of the shear modulus times the mean edge squared, times the root of the number of
+ * nodes; an energy is that of rest below this share of the shear modulus times the volume. */
 static const double in_balance = 1e-6, at_rest = 1e-6;
 
-/* The material of each tet as its place in the list of materials; null: all have the first. */
+/* Returns for each tet the index of its material in the list of materials; null if all have the first. */
 static json_t *tet_material_json(const flesh_body *body)
 {
   if (!body->tet_material) return json_null();
@@ -267,7 +268,7 @@ static json_t *tet_material_json(const flesh_body *body)
   return places;
 }
 
-/* The constrained nodes with their positions, as rows [node, x, y, z]. */
+/* Returns the constrained nodes with their positions, as rows [node, x, y, z]. */
 static json_t *fixed_json(const flesh_scene *scene, const uint8_t *fixed)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
@@ -279,7 +280,8 @@ static json_t *fixed_json(const flesh_scene *scene, const uint8_t *fixed)
   return rows;
 }
 
-/* The end that counts as well: `--help` of the command has the same criterion for flesh's own runs. */
+/* Returns the criterion for a recovered end; flesh's own runs are judged by the one in the command's --help, which is
+ * the same. */
 static json_t *judge_json(const flesh_scene *scene, int held)
 {
   const flesh_material *m = flesh_scene_body(scene)->materials;
@@ -318,7 +320,8 @@ static int export_run(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
   return status;
 }
 
-/* Whether the run is an equilibrium that comes back to the rest shape by itself, of an element that others have. */
+/* Returns whether the run is an equilibrium in which the body returns to its rest shape by itself, with an element that
+ * other solvers have. */
 static int is_for_others(const flesh_hardcases_run *run)
 {
   flesh_material material;

@@ -1,4 +1,4 @@
-/* start.c: the start states of the hard cases. */
+/* start.c: makes the start states of the hard cases. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@ static double uniform(uint64_t *state) /* splitmix64 (Steele, Lea & Flood 2014);
   return (double)(int64_t)(z ^ z >> 31) * 0x1p-63;
 }
 
-/* Mean rest length of the edges at every node, into edge [nodes]. */
+/* Computes the mean rest length of the edges at each node, into edge [nodes]. */
 static int mean_edges(const flesh_mesh *mesh, double *edge)
 {
   int nodes = flesh_mesh_node_count(mesh);
@@ -40,8 +40,7 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   return FLESH_OK;
 }
 
-/* A node through the opposite face of one of its tets, as far as leaves that tet the only inverted
- * one. */
+/* Moves a node through the opposite face of one of its tets, but only so far that no other tet is inverted. */
 static void invert_one(const flesh_mesh *mesh, double *x)
 {
   static const double factors[] = {2, 1.5, 1.2, 1.05};
@@ -64,7 +63,7 @@ static void invert_one(const flesh_mesh *mesh, double *x)
       }
 }
 
-/* Turns y, z about the middle. */
+/* Rotates y, z about the middle. */
 static void turn(double *x, const double middle[3], double angle)
 {
   double y = x[1] - middle[1], z = x[2] - middle[2];
@@ -72,15 +71,15 @@ static void turn(double *x, const double middle[3], double angle)
   x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
 }
 
-/* Sizes that the start of a node depends on. */
+/* Sizes on which the start of a node depends. */
 typedef struct body {
   flesh_mesh_info info;
-  double middle[3], length; /* of its box, the latter along x; m */
+  double middle[3], length; /* centre of the bounding box, and its length along x; m */
   double step;              /* s */
 } body;
 
-/* Moves a node for the random starts: u in [-1, 1)^3, but normal for FLESH_HARDCASES_GAUSS; `edge` is the mean length
- * of the node's edges. */
+/* Moves a node for a random start: u is uniform in [-1, 1)^3, or normal for FLESH_HARDCASES_GAUSS; `edge` is the mean
+ * length of the node's edges. */
 static void disturb_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
                          double *x)
 {
@@ -115,7 +114,7 @@ static void disturb_node(const flesh_hardcases_case *row, const body *b, const d
   }
 }
 
-/* Position x and velocity v at which a node that rests at X starts, for the other starts. */
+/* Computes position x and velocity v of a node with rest position X, for the other starts. */
 static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double *x, double *v)
 {
   const double pi = acos(-1), amount = row->amount;
@@ -162,7 +161,7 @@ static void start_node(const flesh_hardcases_case *row, const body *b, const dou
   }
 }
 
-/* Two numbers made normal (Box & Muller 1958); a, b in [-1, 1). */
+/* Turns two uniform numbers a, b in [-1, 1) into normal ones (Box & Muller 1958). */
 static void make_normal(double *a, double *b)
 {
   const double radius = sqrt(-2 * log(0.5 * (1 - *a))), angle = acos(-1) * *b;
@@ -170,7 +169,7 @@ static void make_normal(double *a, double *b)
   *b = radius * sin(angle);
 }
 
-/* Nodes here and there, each in a direction of its own. */
+/* Moves random nodes, each in its own random direction. */
 static void throw_nodes(int nodes, double distance, uint64_t *random, double *x)
 {
   const int count = nodes / 100 > 3 ? nodes / 100 : 3;

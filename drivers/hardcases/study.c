@@ -1,4 +1,4 @@
-/* study.c: the battery as a study: a case for each run, and its figures as a record. */
+/* study.c: runs the battery as a study: a case for each run, with its figures as the record. */
 #include <assert.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -31,7 +31,7 @@ static const flesh_study_field fields[] = {
     LONGEST(DOUBLE, t), {0}};
 static_assert(sizeof(((flesh_hardcases_figures *)0)->end) == sizeof(int), "an end is read as a number");
 
-/* In the order of values_of. */
+/* Columns, in the order of the values in make_case. */
 static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cases"},
                                              {.name = "mesh", .key = "--meshes"},
                                              {.name = "seed", .key = "--seeds"},
@@ -44,7 +44,7 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "case_sum", .key = "FILE"},
                                              {0}};
 
-/* The texts of a case's values. */
+/* Memory for the texts of a case's values. */
 typedef struct texts {
   char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE], sum[24];
 } texts;
@@ -68,7 +68,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-/* Removes what a run that came to its end needs no more; the command makes it again. */
+/* Removes files that a run which ended well no longer needs; the command can make them again. */
 static void shed(const char *out, const flesh_hardcases_run *run)
 {
   static const char *const large[] = {"body.mesh", "start.txt", "frame_first.txt", "frame_early.txt", "out/state.txt"};
@@ -89,14 +89,14 @@ static json_t *do_case(const void *data, int number, const char *folder)
                              flesh_fields_json(fields, &figures));
 }
 
-/* SQL knows this of every run of the plan, done or not. */
+/* Returns facts for the SQL about a run of the plan, whether it is done or not. */
 static json_t *facts_of(const void *data, int number)
 {
   const flesh_hardcases_plan *plan = data;
   const flesh_hardcases_run *run = &plan->runs[number];
   const flesh_hardcases_setting *s = run->setting;
   const unsigned flags = run->row->flags;
-  flesh_hardcases_setting alike = *s; /* on the cases' own meshes */
+  flesh_hardcases_setting alike = *s; /* the same setting on the cases' own meshes */
   char title[112], sheet[112];
   alike.body = NULL;
   flesh_hardcases_setting_title(s, title);
@@ -129,7 +129,7 @@ static void title(const void *data, int number, char *text, size_t size)
   snprintf(text, size, "%s, %s", run->row->name, setting);
 }
 
-/* Everything that results depend on beside the values of the columns. */
+/* Computes the fingerprint: of everything beside the columns' values on which results depend. */
 static void make_fingerprint(flesh_hardcases_plan *plan)
 {
   char budget[FLESH_NUMBER_SIZE], *to = plan->fingerprint;
@@ -149,7 +149,7 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                                     "by another version of flesh; give them as they were, leave out --resume to begin anew",
                        .columns = columns,
                        .case_count = plan->run_count,
-                       /* Two phases, and time to judge the end. */
+                       /* Time for two phases, and for judging the end. */
                        .max_seconds = plan->max_seconds > 0 ? 3 * plan->max_seconds + 20 : 0,
                        .budget = plan->max_seconds,
                        .facts = facts_of,
@@ -158,7 +158,7 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                                                                         : plan->ablation ? "ablation"
                                                                                          : "recovery"),
                                    plan->filters ? NULL : flesh_own_text("matrix"), flesh_own_text("hardcases_pictures")},
-                       .again = "exit_code = 3", /* it could not write its files */
+                       .again = "exit_code = 3", /* the case could not write its files */
                        .data = plan,
                        .make = make_case,
                        .fields = fields,
