@@ -52,18 +52,18 @@ CREATE INDEX differences_by_row ON differences (own, aspect, number, row);
 -- coarser mesh what that changes with twice the step, as waves that steps do not follow come out alike on two meshes, and a
 -- share of what another element changes there, which stresses follow less. Errors of forces from a coarser mesh are so many
 -- times larger beside the differences. In equilibria (`adds`) the bar is the sum of the difference and both shares, which are
--- seldom small at once, of forces too. On the mesh of four-node tets that are judged, moments of reactions err as much more.
-CREATE TEMP TABLE parts (pattern, factor, of_vector, of_element, on_same_mesh);
-INSERT INTO parts VALUES ('*.stress_*', 1.2, 0.5, 0, 0), ('*.reaction_*', 1.5, 0.3, 0.3, 0),
-  ('*.reaction_moment_*', 1.5, 0.3, 0.3, 1);
+-- seldom small at once, of forces too; strains at a point, of which one number has no vector, have wider bars there. On the mesh
+-- of four-node tets that are judged, moments of reactions err as much more.
+CREATE TEMP TABLE parts (judge, pattern, factor, of_vector, of_element);
+INSERT INTO parts VALUES ('motion', '*.stress_*', 1.2, 0.5, 0), ('motion', '*.reaction_*', 1.5, 0.3, 0.3),
+  ('same mesh', '*.reaction_moment_*', 1.5, 0.3, 0.3), ('equilibrium', '*.J ?1]', 3, 0.3, 0.3),
+  ('equilibrium', '*.energy ?J/m^3]', 2, 0.3, 0.3), ('equilibrium', '*.stretch_*', 2, 0.3, 0.3);
 CREATE TEMP TABLE judged AS
-SELECT id, q.kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS of_element, coalesce(f.of_vector, 0.3) AS of_vector,
-  j.factor * coalesce(f.factor, 1) AS factor, adds
+SELECT id, q.kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS of_element, coalesce(p.of_vector, 0.3) AS of_vector,
+  j.factor * coalesce(p.factor, 1) AS factor, adds
 FROM quantities q JOIN judges j ON count AND iif(aspect, no_step_bar, no_mesh_bar) IS NULL
-JOIN (SELECT id AS kind, name AS first_name FROM quantities) USING (kind)
-LEFT JOIN parts p ON coarser AND NOT adds AND NOT p.on_same_mesh AND q.name GLOB p.pattern
-LEFT JOIN parts f ON iif(f.on_same_mesh, NOT aspect AND EXISTS (SELECT * FROM same_mesh), coarser AND NOT adds) AND
-  first_name GLOB f.pattern;
+LEFT JOIN parts p ON q.header GLOB p.pattern AND p.judge = CASE WHEN adds THEN 'equilibrium' WHEN coarser THEN 'motion'
+  WHEN NOT aspect AND EXISTS (SELECT * FROM same_mesh) THEN 'same mesh' END;
 
 -- The last row of a companion that another is compared with, up to each of the run's.
 CREATE TEMP TABLE latest AS
