@@ -1,4 +1,5 @@
-/* adapt.c: solve, judge, mark, refine. */
+/* adapt.c: `flesh run --to`: solves, estimates the error, marks tets and refines them, until the bar is small
+ * enough. */
 #include "error/error.h"
 
 #include <gsl/gsl_fit.h>
@@ -22,31 +23,34 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
-/* The share of the indicators' sum that marked tets have (Doerfler 1996), which are halved once. With .3 of it the tets to
- * whose errors recovery is blind stayed as they were. */
+/* Share of the sum of the indicators that the marked tets have together (Doerfler 1996); these are halved once. With a
+ * share of 0.3 tets whose errors the recovery does not see were never refined. */
 static const double marked_share = 0.6;
-/* Half of that share is enough where the bar is at most so many times the tolerance: the last mesh has fewer dofs. */
+/* Half of that share is marked if the bar is at most this many times the tolerance, so that the last mesh has fewer
+ * dofs. */
 static const double nearly_allowed = 1.5;
-/* A bar by data/results/error_bars.md: the meshes that it looks back on have at least this share of the last one's dofs, and
- * of the first one's at least so many; factors of the distance from their limit and of their scatter, of the sizes of the
- * estimate by recovery, and of the former two where there is no estimate. */
+/* Constants of a bar, from data/results/error_bars.md. It uses the last meshes, with at least the share looked_back of
+ * the last one's dofs, and needs a last mesh with at least least_growth times the dofs of the first one. Factors: of
+ * the distance of the values from their limit plus their scatter; of the sum of the sizes in the estimate by recovery;
+ * and of the former without an estimate. */
 static const double looked_back = 0.25, least_growth = 1.5;
 static const double of_values = 1.2, of_sizes = 0.3, of_values_alone = 3;
-/* A value that is farther from the mesh's before than so many bars is of another equilibrium. */
+/* A change of the value by more than this many bars of the mesh before means another equilibrium. */
 static const double jump_bars = 3;
-/* A bar that is no smaller with so many times the dofs will not become so: of positions, and of others, whose bars scatter. */
+/* If a bar is not smaller with this many times the dofs, it will not become smaller: for positions; for other columns,
+ * whose bars scatter. */
 static const double stuck_growth = 4, stuck_growth_of_others = 10;
-/* Residuals that Newton's method leaves grow in the strain of small tets. */
+/* Largest Newton tolerance except for positions: residuals affect the strain of small tets more. */
 static const double newton_tolerance = 1e-8;
-/* Halves of tets with smaller radius ratios get better ones, as nodes move. */
+/* Tets with radius ratios below this are improved after halving, by moving nodes. */
 static const double smooth_below = 0.3;
 enum { LEVELS = 60, LEAST_LEVELS = 4, LEAST_BACK = 3, MOST_DOFS = 400000 };
 
-/* A mesh and what came of it. */
+/* A mesh and its results. */
 typedef struct level {
   int nodes, tets, dofs;
-  double value, moved, bar, cpu_s, quality; /* moved: what the tolerance is a share of */
-  double estimate, cut_off; /* the sum of the indicators' sizes, NaN: they are no error's; and of shares of cut tets */
+  double value, moved, bar, cpu_s, quality; /* moved: the value of which a relative tolerance is a share */
+  double estimate, cut_off; /* sum of the indicators' sizes, NaN if they are no error's; sum of the shares of cut tets */
 } level;
 
 typedef struct adapt {
@@ -56,14 +60,14 @@ typedef struct adapt {
   double tolerance;
   int relative;
   flesh_mesh *mesh; /* with its marks */
-  flesh_state state; /* the equilibrium on it; without places: not yet known */
-  int local;        /* a tet to be halved in any case; -1: none */
-  double jump;      /* the largest change to another equilibrium */
+  flesh_state state; /* equilibrium on the mesh; x is NULL if it is not yet known */
+  int local;        /* a tet that is halved in any case; -1: none */
+  double jump;      /* largest change so far to another equilibrium */
   int levels;
   level list[LEVELS];
 } adapt;
 
-/* TOLERANCE[%]:COLUMN. */
+/* Reads TOLERANCE[%]:COLUMN. */
 static int read_spec(const char *spec, double *tolerance, int *relative, const char **column)
 {
   char *end;
@@ -90,7 +94,7 @@ static int has_column(const flesh_probe *probe, const char *name)
   return 0;
 }
 
-/* Says why a scene's quantity has no bar of its mesh, or nothing. */
+/* Fails with the reason if a quantity of the scene has no bar of its mesh. */
 static int check(adapt *a, const flesh_scene *scene)
 {
   const char *dot = strrchr(a->column, '.');
@@ -116,7 +120,7 @@ static int check(adapt *a, const flesh_scene *scene)
                                                           "finer: it has no bar", a->column);
 }
 
-/* Reads the scene as it is given but of ten-node tets, and takes its mesh with the selections as sets. */
+/* Reads the given scene with ten-node tets, and takes its mesh with the selections as named sets. */
 static int begin(adapt *a, const flesh_texts *given)
 {
   flesh_scene *scene = NULL;
@@ -150,7 +154,8 @@ static int keep_state(void *data, const flesh_step_record *record)
   return FLESH_OK;
 }
 
-/* The column's last value and unit, and how far a position has moved from rest, beyond rounding. */
+/* Reads the column's last value and unit; for a position, `moved` is the distance from rest, 0 if it is only
+ * rounding. */
 static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
 {
   flesh_csv csv;
@@ -168,7 +173,7 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
   return status;
 }
 
-/* Runs the scene on the mesh in `folder`, quietly or for good. */
+/* Runs the scene quietly on the mesh, in `folder`; the last run also writes frames and the saved state. */
 static int run(adapt *a, const char *folder, int last, flesh_scene **scene, level *l)
 {
   flesh_overrides own;
@@ -216,12 +221,13 @@ static int count_free(const flesh_scene *scene)
   return count;
 }
 
-/* The largest bar that is asked for. */
+/* Returns the largest bar that the tolerance allows. */
 static double allowed(const adapt *a) { return a->tolerance * (a->relative ? fabs(a->list[a->levels - 1].moved) : 1); }
 
-/* How far the last value is from the limit of a fit of limit + slope/dofs to the values of the last meshes, which count by
- * their dofs squared, and the scatter about it. Thin bodies' errors fall like dofs^(-2/3) where tets' pressures are constant,
- * those at edges and corners faster; a fit of slope/dofs^2 told thin bodies half of their errors. */
+/* Returns how far the last value is from the limit in a fit of limit + slope/dofs to the values of the last meshes,
+ * weighted by their dofs squared, plus the scatter about the fit. The errors of thin bodies decrease like dofs^(-2/3)
+ * if pressures are constant in tets, those at edges and corners faster; a fit of slope/dofs^2 found only half of the
+ * errors of thin bodies. */
 static double judge_values(const adapt *a)
 {
   const level *last = &a->list[a->levels - 1];
@@ -237,7 +243,7 @@ static double judge_values(const adapt *a)
   return fabs(limit) + sqrt(off / (count - 2));
 }
 
-/* The bar of the last level; a jump to another equilibrium counts from then on. */
+/* Computes the bar of the last level; a jump to another equilibrium counts in all later bars. */
 static void judge(adapt *a)
 {
   level *l = &a->list[a->levels - 1], *before = l - 1;
@@ -256,11 +262,11 @@ static void judge(adapt *a)
 }
 
 typedef struct indicated {
-  double size; /* of its indicator, but negative: the largest comes first */
+  double size; /* size of its indicator, negative so that the largest comes first */
   int tet;
 } indicated;
 
-/* Marks the tets of the largest indicators that make up the share, and refines them. */
+/* Refines the tets with the largest indicators, which together make up the share. */
 static int refine(adapt *a, const double *indicators)
 {
   const int tets = a->mesh->tets;
@@ -291,13 +297,13 @@ static int refine(adapt *a, const double *indicators)
   return status;
 }
 
-/* So many digits of a value as reach a tenth of its bar, but six where it has none. */
+/* Returns how many digits of a value to print: down to a tenth of its bar, or six without a bar. */
 static int digits_of(const level *l)
 {
   return l->bar > 0 ? (int)fmin(17, fmax(6, ceil(log10(fabs(l->value) / l->bar)) + 1)) : 6;
 }
 
-/* A level: its run, its indicators, its bar. */
+/* Makes a level: its run, its indicators, its bar. */
 static int step(adapt *a, double **indicators)
 {
   flesh_scene *scene = NULL;
@@ -316,7 +322,7 @@ static int step(adapt *a, double **indicators)
   if (!status) status = flesh_error_indicate(scene, &a->state, a->column, *indicators, &is_goal, &l->cut_off);
   l->estimate = is_goal ? 0 : NAN;
   for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += fabs((*indicators)[t]);
-  /* Strain and stress at a point depend on its tet more than the work of the loads does. */
+  /* Strain and stress at a point depend more on its tet than the work of the loads does. */
   const flesh_probe *probe = status ? NULL : flesh_probe_of(scene, a->column);
   a->local = !probe || is_goal || isnan(probe->point[0]) ? -1 : probe->tet;
   flesh_scene_destroy(&scene);
@@ -331,11 +337,11 @@ static int step(adapt *a, double **indicators)
   return status;
 }
 
-/* Fails where finer meshes do not make the bar smaller, and where there are too many. */
+/* Fails if finer meshes do not make the bar smaller, or if there are too many meshes. */
 static int check_progress(const adapt *a)
 {
   const level *l = &a->list[a->levels - 1];
-  const int is_zero = fabs(l->moved) <= 1e-12 * fabs(l->value) || /* or not told from zero by many times the dofs */
+  const int is_zero = fabs(l->moved) <= 1e-12 * fabs(l->value) || /* or not distinguished from zero with many times the dofs */
                       (l->bar >= fabs(l->moved) && l->dofs >= stuck_growth * stuck_growth * a->list[0].dofs);
   if (a->relative && isfinite(l->bar) && is_zero)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s %s %.2g %s, which its bar of %.2g %s does not tell from nothing; --to must have "
@@ -378,7 +384,7 @@ static int write_result(adapt *a)
   return flesh_json_write(path, result);
 }
 
-/* Runs the scene on the last mesh into the folder itself, and says what was found and spent. */
+/* Runs the scene on the last mesh in the folder of the results, and prints the result and the cost. */
 static int finish(adapt *a)
 {
   flesh_scene *scene = NULL;

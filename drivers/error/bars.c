@@ -1,4 +1,4 @@
-/* bars.c: the error bars of a complete run. */
+/* bars.c: makes the error bars of a complete run. */
 #include "error/error.h"
 
 #include <stdlib.h>
@@ -23,14 +23,14 @@ static const char *const kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
 
 int flesh_error_wanted(const flesh_scene *scene) { return scene->keys.output.error_bars; }
 
-/* The run with all that its bars are made of. */
+/* The run and everything from which its bars are made. */
 typedef struct bars {
   flesh_scene *scene;
   flesh_error_judge judges[FLESH_ERROR_KINDS];
-  flesh_study_store store; /* of which there is the database alone, in memory */
+  flesh_study_store store; /* only its database is used, in memory */
 } bars;
 
-/* A judge as it stands in result.json, new text. */
+/* Returns a judge as new text, as in result.json. */
 static char *judge_text(const flesh_error_judge *judge)
 {
   json_t *object = json_object(), *companions = json_array();
@@ -48,8 +48,8 @@ static char *judge_text(const flesh_error_judge *judge)
   return text;
 }
 
-/* Whether volumes of a material are so stiff, as from a Poisson's ratio of .48 on, that four-node tets and those of ten differ
- * in J by chance. */
+/* Returns whether the volumes of a material are so stiff, as with a Poisson's ratio from 0.48 on, that J of four-node
+ * tets differs from that of ten-node tets by chance. */
 static int is_stiff(const flesh_scene *scene)
 {
   static const double least_ratio = 24;
@@ -61,7 +61,7 @@ static int is_stiff(const flesh_scene *scene)
   return stiff;
 }
 
-/* Tells SQL how the run is judged, and of the points beside pins. */
+/* Fills tables for the SQL with how the run is judged, and with the probes at pins. */
 static int fill(bars *b)
 {
   flesh_study_store *store = &b->store;
@@ -91,7 +91,8 @@ static int fill(bars *b)
   return status;
 }
 
-/* Prints the table with its bars, which a query of rows and fields has, in place of those that it may have. */
+/* Prints the table with its bars, which the query returns as rows and fields; bars that the table already has are
+ * replaced. */
 static void print_table(FILE *stream, const flesh_csv *csv, sqlite3_stmt *query)
 {
   for (int row = -1; row < csv->rows; row++) {
@@ -106,7 +107,7 @@ static void print_table(FILE *stream, const flesh_csv *csv, sqlite3_stmt *query)
   }
 }
 
-/* Adds bars to a table that has any. */
+/* Writes a table with its bars, if it has any. */
 static int write_table(const bars *b, const char *folder, int tab)
 {
   static const char sql[] = "SELECT row, text FROM fields WHERE tab = ? ORDER BY row, id, aspect";
@@ -129,7 +130,8 @@ static int write_table(const bars *b, const char *folder, int tab)
   return status;
 }
 
-/* The bars by SQL of the run's tables and its companions', then tables, result.json and words. */
+/* Computes the bars by SQL from the tables of the run and its companions; writes the tables and result.json, and prints
+ * what they say. */
 static int tell(bars *b, const char *folder, int quiet)
 {
   const flesh_results to = {.out = folder, .quiet = quiet};

@@ -1,4 +1,5 @@
-/* carry.c: selections by place become named sets of the mesh; tets that boxes of regions and muscles cut. */
+/* carry.c: turns selections by place into named sets of the mesh; finds the tets that boxes of regions and muscles
+ * cut. */
 #include "error/meshes.h"
 
 #include <math.h>
@@ -20,7 +21,7 @@ typedef struct carry {
   int quiet;
 } carry;
 
-/* PATH.key=value. */
+/* Adds the override PATH.key=value. */
 static int override(carry *c, const char *path, const char *key, const char *value)
 {
   char *name = flesh_text_new("%s.%s", path, key);
@@ -30,8 +31,8 @@ static int override(carry *c, const char *path, const char *key, const char *val
   return FLESH_OK;
 }
 
-/* Leaves the chosen corners, and the nodes of edges between two of them, which refined meshes carry on. A box that ends
- * within tets has others, at which parts of faces would be loaded and held on the first mesh alone. */
+/* Keeps the chosen corners and the nodes of edges between two of them, which refined meshes inherit. A box that ends
+ * within tets also contains other nodes; with these, parts of faces would be loaded and held only on the first mesh. */
 static int keep_whole_edges(const flesh_mesh *mesh, int *count, int *nodes)
 {
   uint8_t *chosen = calloc((size_t)mesh->nodes + 1, 1);
@@ -50,7 +51,8 @@ static int keep_whole_edges(const flesh_mesh *mesh, int *count, int *nodes)
   return FLESH_OK;
 }
 
-/* Makes a set of the nodes that a selection takes by place or number; of its regions the tets stay what they are. */
+/* Makes a set of the nodes that a selection chooses by place or number; its regions need none, as tets keep their
+ * region. */
 static int carry_selection(void *data, const flesh_selection *selection, const char *path)
 {
   carry *c = data;
@@ -64,7 +66,7 @@ static int carry_selection(void *data, const flesh_selection *selection, const c
   int status = flesh_selection_nodes(&by_place, &c->scene->body, &count, &nodes);
   if (status) return flesh_fail_within(status, "%s: ", path);
   const int given = count;
-  if (!selection->nodes.count) status = keep_whole_edges(c->scene->mesh, &count, nodes); /* a list means its nodes */
+  if (!selection->nodes.count) status = keep_whole_edges(c->scene->mesh, &count, nodes); /* a list means exactly its nodes */
   if (!status && !count)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has nodes within edges of the mesh and no corner of a tet; --to carries whole "
                                             "edges and faces", path);
@@ -81,7 +83,8 @@ static int carry_selection(void *data, const flesh_selection *selection, const c
   return status ? status : override(c, path, "set", name);
 }
 
-/* Sees the selections of a mapping with these keys, whose values are in `target`. A selection's keys begin with its box. */
+/* Passes on the selections in a mapping with these keys, whose values are in `target`. The keys of a selection begin
+ * with its box. */
 static int see_keys(const flesh_key *keys, const void *target, const char *path, flesh_error_see *see, void *data)
 {
   int status = FLESH_OK;
@@ -142,10 +145,10 @@ enum { POINTS_OF_EDGE = 16, POINTS = 816 }; /* of a tet */
 
 typedef struct work {
   const flesh_scene *scene;
-  int tets, count;       /* of the first body; of its regions */
-  uint8_t *meets;        /* [count*tets] whether tets are what regions ask for beside their boxes */
-  int *entries, *counts; /* [tets] the region of each, -1: none; [count+1] a tet's points in none and in each */
-  int *sample;           /* [count+1] a tet of none and of each, -1: there is none */
+  int tets, count;       /* tets of the first body; number of its regions */
+  uint8_t *meets;        /* [count*tets] whether a region would choose the tet but for its box */
+  int *entries, *counts; /* [tets] region of each tet, -1: none; [count+1] number of a tet's points in no region and in each */
+  int *sample;           /* [count+1] a tet of no region and of each; -1: there is no such tet */
   double points[POINTS][4];
 } work;
 
@@ -165,7 +168,7 @@ static int is_within(const double box[6], const double x[3])
   return is;
 }
 
-/* The region that a place in a tet is in; -1: none. */
+/* Returns the region at a place in a tet; -1: none. */
 static int entry_at(const work *w, int t, const double L[4])
 {
   const flesh_scene_region *regions = w->scene->keys.body.regions.values;
@@ -176,7 +179,7 @@ static int entry_at(const work *w, int t, const double L[4])
   return -1;
 }
 
-/* A tet's points, [POINTS][4] coordinates by its corners. */
+/* Lists the sample points of a tet, [POINTS][4] barycentric coordinates. */
 static void list_points(double (*L)[4])
 {
   const int n = POINTS_OF_EDGE;
@@ -188,14 +191,14 @@ static void list_points(double (*L)[4])
       }
 }
 
-/* Counts a tet's points by their regions. */
+/* Counts a tet's points by region. */
 static void count_points(const work *w, int t)
 {
   for (int e = 0; e <= w->count; e++) w->counts[e] = 0;
   for (int k = 0; k < POINTS; k++) w->counts[1 + entry_at(w, t, w->points[k])]++;
 }
 
-/* Fills in what is cut, and how. */
+/* Finds which tets are cut, and by how much. */
 static void find(const work *w, flesh_cut *cut)
 {
   const double middle[4] = {.25, .25, .25, .25}, *volumes = w->scene->mesh->volumes;
@@ -227,7 +230,7 @@ static void find(const work *w, flesh_cut *cut)
   cut->share /= all;
 }
 
-/* Marks the tets that regions choose but for their boxes. */
+/* Marks the tets that the regions choose when their boxes are ignored. */
 static int mark(work *w)
 {
   const flesh_scene_region *regions = w->scene->keys.body.regions.values;

@@ -1,4 +1,4 @@
-/* companion.c: chooses and runs companions. */
+/* companion.c: chooses and runs companions of a run. */
 #include "error/companion.h"
 
 #include <stdlib.h>
@@ -14,16 +14,16 @@
 #include "run/runner.h"
 #include "scene/scene.h"
 
-/* Factors, by data/results/error_bars.md. */
+/* Factors of bars, from data/results/error_bars.md. */
 static const double of_element = 1.75, of_element_on_coarser = 2.25, of_coarser_mesh = 1.8, of_coarser_meshes = 1.1,
                     of_coarser_equilibria = 0.62;
 static const double of_shorter_steps = 2.5, of_shorter_steps_of_bdf2 = 3, of_newmark = 2, of_tolerance = 2.75;
-/* A smaller tolerance, as a share. */
+/* The smaller tolerance, as a share of the scene's. */
 static const double tolerance_share = 0.25;
-/* A box that ends beyond a node by less than this share of an edge means the node's plane: it takes no more nodes of a mesh
- * that is refined twice. */
+/* A box that ends beyond a node by less than this share of an edge is taken to end at the node's plane; on a mesh
+ * refined twice it contains no further nodes. */
 static const double least_end = 0.2;
-/* Fewer steps say nothing of an order. */
+/* Least number of steps from which an order can be found. */
 enum { LEAST_STEPS = 12 };
 
 static void refuse(flesh_error_judge *judge, const char *words)
@@ -32,11 +32,12 @@ static void refuse(flesh_error_judge *judge, const char *words)
   snprintf(judge->words, sizeof judge->words, "%s", words);
 }
 
-/* Goes on without the companions from number k on, which fails, where the others tell enough. Returns whether they do. */
+/* Drops companion k, which failed, and those that depend on it, if the remaining ones suffice. Returns whether they
+ * do. */
 static int spare(flesh_error_judge *judge, int k)
 {
   if (!judge->coarser || !k) return 0;
-  const int is_last = k == judge->count - 1; /* the other element; twice the step needs all before it */
+  const int is_last = k == judge->count - 1; /* has the other element; a double step needs all before it */
   judge->count = is_last ? k : 1;
   judge->factor = of_coarser_mesh;
   judge->adds = 0;
@@ -54,7 +55,8 @@ static void add(flesh_error_judge *judge, const char *folder, const char *key, d
   if (step > 0) snprintf(set[1], sizeof *set, "time.step=%s", flesh_number_text(step, number));
 }
 
-/* A smaller tolerance; and states twice as often, as where these end steps the tolerance changes nothing. */
+/* Adds a companion with a smaller tolerance, and with states twice as often: if steps end at the states, a smaller
+ * tolerance alone may change nothing. */
 static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge)
 {
   const double tolerance = tolerance_share * time->adaptive.tolerance;
@@ -63,16 +65,16 @@ static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge
   snprintf(judge->words, sizeof judge->words, "a tolerance of %g and a time.step of %g s", tolerance, time->step / 2);
 }
 
-/* Whether waves that a motion's steps do not follow may come out alike on two meshes: steps are of one length, two at least;
- * backward Euler damps such waves. */
+/* Returns whether waves that the steps of a motion do not resolve may come out alike on two meshes: the steps have
+ * equal lengths and there are at least two of them. Backward Euler damps such waves. */
 static int may_miss_waves(const flesh_scene_time *time, double start)
 {
   return time->method != FLESH_METHOD_STATIC && time->method != FLESH_METHOD_BACKWARD_EULER &&
          time->method != FLESH_METHOD_IDA && !time->adaptive.control && (time->end - start) / time->step > 1.5;
 }
 
-/* The next coarser mesh, with the same steps, with twice these of what is compared with the run's mesh, and with another
- * element. */
+/* Adds companions on the next coarser mesh: with the same steps; with double steps if the run's mesh is compared with
+ * these, too; and with another element. */
 static void add_coarser(const flesh_scene *scene, int has_twice, flesh_error_judge *judge)
 {
   const int refine = scene->keys.body.refine - 1;
@@ -93,7 +95,8 @@ static void add_coarser(const flesh_scene *scene, int has_twice, flesh_error_jud
   snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d)%s, and %s on it", refine, words, other);
 }
 
-/* Ten-node tets that judge those of four: on the coarser mesh, where there is one, as they have the finer one's nodes. */
+/* Adds ten-node tets as a judge of four-node tets: on the coarser mesh, if there is one, where they have the nodes of
+ * the finer one. */
 static void add_element(int refine, flesh_error_judge *judge)
 {
   judge->better = 1;
@@ -116,7 +119,8 @@ static void choose_mesh(const flesh_scene *scene, int has_twice, flesh_error_jud
   else refuse(judge, "no coarser mesh is known; body.refine of 1 or more makes one");
 }
 
-/* Whether the results of a static scene depend on its steps: something breaks, slips or touches on the way. */
+/* Returns whether the results of a static scene depend on its steps, because something breaks, slips or touches on the
+ * way. */
 static int depends_on_path(const flesh_scene *scene)
 {
   int contact = 0;
@@ -164,11 +168,11 @@ static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
 
 typedef struct ends {
   const flesh_mesh *mesh;
-  char *words; /* [FLESH_ERROR_WORDS] on a selection that ends within tets; "" */
+  char *words; /* [FLESH_ERROR_WORDS] about a selection that ends within tets; "" if there is none */
 } ends;
 
-/* Whether the selection has one end of this half of an edge, or of a whole one, and goes on along it. What ends sooner after
- * the node means its plane. */
+/* Returns whether the selection contains one end of half an edge, or of a whole edge, and continues along it. If it
+ * ends at less than `least_end` after the node, it is taken to end at the node. */
 static int goes_on(const flesh_selection *selection, const double *p, const double *q)
 {
   double x[3];
@@ -195,8 +199,8 @@ static int see_ends(void *data, const flesh_selection *selection, const char *pa
   return FLESH_OK;
 }
 
-/* A box or sphere that ends within tets holds or loads other parts on other meshes, which differences of results tell apart
- * from the mesh's error, or see at all, by chance. */
+/* Refuses bars of the mesh if a box or sphere ends within tets: on other meshes it holds or loads other parts, and
+ * differences of results show that, or separate it from the error of the mesh, only by chance. */
 static int check_ends(const flesh_scene *scene, flesh_error_judge *judge)
 {
   char words[FLESH_ERROR_WORDS] = "";
@@ -206,7 +210,8 @@ static int check_ends(const flesh_scene *scene, flesh_error_judge *judge)
   return status;
 }
 
-/* Companions choose the tets of a box anew: their differences tell of the volume that has the wrong material only by chance. */
+/* Notes the tets that boxes cut: companions choose the tets of a box again, so their differences show the volume with
+ * the wrong material only by chance. */
 static int check_cut(const flesh_scene *scene, flesh_error_judge *judge)
 {
   flesh_cut cut;

@@ -1,4 +1,4 @@
-/* indicator.c: recovered stress and gradient of the adjoint against those of the elements. */
+/* indicator.c: compares recovered stresses and gradients of the adjoint with those of the elements. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,20 +14,20 @@
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"
 
-enum { POINTS = FLESH_TET10_POINTS, FIELDS = 19 }; /* P, the adjoint's gradient, its pressure */
+enum { POINTS = FLESH_TET10_POINTS, FIELDS = 19 }; /* P, gradient of the adjoint, its pressure */
 
-/* The adjoint's solve need not be exact. */
+/* Relative residual of the adjoint's solve, which need not be exact. */
 static const double tolerance = 1e-6;
 
 typedef struct work {
   const flesh_scene *scene;
   const flesh_state *state;
   flesh_tet_stress stress;
-  double *lambda;   /* [3*nodes], and the others behind it */
+  double *lambda;   /* [3*nodes]; the other arrays stand behind it */
   double *values;   /* [FIELDS*POINTS*tets] at the points of quadrature */
   double *volumes;  /* [POINTS*tets] */
-  double *dilation; /* [POINTS*tets] J less its mean */
-  double *means;    /* [FIELDS*nodes] of one material */
+  double *dilation; /* [POINTS*tets] J minus its mean */
+  double *means;    /* [FIELDS*nodes] for one material */
   double *weights;  /* [nodes] */
 } work;
 
@@ -42,7 +42,7 @@ static int solve_adjoint(work *w, const double *gradient)
   return status;
 }
 
-/* The fields at a tet's points of quadrature. */
+/* Computes the fields at a tet's points of quadrature. */
 static void find_values(work *w, int t)
 {
   flesh_strain_point points[POINTS];
@@ -67,7 +67,7 @@ static void find_values(work *w, int t)
   }
 }
 
-/* The value of a field at a corner, of the linear function through those at the points of quadrature. */
+/* Extrapolates a field linearly from the points of quadrature to a corner. */
 static double at_corner(const double *values, int field, int corner)
 {
   double sum = 0;
@@ -75,7 +75,7 @@ static double at_corner(const double *values, int field, int corner)
   return (values[FIELDS * corner + field] - FLESH_TET10_FAR * sum) / (FLESH_TET10_NEAR - FLESH_TET10_FAR);
 }
 
-/* Means of the tets' values at their corners, of the tets of one material: stress jumps where materials meet. */
+/* Averages the tets' values at corners, over the tets of one material, as stress jumps between materials. */
 static void average(work *w, int material)
 {
   const flesh_mesh *mesh = w->scene->mesh;
@@ -94,7 +94,8 @@ static void average(work *w, int material)
     for (size_t f = 0; f < FIELDS && w->weights[n] > 0; f++) w->means[FIELDS * n + f] /= w->weights[n];
 }
 
-/* A tet's share of the error: sum (P* - P):(G* - G) - (J - mean J)(mu* - mu), whose parts mostly have opposite signs. */
+/* Returns a tet's share of the error: sum (P* - P):(G* - G) - (J - mean J)(mu* - mu), whose two parts mostly have
+ * opposite signs. */
 static double compare(const work *w, int t)
 {
   const int *corners = w->scene->mesh->tet_nodes + 4 * (size_t)t;
@@ -129,9 +130,9 @@ static void indicate(work *w, double *indicators)
   }
 }
 
-/* Adds what tets are off that a box cuts: the volume beyond it bears P of the other material at the tet's F where that goes
- * on along the box, and the tet's P at another F where that does. Between both lies P times the logarithm of their ratio,
- * which is alike for the stiffer side and the softer one. *cut_off becomes the sum. */
+/* Adds the errors of tets that a box cuts. In the volume beyond the box, P is that of the other material at the tet's F if F is
+ * continuous along the box, or the tet's P at another F if P is. Between both is P times the logarithm of their ratio, which
+ * is the same from the stiffer and from the softer side. *cut_off becomes the sum. */
 static int add_cut(work *w, double *indicators, double *cut_off)
 {
   flesh_cut cut;
@@ -177,7 +178,7 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
     w.means = w.dilation + POINTS * tets;
     w.weights = w.means + FIELDS * nodes;
   }
-  flesh_asked asked = {0}; /* by_x: of a position */
+  flesh_asked asked = {0}; /* by_x only for positions */
   if (!status && flesh_asked_find(scene, column, state->t, &asked) == FLESH_ERR_MEMORY) status = FLESH_ERR_MEMORY;
   *is_goal = !status && asked.by_x;
   for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
