@@ -1,5 +1,5 @@
-/* command.c: `flesh bench`: how close flesh runs to this machine's limits, and how it grows. A benchmark is a study, whose
- * cases have their rows as records. */
+/* command.c: `flesh bench`: measures how close flesh runs to this machine's limits, and how that changes with size and
+ * threads. A benchmark is a study, whose cases have their rows as records. */
 #include "commands.h"
 
 #include <math.h>
@@ -19,7 +19,7 @@
 #include "study/study.h"
 #include "study/embedded.h"
 
-/* Whether the item is "AxBxC", of whole numbers; those beyond 1e9 are given as that. */
+/* Returns whether the item is "AxBxC" with whole numbers; those above 1e9 become 1e9. */
 static int parse_cells(const char *item, int cells[3])
 {
   for (int d = 0; d < 3; d++) {
@@ -32,7 +32,8 @@ static int parse_cells(const char *item, int cells[3])
   return 1;
 }
 
-/* 48x13x13, or a number of tets: the bar of the same proportions with the nearest number. */
+/* Takes a size: 48x13x13, or a number of tets, for which the bar of the same proportions with the nearest number is
+ * taken. */
 static int take_size(void *data, const char *item)
 {
   flesh_bench_plan *plan = data;
@@ -84,10 +85,10 @@ static int read_parts(flesh_bench_plan *plan, const char *text)
   return status;
 }
 
-/* The figure that every case has; what was measured stands in its rows. */
+/* The only field of every case; its measurements are in its rows. */
 static const flesh_study_field fields[] = {{"status_code", FLESH_FIELD_INT, offsetof(flesh_bench_case, status)}, {0}};
 
-/* In the order of the values of make_case. */
+/* Columns, in the order of the values of make_case. */
 static const flesh_study_column columns[] = {{.name = "part", .key = "--cases"},
                                              {.name = "energy", .key = "--energies"},
                                              {.name = "poisson", .key = "--poisson"},
@@ -96,7 +97,7 @@ static const flesh_study_column columns[] = {{.name = "part", .key = "--cases"},
                                              {.name = "threads", .key = "--threads"},
                                              {0}};
 
-/* The cases of the lists; to be freed. FLESH_ERR_MEMORY. */
+/* Makes the cases of the lists; they are to be freed. FLESH_ERR_MEMORY. */
 static int make_cases(flesh_bench_plan *plan)
 {
   const int most = plan->thread_count * (1 + plan->energy_count * plan->poisson_count * plan->size_count * plan->part_count);
@@ -108,7 +109,7 @@ static int make_cases(flesh_bench_plan *plan)
     for (int r = 0; r < plan->poisson_count; r++)
       for (int s = 0; s < plan->size_count; s++)
         for (int p = 0; p < plan->part_count; p++) {
-          /* The work of a kernel does not depend on the ratio. */
+          /* A kernel's work does not depend on Poisson's ratio. */
           if (!strcmp(plan->parts[p], "kernels") && (r || plan->element != FLESH_ELEMENT_TET4)) continue;
           for (int t = 0; t < plan->thread_count; t++)
             *c++ = (flesh_bench_case){.part = plan->parts[p], .energy = plan->energies[e], .poisson = plan->poissons[r],
@@ -135,7 +136,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-/* The first case tells SQL what all have in common. */
+/* Returns facts that all cases have in common, once, for the first. */
 static json_t *facts_of(const void *data, int number)
 {
   const flesh_bench_plan *plan = data;
@@ -172,7 +173,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* Steps that cannot be solved are a measurement; other failures end the study. */
+/* Takes a record. Steps that cannot be solved are a result; other failures end the study. */
 static int take(void *data, int number, const json_t *record)
 {
   const flesh_bench_plan *plan = data;
@@ -192,7 +193,7 @@ static void title(const void *data, int number, char *text, size_t size)
                    c->cells[2]);
 }
 
-/* The plan as a study, whose records it takes. Borrows it. */
+/* Returns the plan as a study, which borrows it and stores records in it. */
 static flesh_study describe_study(flesh_bench_plan *plan)
 {
   char build[FLESH_IDENTITY_SIZE], tolerance[FLESH_NUMBER_SIZE];
@@ -222,7 +223,7 @@ static flesh_study describe_study(flesh_bench_plan *plan)
                        .taker = plan};
 }
 
-/* On the first rank. */
+/* Runs the study, and prints bench.json if asked to; called on the first rank. */
 static int compare(void *data)
 {
   flesh_bench_plan *plan = data;
@@ -249,15 +250,15 @@ int flesh_command_bench(int argc, char **argv)
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms of the energy (default S)"},
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.45,0.49)"},
       {"threads", "LIST", FLESH_OPTION_TEXT, &threads, "numbers of threads (default 1)"},
-      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
-      {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_CHOICE, &element, /* of flesh_element, from FLESH_ELEMENT_TET4 on */
-       "of the steps (default tet4); with ten nodes no kernels are measured"},
+      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "some of kernels,swing,twist,crush,drop,static (default all)"},
+      {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_CHOICE, &element, /* values from FLESH_ELEMENT_TET4 on */
+       "element of the steps (default tet4); with ten nodes no kernels are measured"},
       {"steps", "N", FLESH_OPTION_COUNT, &plan.steps, "steps of a case (default 10)"},
       {"repeats", "N", FLESH_OPTION_COUNT, &plan.repeats, "repeats of everything, at most 101 (default 3)"},
-      {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan.tolerance, "of Newton's iteration (default 1e-6)"},
+      {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan.tolerance, "tolerance of Newton's iteration (default 1e-6)"},
       {"instructions", "auto|portable|avx2|avx512", FLESH_OPTION_CHOICE, &instructions, /* of flesh_instructions */
        "vector instructions of the kernels (default auto)"},
-      {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json in place of the table"},
+      {"json", NULL, FLESH_OPTION_SWITCH, &plan.json, "print bench.json instead of the table"},
       FLESH_STUDY_OPTION_ROWS(&plan.options, "bench", "also with further sizes, energies, threads and cases"),
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"),
