@@ -1,4 +1,4 @@
-/* inputs.c: knows the files that a command reads by what they are on the disk, not by their names. */
+/* inputs.c: recognises the files that a command reads by device and inode, not by their names. */
 #include "cli/inputs.h"
 
 #include <errno.h>
@@ -13,7 +13,7 @@
 
 struct flesh_input {
   dev_t device, folder_device;
-  ino_t number, folder; /* of the file, and of the folder that it is in */
+  ino_t number, folder; /* of the file and of its folder */
 };
 
 static void add_one(flesh_inputs *inputs, const char *path)
@@ -95,7 +95,7 @@ static int spare_all(const flesh_inputs *inputs, const char *folder)
   return FLESH_OK;
 }
 
-/* Spares folder/name for every name. */
+/* Checks folder/name for every name by `spare`. */
 static int spare_each(const flesh_inputs *inputs, const char *folder, const char *const *names,
                       int (*spare)(const flesh_inputs *inputs, const char *path))
 {

@@ -2,10 +2,10 @@
 #ifndef FLESH_CLI_INTERRUPT_H
 #define FLESH_CLI_INTERRUPT_H
 
-/* From now on a SIGINT, SIGTERM or SIGHUP that ends the program leaves no half-written file. */
+/* Makes SIGINT, SIGTERM and SIGHUP remove half-written files before they end the program, from now on. */
 void flesh_interrupt_tidy(void);
-/* From now on the first SIGINT, SIGTERM or SIGHUP (unless ignored, as under nohup) is only
- * remembered, and ends the reading of a scene; the second one ends the program at once. */
+/* Makes the first SIGINT, SIGTERM or SIGHUP (unless ignored, as under nohup) from now on only be remembered, and end the
+ * reading of a scene; the second one ends the program at once. */
 void flesh_interrupt_watch(void);
 
 /* A callback for flesh_scene_set_stop, also called between steps: returns FLESH_ERR_INTERRUPTED once a signal is

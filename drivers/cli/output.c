@@ -1,4 +1,4 @@
-/* output.c: claims folders and looks for what would be lost by writing. */
+/* output.c: claims folders, and checks that writing destroys nothing. */
 #include "cli/output.h"
 
 #include <errno.h>
@@ -13,8 +13,8 @@
 #include "cli/path.h"
 #include "run/checkpoint.h"
 
-/* The files that a run writes into its folder, and their first words: these tell an older run's file from somebody's
- * own. */
+/* The files that a run writes into its folder, and how they begin, by which an older run's file is told from other
+ * files. */
 static const struct {
   const char *name, *begin;
 } written[] = {{"scene.yaml", "# Every key in force"},
@@ -30,7 +30,7 @@ int flesh_output_claim(const char *folder, const char *command, flesh_folder_cla
   char host[80] = "", who[256];
   gethostname(host, sizeof host - 1);
   snprintf(who, sizeof who, "flesh %.60s, process %ld on %s", command, (long)getpid(), host);
-  const double patience = 0.3; /* s: what was killed a moment ago holds its folder until it has ended */
+  const double patience = 0.3; /* s; a process that was just killed holds its folder until it has ended */
   return flesh_folder_claim_take(folder, who, patience, claim);
 }
 
@@ -65,12 +65,12 @@ int flesh_output_prepare_from(const char *path, int count, char *const *read, co
   return status ? status : flesh_output_check_folder(path);
 }
 
-/* A file of that name that begins otherwise was written by somebody else. */
+/* Refuses a file of that name that begins otherwise: no run has written it. */
 static int check_begin(const char *path, const char *begin)
 {
   char head[32];
   const int status = flesh_path_check(path), file = status ? -1 : flesh_path_open(path, O_RDONLY | O_NONBLOCK, 0);
-  if (file < 0) return status; /* whether it can be replaced is seen when it is */
+  if (file < 0) return status; /* errors are reported when it is replaced */
   const ssize_t got = read(file, head, strlen(begin));
   close(file);
   if (!got || (got == (ssize_t)strlen(begin) && !memcmp(head, begin, (size_t)got))) return FLESH_OK;
@@ -80,14 +80,14 @@ static int check_begin(const char *path, const char *begin)
                     path);
 }
 
-/* A subfolder that is there must be a folder of its own. */
+/* Checks that a subfolder, if there is one, is a folder. */
 static int check_subfolder(const char *path)
 {
   struct stat info;
   return flesh_path_stat(path, &info) || S_ISDIR(info.st_mode) ? FLESH_OK : flesh_folder_make(path);
 }
 
-/* Whether both name the same place, there or not. */
+/* Returns whether both paths name the same place, whether or not there is anything. */
 static int same_place(const char *a, const char *b)
 {
   const char *paths[2] = {a, b}, *bases[2];

@@ -101,7 +101,7 @@ static int make_curves(const request *r, flesh_curves *all)
                     : flesh_fail(FLESH_ERR_ARGUMENT, "no energy takes these constants; choose other constants or --energies");
 }
 
-/* ---- words ---- */
+/* ---- descriptions ---- */
 
 static double flat_eigenvalue(const flesh_curve *curve, double thickness)
 {

@@ -109,7 +109,7 @@ static int show_coincident(const flesh_mesh *mesh, const flesh_mesh_info *info)
   node_along *nodes = calloc((size_t)info->nodes, sizeof *nodes);
   int used = 0, found = 0, first[2] = {0, 0};
   if (!nodes) return flesh_no_memory();
-  for (int k = 0; k < 4 * info->tets; k++) nodes[flesh_mesh_tets(mesh)[k]].node = 1; /* a mark */
+  for (int k = 0; k < 4 * info->tets; k++) nodes[flesh_mesh_tets(mesh)[k]].node = 1; /* marks used nodes */
   for (int n = 0; n < info->nodes; n++)
     if (nodes[n].node) nodes[used++] = (node_along){flesh_vec3_dot(x + 3 * (size_t)n, slant), n};
   flesh_sort(nodes, (size_t)used, sizeof *nodes, flesh_compare_double);

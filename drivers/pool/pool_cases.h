@@ -14,7 +14,7 @@ typedef struct flesh_pool_cases {
 
 /* The end of a case. */
 typedef struct flesh_pool_end {
-  int number;        /* -1: none has */
+  int number;        /* -1: no case has ended */
   int ended, killed; /* status of waitpid for its process; 1: killed because its time was over */
   double seconds;    /* that it took */
   flesh_text answer; /* borrowed until the next wait */
