@@ -1,5 +1,4 @@
-/* command.c: `flesh film`: the frames of runs side by side as pictures, and as a video by
- * ffmpeg. */
+/* command.c: `flesh film`: draws the frames of runs side by side as pictures, and makes a video of them by ffmpeg. */
 #include "commands.h"
 
 #include <errno.h>
@@ -23,19 +22,19 @@ enum { PATH_SIZE = 4096 };
 typedef struct film {
   flesh_snapshot snapshot;
   const char *out;
-  int every, keep; /* keep: the pictures stay */
-  double fps;      /* NaN: that of real time */
+  int every, keep; /* keep: the pictures are kept */
+  double fps;      /* NaN: real time */
   char folder[PATH_SIZE];
-  flesh_folder_claim claim; /* of the folder */
-  const flesh_run_folder *clock; /* the run whose times are filmed */
+  flesh_folder_claim claim; /* on the folder */
+  const flesh_run_folder *clock; /* the run whose times the film has */
   flesh_picture_frame frame;
-  flesh_arena memory; /* of the panels and their subtitles */
+  flesh_arena memory; /* memory of the panels and their subtitles */
   flesh_picture_panel *panels;
 } film;
 
 static int picture_count(const film *f) { return (f->clock->count + f->every - 1) / f->every; }
 
-/* The panels of picture k: every run at its time. */
+/* Loads the panels of picture k: every run at that picture's time. */
 static int load(film *f, int k)
 {
   double t = f->clock->frames[k * f->every].time;
@@ -62,13 +61,13 @@ static int fit(film *f)
 
 static const char *picture_path(const film *f, int k) { return flesh_path("%s/frame_%06d.png", f->folder, k); }
 
-/* Takes the pictures away that were made (or an earlier film's, from `first`). */
+/* Removes the pictures that were made; with `first` > 0, those of an earlier film from that number on. */
 static void remove_pictures(film *f, int first)
 {
   for (int k = first; !flesh_path_unlink(picture_path(f, k));) k++;
   if (first) return;
   flesh_folder_claim_release(&f->claim);
-  flesh_path_remove_folder(f->folder); /* stays where something else is in it */
+  flesh_path_remove_folder(f->folder); /* fails if there is anything else in it */
 }
 
 static int draw(film *f)
@@ -86,7 +85,7 @@ static int draw(film *f)
   return status;
 }
 
-/* Pictures per second: as many as make the film run in real time, 1 to 60. */
+/* Returns the number of pictures per second that makes the film run in real time, but 1 to 60. */
 static double rate(const film *f)
 {
   int count = f->clock->count, last = (count - 1) / f->every * f->every;
@@ -95,7 +94,8 @@ static double rate(const film *f)
   return length > 0 ? fmin(fmax(last / f->every / length, 1), 60) : 25;
 }
 
-/* ffmpeg takes names for addresses, patterns and options: none come from outside. Its exit code, or -1. */
+/* Runs ffmpeg, which interprets names as addresses, patterns and options: so none of its names come from outside.
+ * Returns its exit code, or -1. */
 static int run_ffmpeg(const film *f, const char *video, const char *log)
 {
   char fps[32];
@@ -106,7 +106,7 @@ static int run_ffmpeg(const film *f, const char *video, const char *log)
   return flesh_program_run(f->folder, log, words);
 }
 
-/* The video under its name when it is whole. */
+/* Makes the video; it gets its name when it is complete. */
 static int encode(film *f)
 {
   char video[64];
@@ -151,7 +151,8 @@ static int make(film *f, int runs, char **paths)
   return status;
 }
 
-/* Whether `out` is a video, and where the pictures go: into it when it is a folder. -1: another video or a picture. */
+/* Returns whether `out` is a video, and sets the folder of the pictures: `out` itself if it is none. -1: `out` is a
+ * picture or another kind of video. */
 static int choose_folder(film *f)
 {
   static const char *const suffixes[] = {".mp4", ".mkv", ".webm", ".gif"};

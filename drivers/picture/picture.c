@@ -1,4 +1,4 @@
-/* picture.c: panels side by side with their words and the scale of colours; text and PNG by cairo.
+/* picture.c: draws panels side by side with their titles and the scale of colours; text and PNG by cairo.
  */
 #include "picture/picture.h"
 
@@ -47,7 +47,7 @@ static void add_points(flesh_picture_fit *fit, int count, const double *points)
   for (int k = 0; k < fit->shapes; k++) flesh_view_fit_add(&fit->bodies[k], count, points);
 }
 
-/* All but a hundredth of the values at either end. */
+/* Adds the panel's values: their extremes, and a range without 1 % of them at either end. */
 static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
 {
   double *values, extremes[2];
@@ -89,7 +89,7 @@ int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *pan
   for (int k = 0; k < flesh_picture_obstacle_count(panel) && !status; k++) {
     flesh_picture_obstacle o;
     status = flesh_picture_obstacle_make(panel, k, NULL, &arena, &o);
-    /* A surface that is far larger than the body may reach out of the picture. */
+    /* A surface that is far larger than the body may extend beyond the picture. */
     if (!status && size_of(o.vertices, o.x) < 4 * size) add_points(fit, o.vertices, o.x);
   }
   flesh_arena_free(&arena);
@@ -101,7 +101,7 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   const flesh_picture_options *options = fit->options;
   int best = 0;
   double shape = flesh_view_fit_shape(&fit->bodies[0]); /* width over height */
-  for (int k = 1; k < fit->shapes; k++) /* not flatter than the bodies */
+  for (int k = 1; k < fit->shapes; k++) /* the flattest that is not flatter than the bodies */
     if (fit->bodies[k - 1].view.height_px < fit->bodies[k].view.width_px / shape) best = k;
   flesh_view_fit_end(&fit->bodies[best], &options->camera, &frame->view);
   frame->least = fit->least;
@@ -112,14 +112,14 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   if (!isnan(options->high)) frame->high = options->high;
 }
 
-/* Frees the caches of cairo and fontconfig, so that a search for leaks finds none. */
+/* Frees the caches of cairo and fontconfig, so that they are not reported as leaks. */
 static void release_fonts(void)
 {
   cairo_debug_reset_static_data();
   FcFini();
 }
 
-/* Text above a panel: smaller, or cut short, where the panel is narrower. */
+/* Writes text above a panel: smaller, and then cut, if the panel is too narrow. */
 static void write_heading(cairo_t *c, double x, double y, double size, double grey, int width, const char *text)
 {
   enum { LEAST = 8, ROOM = 256 };
@@ -141,7 +141,7 @@ static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsig
   return fwrite(data, 1, length, stream) == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
 }
 
-/* Renders a panel and puts it at (x, y). */
+/* Renders a panel and draws it at (x, y). */
 static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel *panel,
                       const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
@@ -185,7 +185,7 @@ int flesh_picture_print(FILE *stream, int count, const flesh_picture_panel *pane
   int total_width = columns * (width + MARGIN) + MARGIN + bar * FLESH_LEGEND_WIDTH;
   int total_height = rows * (height + top) + MARGIN;
   if (bar && total_height < FLESH_LEGEND_HEIGHT) total_height = FLESH_LEGEND_HEIGHT;
-  total_width += total_width & 1; /* films want even sizes */
+  total_width += total_width & 1; /* videos need even sizes */
   total_height += total_height & 1;
   static atomic_flag registered = ATOMIC_FLAG_INIT;
   if (!atomic_flag_test_and_set(&registered)) atexit(release_fonts);

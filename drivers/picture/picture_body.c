@@ -1,4 +1,4 @@
-/* picture_body.c: what is seen of a body, and in which colours. */
+/* picture_body.c: makes the surface of a body and its colours. */
 #include "picture/picture_body.h"
 
 #include <math.h>
@@ -13,13 +13,13 @@
 #include "mesh/pieces.h"
 #include "output/tet_stress.h"
 
-/* From blue over a neutral middle to red, for what is centred. */
+/* Palette for fields with a centre: from blue through a neutral middle to red. */
 static const unsigned char diverging[][3] = {
     {38, 54, 140}, {104, 154, 208}, {238, 230, 220}, {230, 152, 98}, {160, 34, 44}};
-/* From light to dark over warm hues, for what begins at zero. */
+/* Palette for fields that begin at zero: from light to dark through warm hues. */
 static const unsigned char rising[][3] = {
     {247, 232, 214}, {244, 190, 130}, {226, 116, 74}, {164, 40, 78}, {104, 22, 92}};
-/* Flesh, and what else is in it. */
+/* Colours of the regions; the first is that of flesh. */
 static const unsigned char regions[][3] = {
     {224, 164, 140}, {236, 222, 196}, {150, 172, 190}, {190, 130, 160}, {150, 186, 140}};
 static const unsigned char obstacle_colour[3] = {168, 176, 188};
@@ -38,8 +38,8 @@ static void linear(const unsigned char colour[3], float rgb[3])
   for (int d = 0; d < 3; d++) rgb[d] = (float)flesh_srgb_decode(colour[d] / 255.);
 }
 
-/* Von Mises' stress in the middle of every tet, of Cauchy's stress with that of the system's effects; NaN where there is
- * none. */
+/* Computes von Mises' stress in the middle of every tet, from Cauchy's stress and that of the system's effects; NaN
+ * where it is undefined. */
 static int measure_stress(const flesh_picture_panel *panel, double *values)
 {
   static const double centre[4] = {0.25, 0.25, 0.25, 0.25};
@@ -58,7 +58,7 @@ static int measure_stress(const flesh_picture_panel *panel, double *values)
   return status;
 }
 
-/* Young's modulus of every tet at small strains; NaN where there is none. */
+/* Computes Young's modulus of every tet at small strains; NaN where it is undefined. */
 static void measure_young(const flesh_body *body, double *values)
 {
   for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
@@ -69,7 +69,7 @@ static void measure_young(const flesh_body *body, double *values)
   }
 }
 
-/* Every tet's share of the mesh's error of the panel's column, without its sign. */
+/* Computes the absolute value of every tet's contribution to the mesh's error of the panel's column. */
 static int measure_error(const flesh_picture_panel *panel, double *values)
 {
   const flesh_state state = {.t = panel->t, .x = (double *)panel->x, .v = (double *)panel->v}; /* only read */
@@ -84,7 +84,7 @@ static int measure_error(const flesh_picture_panel *panel, double *values)
   return status;
 }
 
-/* Node values from those of tets. */
+/* Computes values at nodes from those of tets. */
 static int average(const flesh_mesh *mesh, const double *tet_values, double *values)
 {
   int nodes = flesh_mesh_node_count(mesh);
@@ -140,7 +140,7 @@ static void find_extremes(int count, const double *values, double extremes[2])
   if (!extremes) return;
   for (int i = 0; i < count; i++) {
     if (!isfinite(values[i])) continue;
-    extremes[0] = fmin(extremes[0], values[i]); /* fmin and fmax pass over NaN */
+    extremes[0] = fmin(extremes[0], values[i]); /* fmin and fmax ignore NaN */
     extremes[1] = fmax(extremes[1], values[i]);
   }
 }
@@ -179,7 +179,8 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   return status;
 }
 
-/* Gives every boundary triangle of a mesh of several regions the colour of its tet, by the rank of its tag. */
+/* If the mesh has several regions, gives every boundary triangle the colour of its tet's region, by the rank of the
+ * region's tag. */
 static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, const int *behind, flesh_render_surface *s)
 {
   enum { COLOURS = sizeof regions / sizeof *regions };
@@ -195,7 +196,7 @@ static int colour_regions(flesh_picture_scene *scene, const flesh_mesh *mesh, co
   return lacks ? flesh_picture_no_memory() : FLESH_OK;
 }
 
-/* Colours of values [vertices] into rgb [3*vertices]. */
+/* Writes the colours of values [vertices] to rgb [3*vertices]. */
 static void colour_values(flesh_picture_field field, const flesh_picture_frame *frame, int vertices,
                           const double *values, float *rgb)
 {
@@ -206,7 +207,7 @@ static void colour_values(flesh_picture_field field, const flesh_picture_frame *
   }
 }
 
-/* The boundary of curved tets instead of s, with values in place of *values, which the scene then owns. */
+/* Replaces s by the boundary of curved tets, and *values by values at its vertices; both are in the scene's arena. */
 static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, flesh_picture_scene *scene,
                       flesh_render_surface *s, const double **values, const int **behind)
 {
@@ -227,7 +228,7 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
   return FLESH_OK;
 }
 
-/* The body's skin, or its boundary. */
+/* Adds the body's skin, or its boundary. */
 static int add_body(const flesh_picture_panel *panel, const flesh_picture_options *options,
                     const flesh_picture_frame *frame, const double *values,
                     flesh_picture_scene *scene)

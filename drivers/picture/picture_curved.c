@@ -1,4 +1,4 @@
-/* picture_curved.c: faces of six nodes, drawn as sixteen triangles each. */
+/* picture_curved.c: divides faces of six nodes into sixteen triangles each. */
 #include "picture/picture_body.h"
 
 #include <string.h>
@@ -8,8 +8,8 @@
 
 enum { PARTS = 4, POINTS = 15, TRIANGLES = PARTS * PARTS };
 
-/* The nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles in a row, the first of
- * which is given. */
+/* Returns the nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles, which follow
+ * each other from `first`. */
 static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
 {
   const int *s = mesh->surface + 3 * (size_t)first;
@@ -17,13 +17,13 @@ static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
   memcpy(n, nodes, sizeof nodes);
 }
 
-/* The vertex a quarter of the way from corner `near` to the other: each middle belongs to one edge. */
+/* Returns the vertex a quarter of the way from corner `near` to `far`; every middle node belongs to one edge. */
 static int quarter(const flesh_mesh *mesh, int near, int middle, int far)
 {
   return flesh_mesh_node_count(mesh) + 2 * middle + (near > far);
 }
 
-/* The vertex at (i, j, k)/4 of a face. */
+/* Returns the vertex at (i, j, k)/4 of a face. */
 static int vertex_at(const flesh_mesh *mesh, int f, const int n[6], const int at[3])
 {
   int twos = 0, zero = -1;
@@ -38,7 +38,7 @@ static int vertex_at(const flesh_mesh *mesh, int f, const int n[6], const int at
   return at[from] > at[to] ? quarter(mesh, n[from], middle, n[to]) : quarter(mesh, n[to], middle, n[from]);
 }
 
-/* How many faces there are. */
+/* Returns the number of faces. */
 static int count_faces(const flesh_mesh *mesh)
 {
   int faces = 0;
@@ -46,8 +46,8 @@ static int count_faces(const flesh_mesh *mesh)
   return faces;
 }
 
-/* Appends the triangle of three lattice points of a face of tet `tet`; a side is an edge of the mesh where both its ends
- * are on one. */
+/* Appends the triangle of three lattice points of a face of tet `tet`; its side is an edge of the mesh if both ends of
+ * it are on one. */
 static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6], int points[3][3],
                          flesh_curved_surface *s)
 {
@@ -61,7 +61,7 @@ static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6],
   }
 }
 
-/* The vertices of a face that are no nodes; in quarters L (2 L - 1) and 4 L L' are eighths. */
+/* Makes the vertices of a face that are not nodes; in quarters, L (2 L - 1) and 4 L L' are multiples of 1/8. */
 static void add_vertices(const flesh_mesh *mesh, int f, const int n[6], flesh_curved_surface *s)
 {
   for (int j = 0; j <= PARTS; j++)
@@ -74,7 +74,7 @@ static void add_vertices(const flesh_mesh *mesh, int f, const int n[6], flesh_cu
     }
 }
 
-/* Face f, whose first triangle in the mesh is `first`, in small ones. */
+/* Adds face f, whose first triangle in the mesh is `first`, in small triangles. */
 static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surface *s)
 {
   const int tet = mesh->surface_tets[first];

@@ -1,5 +1,5 @@
-/* picture_obstacle.c: the obstacles that a body touches, as triangles; which side of a mesh is its front: the one that the body
- * is on. */
+/* picture_obstacle.c: makes triangles of the obstacles that a body touches, and finds the front of a mesh: the side
+ * that the body is on. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,7 +37,8 @@ static int allocate(flesh_arena *arena, flesh_picture_obstacle *o, int vertices,
   return o->x && o->corners ? FLESH_OK : flesh_picture_no_memory();
 }
 
-/* A square, corner by corner around it, as a grid: what is behind the eye is left out triangle by triangle. */
+/* Makes a grid of a square, given by its corners in order, so that parts behind the eye can be left out triangle by
+ * triangle. */
 static int cut_plane(const double *ring, flesh_arena *arena, flesh_picture_obstacle *o)
 {
   enum { CELLS = 40 };
@@ -57,7 +58,7 @@ static int cut_plane(const double *ring, flesh_arena *arena, flesh_picture_obsta
   return FLESH_OK;
 }
 
-/* Lets corners at one place be one node, so that light runs smoothly over seams. */
+/* Merges corners at the same place into one node, so that the light is smooth over seams. */
 static int weld(flesh_arena *arena, flesh_picture_obstacle *o)
 {
   int *first = flesh_arena_take(arena, sizeof *first * (size_t)o->vertices);
@@ -104,17 +105,17 @@ int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const f
   return status;
 }
 
-/* An edge of a triangle, from its node `from` to its node `to`. */
+/* An edge of a triangle, from its node `from` to another. */
 typedef struct edge {
-  int low, high; /* the same two nodes, in order */
+  int low, high; /* the two nodes, in ascending order */
   int triangle, from;
 } edge;
 
 typedef struct sheet {
   int triangles, *corners;
-  int *neighbours;      /* [3*triangles], across side k; -1: none, or more than one */
-  signed char *alike;   /* [3*triangles] 1: both are wound the same way round */
-  int *component;       /* [triangles], -1: not yet */
+  int *neighbours;      /* [3*triangles] triangle across side k; -1: none, or more than one */
+  signed char *alike;   /* [3*triangles] 1: both triangles have the same orientation */
+  int *component;       /* [triangles]; -1: not yet known */
   signed char *turn;    /* [triangles] */
   int *queue;
 } sheet;
@@ -142,7 +143,7 @@ static int link_sides(sheet *s)
   return 0;
 }
 
-/* Goes over what hangs together with triangle t, as component `number`. */
+/* Visits the connected component of triangle t, numbers it `number`, and finds which of its triangles to turn. */
 static void spread(sheet *s, int t, int number)
 {
   int head = 0, tail = 0;
@@ -161,8 +162,8 @@ static void spread(sheet *s, int t, int number)
   }
 }
 
-/* The solid angle under which p sees the triangle, over 4 pi; positive where it looks at its back (van Oosterom &
- * Strackee 1983). Summed over a closed surface that is wound outwards it is 1 within and 0 without. */
+/* Returns the solid angle of the triangle seen from p, over 4 pi; positive if p sees its back (van Oosterom & Strackee
+ * 1983). The sum over a closed surface that is oriented outwards is 1 inside and 0 outside. */
 static double solid_angle(const double *x, const int *corners, const double p[3])
 {
   double a[3][3], length[3], n[3];
@@ -177,7 +178,7 @@ static double solid_angle(const double *x, const int *corners, const double p[3]
   return atan2(above, below) / (2 * acos(-1));
 }
 
-/* Six times the volume between the triangle and the origin `o`. */
+/* Returns six times the volume between the triangle and the point `o`. */
 static double volume(const double *x, const int *corners, const double *o)
 {
   double a[3][3], n[3];
@@ -194,8 +195,8 @@ static void swap(int *corners)
   corners[2] = kept;
 }
 
-/* Up to `room` of the body's nodes, all over it; returns their number. No node is within an obstacle, while the middle
- * of a ring may be. */
+/* Chooses up to `room` of the body's nodes, spread over it; returns their number. Nodes are never inside an obstacle,
+ * while the middle of a ring may be. */
 static int sample_nodes(const flesh_picture_panel *panel, int room, const double **points)
 {
   const int nodes = panel->x ? flesh_mesh_node_count(panel->body->mesh) : 0;
@@ -207,8 +208,8 @@ static int sample_nodes(const flesh_picture_panel *panel, int room, const double
   return count;
 }
 
-/* Components are judged by what the body's nodes see of them; those of which they see as much of either side, as of a
- * closed surface from without, by the volume in them. */
+/* Orients each component by what the body's nodes see of it; if they see as much of either side, as of a closed surface
+ * from outside, by the sign of its volume. */
 static int turn_components(const sheet *s, int components, const double *x, const flesh_picture_panel *panel)
 {
   enum { SAMPLES = 16 };
@@ -235,7 +236,7 @@ static int turn_components(const sheet *s, int components, const double *x, cons
 int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners)
 {
   const size_t count = (size_t)triangles + 1;
-  int *room = malloc(count * (5 * sizeof *room + 4)), components = 0; /* and chars behind the ints */
+  int *room = malloc(count * (5 * sizeof *room + 4)), components = 0; /* the bytes are behind the ints */
   if (!room) return flesh_picture_no_memory();
   signed char *alike = (signed char *)(room + 5 * count);
   sheet s = {triangles, corners, room, alike, room + 3 * count, alike + 3 * count, room + 4 * count};

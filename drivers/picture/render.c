@@ -1,4 +1,4 @@
-/* render.c: the shading of what a depth buffer shows, and of what is transparent before it. */
+/* render.c: shades what a depth buffer shows, and draws transparent surfaces before it. */
 #include "picture/render.h"
 
 #include <math.h>
@@ -11,18 +11,18 @@
 #include "picture/render_raster.h"
 #include "scene/arena.h"
 
-/* Triangles of all surfaces are numbered through. */
+/* A scene; the triangles of all surfaces are numbered consecutively. */
 typedef struct scene {
   int count;
   const flesh_render_surface *surfaces;
   const flesh_render_style *style;
-  flesh_arena memory;   /* of the next three and of the veil */
+  flesh_arena memory;   /* memory of the next three and of the veil */
   int *first;           /* [count+1] number of each surface's first triangle */
-  float (*normals)[3];  /* of every corner of all triangles */
-  flesh_render_point *eye; /* the corners as the camera sees them */
+  float (*normals)[3];  /* of every corner of every triangle */
+  flesh_render_point *eye; /* corners as the camera sees them */
   flesh_view view;
   flesh_raster seen;
-  float (*veil)[4]; /* per sample: light of what is transparent before it, and what that lets through; NULL: nothing */
+  float (*veil)[4]; /* per sample: light of transparent surfaces before it, and the part that they let through; NULL: none */
   flesh_shadow shadow;
 } scene;
 
@@ -38,8 +38,8 @@ double flesh_srgb_encode(double linear)
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
 }
 
-/* Normals of every corner: the mean, weighted by area, over the triangles around its vertex that
- * meet its own at less than `SHARP` in the rest shape. */
+/* Computes the normal at every corner: the mean, weighted by area, over the triangles around its vertex whose angle
+ * with its own is less than that of `SHARP` in the rest shape. */
 static int make_normals(const flesh_render_surface *s, float (*normals)[3])
 {
   enum { X, REST };
@@ -74,7 +74,7 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
   return failed ? flesh_picture_no_memory() : FLESH_OK;
 }
 
-/* Which surface a triangle's number belongs to. */
+/* Returns the surface of a triangle. */
 static int surface_of(const scene *s, int number)
 {
   int k = 0;
@@ -82,10 +82,10 @@ static int surface_of(const scene *s, int number)
   return k;
 }
 
-/* Darker than any scale. */
+/* Colour of inverted tets, darker than any scale. */
 const float flesh_render_inverted[3] = {0.002f, 0.002f, 0.0025f};
 
-/* The colour of the surface itself at the place with weights b. */
+/* Returns the surface's own colour at the point with weights b. */
 static void base_colour(const flesh_render_surface *f, int triangle, const double b[3], double rgb[3])
 {
   const int *n = f->corners + 3 * (size_t)triangle;
@@ -99,7 +99,7 @@ static void base_colour(const flesh_render_surface *f, int triangle, const doubl
   }
 }
 
-/* Distance of the sample from the nearest edge that is not hidden, in samples. */
+/* Returns the distance from the sample to the nearest edge that is not hidden, in samples. */
 static double edge_distance(const flesh_render_point c[3], const double b[3], unsigned hidden)
 {
   const double area = flesh_projected_area(c);
@@ -112,10 +112,10 @@ static double edge_distance(const flesh_render_point c[3], const double b[3], un
   return least;
 }
 
-/* A place on a triangle: weights in the picture and in space, the point, and the flat triangle's normal. */
+/* A point on a triangle: its weights in the picture and in space, its position, and the flat triangle's normal. */
 typedef struct spot {
   const flesh_render_surface *surface;
-  const float (*normals)[3]; /* [3] of its corners */
+  const float (*normals)[3]; /* [3] at the triangle's corners */
   int triangle;
   double screen[3], b[3], p[3], flat[3];
 } spot;
@@ -142,9 +142,9 @@ static void find_spot(const scene *s, int number, double x, double y, spot *at)
   flesh_view_normalise(at->flat);
 }
 
-/* The part of the lamp's light that arrives. Asked for above the flat triangle, where the smooth surface is that its
- * corners' normals show, so that the triangles of what looks round do not shade each other (Hanika 2021, "Hacking
- * the Shadow Terminator"). `side` is -1 for a place that is seen from behind. */
+/* Returns the part of the lamp's light that arrives. Shadows are tested above the flat triangle, on the smooth surface
+ * that the normals of its corners suggest, so that the triangles of a round shape do not shade each other (Hanika 2021,
+ * "Hacking the Shadow Terminator"). `side` is -1 for a point that is seen from behind. */
 static double lit_part(const scene *s, const spot *at, double side)
 {
   double p[3] = {at->p[0], at->p[1], at->p[2]};
@@ -186,10 +186,11 @@ static void light_up(const scene *s, const spot *at, int inside, double rgb[3])
   }
 }
 
-/* How much of a surface is there at p: all of it in the middle of the picture, less towards the rim that it has not. */
+/* Returns how opaque a surface is at a point: fully in the middle of the picture, less and less outwards if it
+ * fades. */
 static double presence(const scene *s, const spot *at)
 {
-  static const double FULL = 0.45; /* of the distance where nothing is left */
+  static const double FULL = 0.45; /* fraction of the distance `fade` up to which it is opaque */
   if (!(at->surface->fade > 0)) return 1;
   double away = 0;
   for (int d = 0; d < 3; d++) away += pow(at->p[d] - s->view.target[d], 2);
@@ -197,7 +198,7 @@ static double presence(const scene *s, const spot *at)
   return part * part * (3 - 2 * part);
 }
 
-/* A bright wall that darkens downwards. */
+/* Returns the colour of the background, bright at the top and darker at the bottom. */
 static void backdrop(double part, double rgb[3])
 {
   static const double top[3] = {0.965, 0.970, 0.980}, bottom[3] = {0.80, 0.82, 0.85};
@@ -210,7 +211,7 @@ static void shade(const scene *s, int number, double x, double y, double rgb[3])
   spot at;
   find_spot(s, number, x, y, &at);
   base_colour(at.surface, at.triangle, at.b, rgb);
-  /* Seen from behind when the triangle itself is: interpolated normals may turn early. */
+  /* The point is seen from behind if the triangle is: interpolated normals may turn earlier. */
   if (!s->style->flat) light_up(s, &at, flesh_projected_area(c) > 0, rgb);
   const double there = presence(s, &at);
   if (there < 1) {
@@ -250,7 +251,7 @@ static void resolve(const scene *s, flesh_image *image)
     }
 }
 
-/* Surface k as seen from behind: what of it lies before the rest, as a veil. */
+/* Adds surface k, as seen from behind, to the veil where it lies before everything else. */
 static void lay_veil(scene *s, int k, const flesh_raster *glass)
 {
   static const double HIDES = 0.26;
@@ -271,7 +272,8 @@ static void lay_veil(scene *s, int k, const flesh_raster *glass)
   }
 }
 
-/* Every triangle into what is seen, but those of glass that are seen from behind: these become a veil. */
+/* Draws every triangle into the depth buffer, except those of glass that are seen from behind, which are added to the
+ * veil. */
 static int draw_seen(scene *s)
 {
   flesh_raster glass = {0};
@@ -304,7 +306,7 @@ static int draw_seen(scene *s)
   return status;
 }
 
-/* The lamp's picture of what darkens the places that are seen; a place per pixel says where these are. */
+/* Draws the lamp's depth buffer over the places that are seen, of which it looks at one sample per pixel. */
 static int cast_shadows(scene *s)
 {
   enum { LEAST = 256, MOST = 2048 };

@@ -16,7 +16,7 @@ typedef struct flesh_image {
 extern const float flesh_render_inverted[3];
 
 typedef struct flesh_render_style {
-  int samples;   /* squared, per pixel */
+  int samples;   /* per pixel in each direction */
   int flat;      /* draw colours as they are, without light and shadow */
   int no_shadow; /* draw with light, but without shadows */
 } flesh_render_style;

@@ -1,5 +1,5 @@
-/* render_raster.c: projection, triangles into a depth buffer, and the lamp's depth buffer, fitted to what is seen and what can
- * darken it. */
+/* render_raster.c: projects, draws triangles into a depth buffer, and draws the lamp's depth buffer, fitted to what is
+ * seen and what can shade it. */
 #include "picture/render_raster.h"
 
 #include <math.h>
@@ -99,7 +99,7 @@ void flesh_raster_fill(flesh_raster *target, const flesh_render_point c[3], int 
   }
   int x0 = (int)fmax(0, floor(low[0] - 0.5)), x1 = (int)fmin(target->width - 1, ceil(high[0]));
   int y0 = (int)fmax(0, floor(low[1] - 0.5)), y1 = (int)fmin(target->height - 1, ceil(high[1]));
-  /* The weights are linear: their steps in x and y from two more points. */
+  /* The weights are linear in x and y: two more points give their slopes. */
   if (!flesh_projected_weights(c, x0 + 0.5, y0 + 0.5, b) || !flesh_projected_weights(c, x0 + 1.5, y0 + 0.5, bx) ||
       !flesh_projected_weights(c, x0 + 0.5, y0 + 1.5, by))
     return;
@@ -139,7 +139,7 @@ void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], fles
   }
 }
 
-/* Whether the triangle casts a shadow: a pane that is transparent from behind lets in light from that side. */
+/* Returns whether the triangle casts a shadow: glass lets light through from behind. */
 static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, const int *corners)
 {
   if (s->ground) return 0;
@@ -149,7 +149,8 @@ static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, cons
   return flesh_vec3_dot(n, shadow->view.back) > 0;
 }
 
-/* Over what is both seen and below a caster, with a margin for the filter. False: nothing is. */
+/* Fits the lamp's view to what is both seen and below a caster, with a margin for the filter. Returns 0 if there is
+ * nothing. */
 static int fit(flesh_shadow *shadow, const flesh_shadow_window *seen, const flesh_shadow_window *casters, int size)
 {
   enum { EDGE = 4, LEAST = 16 };
@@ -199,8 +200,8 @@ int flesh_shadow_cast(flesh_shadow *shadow, const flesh_shadow_window *seen, int
 
 void flesh_shadow_close(flesh_shadow *shadow) { flesh_raster_close(&shadow->map); }
 
-/* Four comparisons each way, weighted by a box of three texels about the place: continuous, unlike a count of texels,
- * whose steps show as bands along the edges of shadows. */
+/* Compares four depths each way, weighted by a box of three texels around the point: unlike a count of texels, whose
+ * steps appear as bands along the edges of shadows, this is continuous. */
 double flesh_shadow_lit(const flesh_shadow *shadow, const double p[3], double facing)
 {
   enum { TAPS = 4 };

@@ -1,6 +1,6 @@
-/* render_raster.h: triangles as a camera or a light sees them, in a depth buffer that keeps which one is seen where; and what
- * keeps the light of a distant lamp from what a camera sees, by a depth buffer of the lamp's own (Williams 1978) whose
- * comparisons are averaged (Reeves, Salesin & Cook 1987). */
+/* render_raster.h: draws triangles, as a camera or a light sees them, into a depth buffer that also keeps which
+ * triangle is seen; finds what shades points from a distant lamp, by a depth buffer of the lamp's own (Williams 1978)
+ * whose comparisons are averaged (Reeves, Salesin & Cook 1987). */
 #ifndef FLESH_PICTURE_RENDER_RASTER_H
 #define FLESH_PICTURE_RENDER_RASTER_H
 
@@ -8,37 +8,37 @@
 
 #include "picture/view.h"
 
-/* A surface in a picture; everything borrowed. */
+/* A surface in a picture; everything is borrowed. */
 typedef struct flesh_render_surface {
   int vertices, triangles;
   const double *x;    /* [3*vertices], m */
-  const double *rest; /* [3*vertices] where its edges are judged sharp or round; NULL: x */
+  const double *rest; /* [3*vertices] shape in which its edges are judged sharp or round; NULL: x */
   const int *corners; /* [3*triangles] */
   const float *colours;  /* [3*vertices]; NULL: `plain` */
   const float *triangle_colours; /* [3*triangles]; NULL: `colours` */
-  const uint8_t *marked; /* [triangles] 1: in the colour of what is inverted; NULL: none */
+  const uint8_t *marked; /* [triangles] 1: drawn in the colour of inverted tets; NULL: none */
   float plain[3];
   int edges;    /* draw the triangles' edges */
-  const uint8_t *hidden; /* [triangles] bit k: but not the one opposite to corner k; NULL: all */
-  int glass;     /* transparent where it is seen from behind; else darker there */
-  int ground;    /* receives shadows; what it casts is of no account */
-  double fade;   /* m from the view's target where it has faded away; 0: nowhere */
+  const uint8_t *hidden; /* [triangles] bit k: the edge opposite to corner k is not drawn; NULL: all are drawn */
+  int glass;     /* transparent if seen from behind; otherwise darker there */
+  int ground;    /* receives shadows, but casts none */
+  double fade;   /* distance from the view's target at which it has faded away, m; 0: it does not fade */
 } flesh_render_surface;
 
-/* A projected corner: pixels from the upper left, 1 over the depth (1 for parallel rays). */
+/* A projected corner: pixels from the upper left; w is 1 over the depth (1 for parallel rays). */
 typedef struct flesh_render_point {
   double x, y, w;
-  double depth; /* grows away from the eye; linear in the picture */
+  double depth; /* increases away from the eye; linear in the picture */
 } flesh_render_point;
 
-/* Depth and triangle of every sample, INFINITY and -1 where there is none. */
+/* Depth and triangle at every sample; INFINITY and -1 if there is none. */
 typedef struct flesh_raster {
   int width, height;
   float *depth;
   int *triangle;
 } flesh_raster;
 
-/* FLESH_ERR_MEMORY: this, and of all that draws. */
+/* Fails with FLESH_ERR_MEMORY, the only error of flesh_raster_open and of all functions that draw. */
 int flesh_picture_no_memory(void);
 int flesh_raster_open(flesh_raster *raster, int width, int height);
 void flesh_raster_clear(flesh_raster *raster);
@@ -46,41 +46,42 @@ void flesh_raster_close(flesh_raster *raster);
 
 flesh_render_point flesh_project_point(const flesh_view *view, const double p[3]);
 
-/* Twice a triangle's area in the picture, positive when it is seen from behind, as y points down. */
+/* Returns twice a triangle's area in the picture, positive if it is seen from behind, as y points down. */
 static inline double flesh_projected_area(const flesh_render_point c[3])
 {
   return (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x);
 }
 
-/* Barycentric weights of (x, y) in the picture of a triangle; 0 when it is seen edge on. */
+/* Computes the barycentric weights of (x, y) in the picture of a triangle. Returns 0 if it is seen edge-on. */
 int flesh_projected_weights(const flesh_render_point c[3], double x, double y, double b[3]);
 
-/* Draws a triangle under a number. What is but a line or a point, as those of collapsed bodies, is drawn three samples
- * wide. */
+/* Draws a triangle with its number. A triangle that is only a line or a point, as in collapsed bodies, is drawn three
+ * samples wide. */
 void flesh_raster_fill(flesh_raster *raster, const flesh_render_point c[3], int number);
 
 typedef struct flesh_shadow {
-  flesh_view view;   /* back: towards the lamp; parallel rays */
-  flesh_raster map;  /* without samples where nothing casts a shadow into the picture */
+  flesh_view view;   /* back points towards the lamp; its rays are parallel */
+  flesh_raster map;  /* without samples if nothing casts a shadow into the picture */
 } flesh_shadow;
 
-/* A box in the lamp's axes, m: across and up its picture, and towards it. */
+/* A box in the lamp's axes, m: across and up its picture, and towards the lamp. */
 typedef struct flesh_shadow_window {
   double low[3], high[3];
 } flesh_shadow_window;
 
-/* The axes of a lamp over the camera's left shoulder. */
+/* Places the lamp over the camera's left shoulder. */
 void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow);
 void flesh_shadow_window_clear(flesh_shadow_window *window);
 void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], flesh_shadow_window *window);
 
-/* Draws the surfaces that cast shadows into a map of at most `size` samples each way over the places that are `seen`.
+/* Draws the surfaces that cast shadows into a map of at most `size` samples each way that covers the places `seen`.
  * FLESH_ERR_MEMORY. */
 int flesh_shadow_cast(flesh_shadow *shadow, const flesh_shadow_window *seen, int size, int count,
                       const flesh_render_surface *surfaces);
 void flesh_shadow_close(flesh_shadow *shadow);
 
-/* The part of the light that reaches p, where a flat surface has the cosine `facing` to it. */
+/* Returns the part of the light that reaches p on a flat surface, the cosine of whose normal with the light is
+ * `facing`. */
 double flesh_shadow_lit(const flesh_shadow *shadow, const double p[3], double facing);
 
 #endif

@@ -1,4 +1,4 @@
-/* snapshot.c: opens runs to be drawn. */
+/* snapshot.c: opens runs for drawing, and makes their panels. */
 #include "picture/snapshot.h"
 
 #include <assert.h>
@@ -16,7 +16,7 @@ void flesh_snapshot_default(flesh_snapshot *s)
   flesh_picture_options_default(&s->options);
 }
 
-/* The camera of the first scene, with what the command line says. */
+/* Chooses the camera: that of the first scene, changed by the command line. */
 static int choose_camera(flesh_snapshot *s)
 {
   flesh_camera *camera = &s->options.camera;
@@ -73,7 +73,7 @@ static int choose_options(flesh_snapshot *s)
   return choose_camera(s);
 }
 
-/* The run's name, and its skin: that of the command line or else of the scene. */
+/* Opens a run: its folder, its name and its skin, which is the command line's or else the scene's. */
 static int open_run(flesh_snapshot *s, const char *path, flesh_snapshot_run *run)
 {
   int status = flesh_run_folder_open(path, &run->folder);
@@ -112,7 +112,8 @@ void flesh_snapshot_close(flesh_snapshot *s)
   s->count = 0;
 }
 
-/* With as many decimals for all frames as distinguish them, at least three. */
+/* Returns the time with as many decimals as tell all frames apart, at least three; in short form if that is more than
+ * seven. */
 static const char *time_text(const flesh_run_folder *run, flesh_arena *arena)
 {
   double least = INFINITY;
@@ -157,7 +158,7 @@ void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *f
   double unit;
   const double *up = frame->view.zenith;
   printf("up: (%.3g, %.3g, %.3g), %s", up[0], up[1], up[2], s->up_origin);
-  for (int r = 1; r < s->count && !s->up; r++) { /* one camera for all: the first run's */
+  for (int r = 1; r < s->count && !s->up; r++) { /* all runs have one camera, that of the first */
     double own[3];
     flesh_scene_up(s->runs[r].folder.scene, own);
     if (fabs(own[0] - up[0]) + fabs(own[1] - up[1]) + fabs(own[2] - up[2]) > 1e-6)

@@ -1,5 +1,4 @@
-/* snapshot.h: what `flesh snap` and `flesh film` share: runs, how they are to be seen, and their
- * panels. */
+/* snapshot.h: the part that `flesh snap` and `flesh film` share: runs, how they are seen, and their panels. */
 #ifndef FLESH_PICTURE_SNAPSHOT_H
 #define FLESH_PICTURE_SNAPSHOT_H
 
@@ -21,34 +20,34 @@ typedef struct flesh_snapshot {
   const char *error, *range, *camera, *up, *target, *surface;
   double height, field_of_view;
   int no_skin, bare;
-  flesh_picture_options options; /* with what the others say once the runs are opened */
+  flesh_picture_options options; /* the values of the options above are added once the runs are opened */
   /* Opened. */
   int count;
   flesh_snapshot_run *runs;
-  const char *up_origin; /* why the camera's up is what it is */
+  const char *up_origin; /* where the camera's upward direction comes from */
 } flesh_snapshot;
 
-/* The options of a command line into *s, to stand in a command's list. */
+/* Rows for a command's list of options, which read them into *s. */
 #define FLESH_SNAPSHOT_OPTIONS(s) \
   {"colour", "none|J|stress|speed|young", FLESH_OPTION_CHOICE, &(s).colour, /* of flesh_picture_field */ \
    "what the colours show: J (det F, in ten-node tets its mean J_mean), stress (von Mises), speed, young (Young's " \
    "modulus of the material, as of a map of flesh fit) or none (default J)"}, \
   {"error", "COLUMN", FLESH_OPTION_TEXT, &(s).error, \
-   "colours show what each ten-node tet of an equilibrium adds to the mesh's error of a probe's position, as " \
-   "tip.position_z: flesh run --to halves where it is most"}, \
+   "colours show how much each ten-node tet of an equilibrium adds to the mesh's error of a probe's position, as " \
+   "tip.position_z; flesh run --to refines where that is most"}, \
   {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range, "ends of the colours, for stress in Pa (default: fitted)"}, \
   {"camera", "AZIMUTH,ELEVATION", FLESH_OPTION_TEXT, &(s).camera, \
-   "degrees about up and above the horizon; with z up it looks along y at 0,0 and along -x at 90,0 (default: the " \
-   "scene's, 30,20 without)"}, \
+   "angles in degrees around up and above the horizon; with z up, 0,0 looks along y and 90,0 along -x (default: the " \
+   "scene's, else 30,20)"}, \
   {"up", "X,Y,Z", FLESH_OPTION_TEXT, &(s).up, "upwards in the picture (default: the scene's, else against gravity, else z)"}, \
   {"target", "X,Y,Z", FLESH_OPTION_TEXT, &(s).target, "the place in the middle of the picture, m (default: fitted)"}, \
   {"height", "H", FLESH_OPTION_POSITIVE, &(s).height, "height of what is seen at the target, m (default: fitted)"}, \
   {"field-of-view", "DEGREES", FLESH_OPTION_NUMBER, &(s).field_of_view, \
-   "from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, 20 without)"}, \
+   "angle from the lower to the upper edge, below 120; 0: parallel rays (default: the scene's, else 20)"}, \
   {"width", "PIXELS", FLESH_OPTION_COUNT, &(s).options.width, "width of a panel (default 480)"}, \
   {"picture-height", "PIXELS", FLESH_OPTION_COUNT, &(s).options.height, "height of a panel (default: fitted)"}, \
   {"columns", "N", FLESH_OPTION_COUNT, &(s).options.columns, \
-   "panels side by side (default: the frames of a run, or as many as look well)"}, \
+   "panels per row (default: the frames of a run, or a number that looks well)"}, \
   {"surface", "FILE", FLESH_OPTION_TEXT, &(s).surface, \
    "skin to draw in place of the body, .obj or .ply, at rest (default: the scene's)"}, \
   {"no-skin", NULL, FLESH_OPTION_SWITCH, &(s).no_skin, "draw the body's own boundary, also where there is a skin"}, \
@@ -58,20 +57,20 @@ typedef struct flesh_snapshot {
   {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).options.style.no_shadow, "light, but no shadows"}, \
   {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
 
-/* Defaults, before the command line is read. */
+/* Sets the defaults. To be called before the command line is read. */
 void flesh_snapshot_default(flesh_snapshot *s);
-/* Opens `paths` [count]: folders of runs, or scenes. FLESH_ERR_ARGUMENT for options. */
+/* Opens `paths` [count]: folders of runs, or scenes. FLESH_ERR_ARGUMENT for wrong options, besides errors of files. */
 int flesh_snapshot_open(flesh_snapshot *s, int count, char **paths);
 void flesh_snapshot_close(flesh_snapshot *s); /* harmless after a failed open */
 
-/* Frame k of a run as a panel that borrows the run's state, until the next load. */
+/* Makes a panel of frame k of a run. It borrows the run's state, and is valid until another frame is loaded. */
 int flesh_run_panel(flesh_run_folder *run, int k, flesh_picture_panel *panel);
 
-/* Frame k of run r as a panel that borrows the run's state: the next load changes it. Its subtitle, the time, is in the
- * arena. */
+/* Makes a panel of frame k of run r. It borrows the run's state, which the next load changes; its subtitle, the time,
+ * is in the arena. */
 int flesh_snapshot_panel(flesh_snapshot *s, int r, int k, flesh_arena *arena, flesh_picture_panel *panel);
 
-/* Tells on stdout which way is up, and what the colours of pictures in this frame show. */
+/* Prints to stdout which direction is up, and what the colours of pictures in this frame mean. */
 void flesh_snapshot_report(const flesh_snapshot *s, const flesh_picture_frame *frame);
 
 #endif

@@ -1,4 +1,4 @@
-/* command.c: `flesh skin bind|apply`: a fine surface bound to a body, and moved with it. */
+/* command.c: `flesh skin bind|apply`: binds a fine surface to a body, and moves it with the body. */
 #include "commands.h"
 
 #include <stdio.h>
@@ -49,7 +49,7 @@ static int command_bind(int argc, char **argv)
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
-/* A state file on a mesh, without a run. */
+/* Reads a state file on a mesh, without a run. */
 static int read_state(const flesh_mesh *mesh, const char *path, flesh_state *state)
 {
   const int nodes = flesh_mesh_node_count(mesh), status = flesh_state_make(nodes, 0, 0, state);
@@ -66,7 +66,7 @@ static int apply_to_run(flesh_run_folder *run, flesh_skin_frames *frames)
   return status;
 }
 
-/* The folder's frames of the skin are replaced as a whole. */
+/* Spares the surface if it is one of the folder's frames of the skin, which are replaced as a whole. */
 static int spare_surface(const char *surface, const char *out)
 {
   const char *slash = strrchr(surface, '/'), *name = slash ? slash + 1 : surface;
@@ -83,7 +83,7 @@ static int command_apply(int argc, char **argv)
   const flesh_option options[] = {
       {"out", "DIR", FLESH_OPTION_TEXT, &out, "folder to write into: skin_000000.obj ..., skin.pc2, skin.pvd"},
       {"formats", "LIST", FLESH_OPTION_TEXT, &formats_text, "some of obj,pc2,vtu (default obj)"},
-      {"mesh", "MESH", FLESH_OPTION_TEXT, &mesh_path, "the mesh of RUN, where that is a state file"},
+      {"mesh", "MESH", FLESH_OPTION_TEXT, &mesh_path, "mesh of RUN, if RUN is a state file"},
       {.name = NULL}};
   const flesh_usage usage = {"skin apply", "BINDING SURFACE RUN --out DIR", "Writes the surface as it moves with a run.",
                              flesh_own_text("skin_apply_help"), 3, 3, options, NULL, 0};
@@ -110,7 +110,7 @@ static int command_apply(int argc, char **argv)
   const flesh_mesh *mesh = own ? own : run.scene ? flesh_scene_mesh(run.scene) : NULL;
   if (!status) status = flesh_surface_read(argv[2], &surface);
   if (!status) status = flesh_skin_read(argv[1], mesh, surface, &skin);
-  if (!status && own) status = read_state(own, argv[3], &state); /* before the folder's older frames go */
+  if (!status && own) status = read_state(own, argv[3], &state); /* before the folder's older frames are removed */
   flesh_folder_claim claim = {.descriptor = -1};
   if (!status) status = spare_surface(argv[2], out);
   if (!status) status = flesh_output_claim(out, "skin apply", &claim);

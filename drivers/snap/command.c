@@ -1,4 +1,4 @@
-/* command.c: `flesh snap`: pictures of runs, side by side. */
+/* command.c: `flesh snap`: draws pictures of runs, side by side. */
 #include "commands.h"
 
 #include <limits.h>
@@ -15,10 +15,10 @@
 
 enum { MOST_TIMES = 32 };
 
-/* Which frames of a run are drawn. */
+/* The frames of a run that are drawn. */
 typedef struct wanted {
   int count, by_time;
-  double at[MOST_TIMES]; /* times, or numbers; -1: the last one */
+  double at[MOST_TIMES]; /* times, or numbers of frames; -1: the last frame */
 } wanted;
 
 static int choose(const char *times, const char *frames, wanted *w)
@@ -52,7 +52,7 @@ static int frame_of(const flesh_run_folder *run, const wanted *w, int k, const c
                     w->at[k], title, numbers, run->folder, run->frames[run->count - 1].file);
 }
 
-/* Every run at every time; panels keep copies of their states. */
+/* Draws every run at every time; panels have copies of their states. */
 static int draw(flesh_snapshot *s, const wanted *w, const char *out)
 {
   int count = s->count * w->count, status = FLESH_OK;
