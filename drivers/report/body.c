@@ -1,5 +1,5 @@
-/* body.c: rounds positions and values to whole numbers, and leaves of each frame what the two
- * before do not tell. */
+/* body.c: rounds positions and values to whole numbers, and writes of each frame only the differences from what the two
+ * frames before predict. */
 #include "report/body.h"
 
 #include <math.h>
@@ -20,7 +20,7 @@ static double diagonal(const flesh_mesh *mesh)
 int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
                            flesh_report_body *b)
 {
-  const double PARTS = 65536, LEVELS = 1024; /* of the body's diagonal, and of the colours */
+  const double PARTS = 65536, LEVELS = 1024; /* of the body's diagonal, and of the range of colours */
   const flesh_mesh *mesh = panel->body->mesh;
   *b = (flesh_report_body){.nodes = flesh_mesh_node_count(mesh),
                            .tets = flesh_mesh_tet_count(mesh),
@@ -46,14 +46,14 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
                                                                                               : flesh_report_no_memory();
 }
 
-/* The nearest multiple of the step; what is not finite, or beyond 2^30 of them, is put there. */
+/* Returns the nearest multiple of the step, in steps: NaN becomes 0, and others are limited to 2^30 of them. */
 static int round_to(double value, double step)
 {
   const double MOST = 1 << 30, at = value / step;
   return isnan(at) ? 0 : (int)lrint(fmin(fmax(at, -MOST), MOST));
 }
 
-/* Positions [3*count] as all x, all y, all z. */
+/* Writes positions [3*count], rounded, as all x, all y, all z. Returns the end. */
 static int *round_positions(int count, const double *x, double quantum, int *to)
 {
   for (int d = 0; d < 3; d++)
@@ -61,8 +61,8 @@ static int *round_positions(int count, const double *x, double quantum, int *to)
   return to;
 }
 
-/* One number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., seven bits a byte, the lowest first,
- * all but the last with the eighth bit set. */
+/* Writes a number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., written seven bits per byte,
+ * the lowest first, with the eighth bit set in all bytes but the last. */
 static void add_number(FILE *numbers, int64_t value)
 {
   uint64_t rest = value < 0 ? 2 * (uint64_t)(-(value + 1)) + 1 : 2 * (uint64_t)value;
@@ -70,7 +70,7 @@ static void add_number(FILE *numbers, int64_t value)
   putc((int)rest, numbers);
 }
 
-/* Adds numbers as differences, each to the one before it, the first to 0. Returns "at" and "count" of them. */
+/* Writes numbers as differences, each from the one before it, the first from 0. Returns their place as [at, count]. */
 static json_t *add_list(FILE *numbers, size_t count, const int *values)
 {
   json_t *place = json_pack("[II]", (json_int_t)ftell(numbers), (json_int_t)count);
@@ -78,8 +78,8 @@ static json_t *add_list(FILE *numbers, size_t count, const int *values)
   return place;
 }
 
-/* Vertices beyond the nodes that triangles of curved faces have: six nodes each, and eighths of
- * these. Renumbers the corners. */
+/* Writes the vertices beyond the nodes that triangles of curved faces have: six nodes for each, and their weights in
+ * eighths. Renumbers the corners. */
 static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
 {
   flesh_curved_surface curved;
@@ -158,7 +158,7 @@ int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_
   return ferror(numbers) ? flesh_report_no_memory() : status;
 }
 
-/* The numbers of a frame: positions of the body, of the obstacles, and the fields' values. */
+/* Computes the numbers of a frame: positions of the body and of the obstacles, and the values of the fields. */
 static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
 {
   flesh_arena arena = {0};
@@ -166,7 +166,7 @@ static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
   for (int k = 0; k < b->obstacle_count && !status; k++) {
     flesh_picture_obstacle o;
     status = flesh_picture_obstacle_make(panel, k, &b->view, &arena, &o);
-    if (!status) to = round_positions(o.vertices, o.x, b->quantum, to); /* their number does not change */
+    if (!status) to = round_positions(o.vertices, o.x, b->quantum, to); /* the number of vertices does not change */
   }
   flesh_arena_free(&arena);
   for (int f = 0; f < FLESH_REPORT_FIELDS && !status; f++) {

@@ -1,5 +1,5 @@
-/* body.h: a run's body and obstacles in numbers: their shape once, then a frame after the other.
- * report.h has the format. */
+/* body.h: writes a run's body and obstacles as numbers: their shape once, then one frame after another. report.h has
+ * the format. */
 #ifndef FLESH_REPORT_BODY_H
 #define FLESH_REPORT_BODY_H
 
@@ -11,26 +11,27 @@ enum { FLESH_REPORT_FIELDS = 3 }; /* J, stress and speed */
 typedef struct flesh_report_body {
   int nodes, tets, frames;
   int obstacle_count;
-  double quantum;                                              /* m, of positions */
-  double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* of the fields */
+  double quantum;                                              /* unit of positions, m */
+  double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* least value and unit of each field */
   flesh_view view;
   flesh_arena memory;
   size_t total, flag_bytes;
-  int *numbers[3];   /* [total] of a frame, frame k's in the place k % 3 */
-  uint8_t *flags[2]; /* [flag_bytes] a bit per tet: it is inverted; frame k's in the place k % 2 */
-  double *J;         /* [tets] room */
+  int *numbers[3];   /* [total] numbers of a frame; frame k is at k % 3 */
+  uint8_t *flags[2]; /* [flag_bytes] a bit per tet: whether it is inverted; frame k is at k % 2 */
+  double *J;         /* [tets] workspace */
 } flesh_report_body;
 
-/* `frames` [FLESH_REPORT_FIELDS]: the limits of the fields' colours. FLESH_ERR_MEMORY. The caller frees `memory`. */
+/* Opens the body. `frames` [FLESH_REPORT_FIELDS]: the ranges of the fields' colours. FLESH_ERR_MEMORY. The caller frees
+ * `memory`. */
 int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
                            flesh_report_body *body);
 
-/* Adds the mesh at rest, or the obstacles, as the first panel has them; *made tells where (new). */
+/* Write the mesh at rest, or the obstacles, of the first panel; *made (new) says where they are in `numbers`. */
 int flesh_report_body_mesh(const flesh_report_body *body, const flesh_picture_panel *panel,
                            FILE *numbers, json_t **made);
 int flesh_report_body_obstacles(const flesh_report_body *body, const flesh_picture_panel *panel,
                                 FILE *numbers, json_t **made);
-/* Adds the next frame. */
+/* Writes the next frame. */
 int flesh_report_body_frame(flesh_report_body *body, const flesh_picture_panel *panel,
                             FILE *numbers);
 

@@ -1,4 +1,4 @@
-/* command.c: `flesh report`: results as one HTML file that opens offline. */
+/* command.c: `flesh report`: writes results as one HTML file that opens offline. */
 #include "commands.h"
 
 #include <limits.h>
@@ -14,12 +14,12 @@
 #include "run/provenance.h"
 #include "study/embedded.h"
 
-/* Size up to which a report can be sent by mail, bytes. */
+/* Size in bytes up to which a report can be sent by mail. */
 static const double LARGE = 20e6;
 
-/* A kind of results, known by a file in their folder; runs are added together. */
+/* A kind of results, recognised by a file in the folder. */
 typedef struct kind {
-  const char *file, *title, *sql; /* of a study; sql NULL: of a run, or a sweep */
+  const char *file, *title, *sql; /* SQL of a study; NULL for a sweep, and for a run, which has no title either */
 } kind;
 static const kind kinds[] = {{"drift.csv", "How the energies keep the volume", "report_drift"},
                              {"accuracy.json", "What accuracy costs", "report_accuracy"},
@@ -54,7 +54,7 @@ static int find_kind(const char *path, const kind **found)
       path);
 }
 
-/* Runs are one part, compared; every other result is a part of its own, in the order given. */
+/* Adds all runs as one part that compares them, and every other result as a part of its own, in the order given. */
 static int gather(flesh_report *report, int count, char **paths)
 {
   char **runs = flesh_arena_take(&report->arena, (size_t)count * sizeof *runs);
@@ -106,7 +106,7 @@ int flesh_command_report(int argc, char **argv)
   flesh_report report = {0};
   const flesh_option options[] = {
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "report to write, its name ends in .html"},
-      {"title", "TEXT", FLESH_OPTION_TEXT, &title, "its title (default: flesh report, and what it is of)"},
+      {"title", "TEXT", FLESH_OPTION_TEXT, &title, "title of the report (default: flesh report and the first RESULT)"},
       {"frames", "N", FLESH_OPTION_COUNT, &report.most_frames,
        "frames of each run at most, evenly taken, the first and the last among them (default: all)"},
       {.name = NULL}};

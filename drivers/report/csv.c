@@ -1,4 +1,4 @@
-/* csv.c: reads tables and texts. */
+/* csv.c: reads tables and texts for a report. */
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 #include "report/report.h"
 #include "study/csv.h"
 
-/* The column's values in every k-th row and the last one: numbers where all are some, else texts. */
+/* Returns the column's values in every k-th row and the last one: as numbers if all are numbers, else as texts. */
 static json_t *values_of(const flesh_csv *csv, int column, int every)
 {
   json_t *texts = json_array(), *numbers = json_array();
@@ -35,7 +35,7 @@ static void add_column(json_t *columns, const char *name, json_t *values)
   json_array_append_new(columns, json_pack("{soso}", "name", flesh_json_text(name), "values", values));
 }
 
-/* Leaves the table empty where there is none. */
+/* Reads a table, which is left empty if there is no such file. */
 static int read_table(const char *path, flesh_csv *csv)
 {
   const int status = flesh_path_check(path);
@@ -109,7 +109,7 @@ const char *flesh_report_path(const char *folder, const char *name)
   return flesh_path("%s%s%s", folder, *folder ? "/" : "", name);
 }
 
-/* Takes a file into a new value, if there is such a file. */
+/* Reads a file into a new value, if there is such a file. */
 static int take_file(const char *folder, const char *name, int is_json, json_t **value)
 {
   size_t size;

@@ -1,18 +1,18 @@
-/* report.h: what a report is made of: words, tables and plots as JSON, and bodies in motion as packed numbers.
+/* report.h: the content of a report: words, tables and plots as JSON, and bodies in motion as packed numbers.
  *
- * The element `payload` of the page has the data, deflated (zlib) and in base 64. Unpacked they are twelve decimal digits
- * (the length of the JSON that follows), the JSON, and bytes of numbers. `parts` of the JSON has words, tables and plots,
- * `view` the runs, with places in the bytes, and `start`, the time that is shown first. The element `still` is the still
- * picture. A list [at, count] stores numbers by add_list of body.c.
+ * The page's element `payload` has the data, deflated (zlib) and in base 64. Unpacked they are twelve decimal digits
+ * (the length of the JSON), the JSON, and numbers as bytes. In the JSON, `parts` has words, tables and plots, `view`
+ * has the runs, with their places in the bytes, and `start`, the time that is shown first. The element `still` is the
+ * still picture. A list [at, count] has its numbers at that place, in the form of add_list of body.c.
  *
- * A run's frames follow each other from `at`. Each has x of all nodes, then y, then z, in multiples of `quantum`, the same
- * of the obstacles' vertices, and J_mean, stress and speed of all nodes, each [low, step] times its number plus low. Each
- * number n is stored as its difference from the line through the two frames before, n - (2 a - b); in the second frame as
- * n - a, in the first as n less the number before it in the frame. A bit per tet follows, the lowest first, that changes
- * when the tet begins or ceases to be inverted.
+ * A run's frames follow each other from `at`. A frame has x of all nodes, then y, then z, as multiples of `quantum`;
+ * the same for the obstacles' vertices; then J_mean, stress and speed at all nodes, which are a number times `step`
+ * plus `low`, from the field's [low, step]. Each number n is stored as its difference from the extrapolation of the two
+ * frames before, n - (2 a - b); in the second frame as n - a, and in the first as n less the number before it in the
+ * frame. A bit per tet follows, the lowest first, which is set when the tet begins or ceases to be inverted.
  *
- * `quantum` is 1/65536 of the body's diagonal at rest, so a position is off by half of that at most; a field by 1/2048 of
- * the range of its colours. Larger values than 2^30 of these are clipped. */
+ * `quantum` is 1/65536 of the body's diagonal at rest, so positions are off by at most half of that; fields are off by
+ * at most 1/2048 of the range of their colours. Numbers are clipped at 2^30. */
 #ifndef FLESH_REPORT_H
 #define FLESH_REPORT_H
 
@@ -22,89 +22,91 @@
 
 #include "scene/arena.h"
 
-/* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
- * @LEAD@, @STILL@, @PAYLOAD@. */
+/* The page itself, made at build time from page/ and three/: HTML with the marks @TITLE@, @LEAD@, @STILL@ and
+ * @PAYLOAD@. */
 extern const char flesh_report_page[];
 
-/* Text or numbers in memory, printed to `stream`; the data are those up to the last flush. */
+/* Text or numbers in memory, printed to `stream`; `data` is what was printed up to the last flush. */
 typedef struct flesh_report_bytes {
   FILE *stream;
   char *data;
   size_t size;
 } flesh_report_bytes;
 
-/* Reports a lack of memory: FLESH_ERR_MEMORY. */
+/* Fails with FLESH_ERR_MEMORY and a sentence. */
 int flesh_report_no_memory(void);
 
 /* FLESH_ERR_MEMORY. */
 int flesh_report_bytes_open(flesh_report_bytes *bytes);
-/* Brings data and size up to date. FLESH_ERR_MEMORY where what was printed is not all there. */
+/* Updates data and size. FLESH_ERR_MEMORY if not all that was printed could be kept. */
 int flesh_report_bytes_flush(flesh_report_bytes *bytes);
-void flesh_report_bytes_close(flesh_report_bytes *bytes); /* a zeroed one too */
+void flesh_report_bytes_close(flesh_report_bytes *bytes); /* may be zeroed */
 
-/* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name", "values"};
- * values are numbers or null where every cell is a number or empty, else texts. Of more than `most` rows (0: all of them)
- * it takes every k-th and the last one; *step (may be NULL) is that k. Torn rows are left out. *columns is NULL where
- * there is no such file, or no table in it. FLESH_ERR_FILE for what is no file of the result's folder (confine.h),
- * FLESH_ERR_MEMORY. */
+/* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name",
+ * "values"}. The values of a column are numbers or null if every cell is a number or empty, else texts. If there are
+ * more than `most` rows (0: no limit), takes every k-th and the last one; *step (may be NULL) is that k. Torn rows are
+ * left out. *columns is NULL if there is no such file, or no table in it. FLESH_ERR_FILE if it is not a file in the
+ * result's folder (confine.h), FLESH_ERR_MEMORY. */
 int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step);
-/* The rows of a query, from the given column on, as such a list (new); NULL: SQLite has failed. */
+/* Returns the rows of a query, from column `first` on, as a new list like that; NULL if SQLite fails. */
 json_t *flesh_report_query(sqlite3_stmt *query, int first);
 
-/* The values of a column, borrowed; NULL without one. */
+/* Returns the values of a column, borrowed; NULL if there is no such column. */
 const json_t *flesh_report_column(const json_t *columns, const char *name);
-/* How many rows there are. */
+/* Returns the number of rows. */
 size_t flesh_report_rows(const json_t *columns);
 
-/* folder/name, or in an empty folder the name, for the next few calls (cli/path.h). */
+/* Returns folder/name, or only the name if `folder` is empty, for the next few calls (cli/path.h). */
 const char *flesh_report_path(const char *folder, const char *name);
-/* A text file as a new string; NULL where there is none. FLESH_ERR_FILE for what is no file of the folder. */
+/* Reads a text file into a new string; NULL if there is no such file. FLESH_ERR_FILE if it is not a file in the
+ * folder. */
 int flesh_report_file(const char *folder, const char *name, json_t **text);
-/* A JSON file as a new value; NULL where there is none, or no JSON in it. FLESH_ERR_FILE as before. */
+/* Reads a JSON file into a new value; NULL if there is no such file, or no JSON in it. FLESH_ERR_FILE as before. */
 int flesh_report_json(const char *folder, const char *name, json_t **value);
-/* Whether there is anything of that name, which may be refused when it is read. */
+/* Returns whether there is anything of that name; reading it may still be refused. */
 int flesh_report_has(const char *folder, const char *name);
 
-/* A run whose bodies are to be seen. */
+/* A run whose bodies are shown. */
 typedef struct flesh_report_shown {
   const char *folder, *name;
-  int optional; /* left out, with a note, where it cannot be opened */
+  int optional; /* left out, with a note, if it cannot be opened */
 } flesh_report_shown;
 
 typedef struct flesh_report {
-  json_t *parts;            /* what is read from top to bottom */
-  json_t *view;             /* the bodies; null: none */
-  flesh_report_bytes still;   /* a PNG of them as they are first seen; empty: none */
-  flesh_report_bytes numbers; /* that `view` speaks of */
-  flesh_arena arena; /* of the texts of the next, and of what the view is made of */
+  json_t *parts;            /* parts of the page, from top to bottom */
+  json_t *view;             /* the bodies; null: there are none */
+  flesh_report_bytes still;   /* a PNG of the bodies as they are shown first; empty: none */
+  flesh_report_bytes numbers; /* numbers to which `view` refers */
+  flesh_arena arena; /* memory of the texts of `shown`, and of the making of the view */
   flesh_report_shown *shown;
   int shown_count;
-  int most_frames; /* of a run */
+  int most_frames; /* limit for each run; 0: none */
 } flesh_report;
 
-/* A new part {"title", "path", "verdict", "notes", "tables", "plots", "grids", "sources"}, which the report then holds;
- * borrowed. NULL where memory is lacking, which the other calls bear. */
+/* Adds a new part {"title", "path", "verdict", "notes", "tables", "plots", "grids", "sources"} to the report, which
+ * owns it; returns it. NULL if memory runs out, which the other functions accept. */
 json_t *flesh_report_part(flesh_report *report, const char *title, const char *path);
-/* Adds a sentence on what is missing or left out. */
+/* Adds a sentence on what is missing or was left out. */
 void flesh_report_note(json_t *part, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* Tells the part of a folder, empty where paths are whole, by the text `sql` of data/studies, on that database. */
+/* Fills the part by the SQL text `sql` of data/studies on a database. `folder` is that of its files, or empty if paths
+ * are complete. */
 int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
-/* Tells the part on a database in memory that `fill_database` (NULL: nobody) has filled. */
+/* Does the same on a database in memory that `fill_database` (NULL: none) fills first. */
 int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
                       int (*fill_database)(sqlite3 *database, const void *data), const void *data);
 
-/* Appends a part about the folder of a study, told by the text `sql` with the table of report_runs.sql. */
+/* Appends a part about the folder of a study by the text `sql`, on a database with the table of report_runs.sql. */
 int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);
-/* Appends a part about all runs, or about one sweep, which is named by its folder or its database. */
+/* Append a part about all runs, or about one sweep, given by its folder or its database. */
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
 int flesh_report_add_sweep(flesh_report *report, const char *path);
-/* Whether it is named as a database is. */
+/* Returns whether the path ends as that of a database. */
 int flesh_report_is_database(const char *path);
 
-/* Fills report->view, report->still and report->numbers from the runs noted. */
+/* Fills report->view, report->still and report->numbers from the runs in `shown`. */
 int flesh_report_make_view(flesh_report *report);
 
-/* Writes the page, whole or not at all; *size: of the file, *packed: of the payload in it, bytes.
+/* Writes the page, completely or not at all; *size: bytes of the file, *packed: bytes of its payload.
  */
 int flesh_report_write(const flesh_report *report, const char *title, json_t *head, const char *path, size_t *size,
                        size_t *packed);

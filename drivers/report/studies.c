@@ -1,21 +1,23 @@
 /* studies.c: comparisons in a report: of energies, of methods, of solvers in hard cases, of kernels and steps.
  *
- * data/studies/report_*.sql describes each. A row of a SELECT goes where the line `-- to NAME` above it says:
- *   tables   file, open: the file becomes a table of the part; a table of SQL of its name, `tables` (name, number) with all
- *   texts    file, which is told in the verdict
+ * data/studies/report_*.sql describes each. A row of a SELECT is used as the line `-- to NAME` above the SELECT says:
+ *   tables   file, open: the file becomes a table of the part, a row of the SQL table `tables` (name, number), and, if there
+ *            is an SQL table of its name, that table's content
+ *   texts    file, which is printed in the verdict
  *   verdict  a sentence
- *   notes    a sentence on what is missing or left out
+ *   notes    a sentence on what is missing or was left out
  *   plots    title, x, y, logarithmic axes ("xy"), lines, table (-1: the runs' histories), and group, column, its text
  *   grids    JSON
  *   figures  the rows are a table, whose title is in their first column
- *   results  such a table without columns that have no value; `tables` has its columns as JSON
- *   folded   such a table, folded
+ *   results  a table like that without its empty columns; its columns as JSON are in the SQL table `tables`
+ *   folded   a table like that of figures, folded
  *   histories  folder, file, title and colour: the file becomes a table, and a series of the last plot
  *   runs     folder, title of its bodies, whether they may be missing
- *   sources  title, file, key (NULL: a text; "": all of the JSON)
- *   given    title, text, whether it is JSON: a source that SQL has itself
- *   failure  words behind the folder, which end the report
- * is_there(file) asks for a file of the folder, colour_of(energy) for its colour; number() is that of study/results.h. */
+ *   sources  title, file, key (NULL: the file is a text; "": all of the JSON)
+ *   given    title, text, whether it is JSON: a source that SQL has made
+ *   failure  words after the folder's name: the report fails with them
+ * is_there(file) says whether the folder has the file, colour_of(energy) is the energy's colour; number() is that of
+ * study/results.h. */
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,7 +40,7 @@ json_t *flesh_report_part(flesh_report *report, const char *title, const char *p
   return part;
 }
 
-/* Adds a value, which it takes, to a list of the part. */
+/* Adds a value, which it takes ownership of, to a list of the part. */
 static void add(json_t *part, const char *list, json_t *value) { json_array_append_new(json_object_get(part, list), value); }
 
 void flesh_report_note(json_t *part, const char *format, ...)
@@ -74,14 +76,14 @@ static void find_colour(sqlite3_context *context, int count, sqlite3_value **val
     if (letter && !strcmp(letter, flesh_forms[e].name)) sqlite3_result_text(context, flesh_forms[e].colour, -1, SQLITE_STATIC);
 }
 
-/* Takes the columns; returns the table's number. Tables that are not open are folded. */
+/* Adds a table; takes ownership of the columns. Returns the table's number. Tables that are not open are folded. */
 static int put_table(const maker *m, const char *title, json_t *columns, int open)
 {
   add(m->part, "tables", json_pack("{sosbso}", "title", flesh_json_text(title), "open", open, "columns", columns));
   return (int)json_array_size(json_object_get(m->part, "tables")) - 1;
 }
 
-/* A text that is folded, as a scene, or provenance as JSON; takes the value, NULL is left out. */
+/* Adds a folded text, as a scene, or JSON, as provenance; takes ownership of the value. NULL is left out. */
 static void put_source(const maker *m, const char *title, json_t *value)
 {
   if (value) add(m->part, "sources", json_pack("{soso}", "title", flesh_json_text(title), "value", value));
@@ -94,8 +96,8 @@ static void bind(sqlite3_stmt *insert, int at, const json_t *value, int numbers)
   else sqlite3_bind_null(insert, at);
 }
 
-/* Fills the table of that name, where SQL has one: `number` from 0, and columns of the file by their names. Those that are
- * declared REAL have numbers alone. */
+/* Fills the SQL table of that name, if there is one: `number` from 0, and the file's columns by their names. Columns
+ * that are declared REAL get numbers only. */
 static int fill(const maker *m, const char *name, const json_t *columns)
 {
   const json_t *values[MOST_COLUMNS] = {NULL};
@@ -125,7 +127,7 @@ static int fill(const maker *m, const char *name, const json_t *columns)
   return bad ? flesh_database_fail(m->database, m->folder, "cannot be read") : FLESH_OK;
 }
 
-/* A file as a table; a note where there is none. */
+/* Adds a file as a table, or a note if there is no such file. */
 static int add_table(const maker *m, const char *name, int open)
 {
   json_t *columns;
@@ -138,7 +140,7 @@ static int add_table(const maker *m, const char *name, int open)
   return status ? status : fill(m, name, columns);
 }
 
-/* The verdict as the command has written it. */
+/* Adds the verdict that the command has written. */
 static int add_text(const maker *m, const char *name)
 {
   json_t *text;
@@ -148,7 +150,7 @@ static int add_text(const maker *m, const char *name)
   return status;
 }
 
-/* A file as a folded text or, with a key, as JSON: what that key has, or all of it. */
+/* Adds a file as a folded text or, with a key, as JSON: the key's value, or all of it for "". */
 static int add_source(const maker *m, const char *title, const char *name, const char *key)
 {
   json_t *value;
@@ -158,7 +160,7 @@ static int add_source(const maker *m, const char *title, const char *name, const
   return status;
 }
 
-/* A file of a folder as a folded table, and as a series of the last plot; a note where it cannot be read. */
+/* Adds a file of a folder as a folded table and as a series of the last plot, or a note if it cannot be read. */
 static int add_history(const maker *m, const char *name, const char *file, const char *label, const char *colour)
 {
   const json_t *plots = json_object_get(m->part, "plots");
@@ -176,7 +178,7 @@ static int add_history(const maker *m, const char *name, const char *file, const
   return status;
 }
 
-/* A folder whose bodies are seen. */
+/* Adds a folder whose bodies are shown. */
 static int add_run(const maker *m, const char *name, const char *title, int optional)
 {
   flesh_report *r = m->report;
@@ -191,7 +193,8 @@ static int add_run(const maker *m, const char *name, const char *title, int opti
 
 static json_t *optional(const char *text) { return text ? flesh_json_text(text) : NULL; }
 
-/* A plot of columns x and y, of which the reader may take others; series are added, or come from one table's column `group`. */
+/* Adds a plot of columns x and y, which the reader may exchange for others; series are added later, or come from one
+ * table by its column `group`. */
 static void add_plot(const maker *m, sqlite3_stmt *row, const char *const t[9])
 {
   add(m->part, "plots",
@@ -220,9 +223,9 @@ static int take_row(const maker *m, sqlite3_stmt *row, const char *name)
   return FLESH_OK;
 }
 
-static int fail(const maker *m) { return flesh_database_fail(m->database, m->folder, "cannot be told of"); }
+static int fail(const maker *m) { return flesh_database_fail(m->database, m->folder, "cannot be reported"); }
 
-/* Columns that say nothing: none of their rows has a value. */
+/* Removes columns without a value in any row. */
 static void drop_empty(json_t *columns)
 {
   for (size_t k = json_array_size(columns); k-- > 0;) {
@@ -234,7 +237,7 @@ static void drop_empty(json_t *columns)
   }
 }
 
-/* The rows as a table, of which results are told further. */
+/* Adds the rows as a table; `results` are kept for later statements, too. */
 static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
 {
   const int results = !strcmp(name, "results"), code = sqlite3_step(query);

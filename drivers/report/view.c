@@ -1,4 +1,4 @@
-/* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
+/* view.c: the bodies in motion in a report: positions and fields as numbers, and their description as JSON. */
 #include <math.h>
 #include <string.h>
 
@@ -12,9 +12,9 @@
 
 enum { FIELDS = FLESH_REPORT_FIELDS };
 
-/* How far a run's frames are from its first; zero-initialise. */
+/* Distances of a run's frames from its first. To be zero-initialised. */
 typedef struct motion {
-  int count;            /* of frames */
+  int count;            /* number of frames */
   double *times, *away; /* [count] s; m^2, sum over nodes */
   double *first;        /* [3*nodes] m, positions of the first frame */
 } motion;
@@ -37,7 +37,7 @@ static int add_motion(motion *m, int taken, const flesh_picture_panel *panel, fl
   return FLESH_OK;
 }
 
-/* The run's frame at t, or the last one before; its first where there is none. */
+/* Returns the run's frame at t, or the last one before; the first frame if there is none. */
 static int frame_of_time(const motion *of, double t)
 {
   int frame = 0;
@@ -52,8 +52,8 @@ static double farthest(const motion *of)
   return most > 0 ? most : 1;
 }
 
-/* The time that is shown first: among those that most runs have, the one when the runs are farthest from where they
- * began, each measured by its own farthest frame. */
+/* Returns the time that is shown first: among those that most runs have, the one at which the runs are farthest from
+ * where they began, each relative to its own farthest frame. */
 static double find_start(int runs, const motion *motions)
 {
   double best = 0, best_away = -1;
@@ -80,13 +80,13 @@ static int taken_of(const flesh_report *report, int count)
   return report->most_frames && count > report->most_frames ? report->most_frames : count;
 }
 
-/* The k-th of the frames that are taken, the first and the last among them. */
+/* Returns the k-th of the frames that are taken, which include the first and the last. */
 static int frame_at(int count, int taken, int k)
 {
   return taken < 2 ? count - 1 : (int)((int64_t)k * (count - 1) / (taken - 1));
 }
 
-/* Limits of the colours and what is to be in the picture, of every frame that is taken, and how far these move. */
+/* Fits the ranges of colours and the view to all frames that are taken, and computes how far these move. */
 static int fit_runs(flesh_report *report, flesh_run_folder *runs, motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
@@ -138,7 +138,7 @@ static json_t *describe_field(flesh_picture_field field, const flesh_picture_fra
                    "palette", palette);
 }
 
-/* The mesh of an earlier run that has the same; NULL: none. */
+/* Returns the mesh of an earlier run that is the same; NULL if there is none. */
 static json_t *find_same(const flesh_run_folder *runs, int r, const json_t *made)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(runs[r].scene);
@@ -197,7 +197,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
   return status;
 }
 
-/* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
+/* Opens the runs to show. Optional ones that cannot be opened are removed from the list, with a note. */
 static int open_shown(flesh_report *report, flesh_run_folder *runs)
 {
   int kept = 0, few = 0, status = FLESH_OK;
@@ -224,7 +224,7 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
   return status;
 }
 
-/* Draws the bodies side by side, as the page shows them first, in J. */
+/* Draws the bodies side by side, coloured by J, as the page shows them first. */
 static int add_still(flesh_report *report, flesh_run_folder *runs, const motion *motions, double start,
                      const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
