@@ -10,7 +10,7 @@
 
 /* COUNT(member, what one step counts it as, key in result.json): sums over all steps, one that ended the run included.
  * `solves_at_rounding` and `solves_unconverged` ended above the tolerance but were accepted; `impact_steps` and
- * `damped_steps` are those of the internal ones that backward Euler took in the method's stead. */
+ * `damped_steps` are those of the internal ones that backward Euler or Runge-Kutta took in the method's stead. */
 #define FLESH_FIGURES_COUNT_LIST(COUNT) \
   COUNT(internal_steps, steps, "internal_steps") \
   COUNT(rejected, rejected, "rejected_steps") \

@@ -180,7 +180,8 @@ typedef struct flesh_solve_stats {
    * before the end of its step and would have ended it inside an obstacle. */
   int impact_steps;
   /* Steps among `steps` that backward Euler took because the method's own step would have gained energy, however
-   * short, or, with error control, to lead out of a tangle. */
+   * short, or, with error control, to lead out of a tangle; or that a Runge-Kutta method took with error control,
+   * because steps of Newmark's family gained energy or their accelerations swung. */
   int damped_steps;
   double h_last;
 } flesh_solve_stats;

@@ -59,6 +59,12 @@ static int were_easy(int most, const flesh_solve_stats *before, const flesh_solv
          after->backtracks == before->backtracks;
 }
 
+/* Whether the row is the method's own or the stand-in of its kind: backward Euler, where it takes a step, is neither. */
+static int is_own(const flesh_integrator *self, const flesh_method_row *row)
+{
+  return row == self->row || row == self->row->stand_in;
+}
+
 /* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
  * the method is of order 2, and as a step of backward Euler takes them where that stands in for it. */
 static void make_stage(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
@@ -76,11 +82,11 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
   stage->x_from = state->x;
   stage->t_from = state->t;
   stage->internal = state->internal;
-  stage->frozen_at_solution = second && row == self->row;
+  stage->frozen_at_solution = second && is_own(self, row);
   if (!second) return;
   if (memory->at == 0)
     flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), flesh_before(part->end, piece->event), state->x);
-  if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
+  if (is_own(self, row)) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
 }
 
 /* Finds the end of the last solve of the stage. */
@@ -99,7 +105,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
 {
   flesh_method_memory *memory = &self->memory;
   const double *u = self->nonlinear->u;
-  const int second = self->second, own = row == self->row;
+  const int second = self->second, own = is_own(self, row);
   self->last_stage.known = stage->shift.x != 1;
   self->last_stage.at.t = stage->t;
   if (self->last_stage.known) find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
@@ -147,7 +153,7 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
 {
   flesh_tape *tape = self->tape;
   if (!tape) return FLESH_OK;
-  const flesh_taken_part taken = {.row = row, .own = row == self->row, .second = self->second,
+  const flesh_taken_part taken = {.row = row, .own = is_own(self, row), .second = self->second,
                                   .acceleration = self->row->acceleration, .anew = tape->anew, .memory = &self->memory,
                                   .from = state, .lagged = flesh_integrator_stage(self, state), .begin = begin, .end = end,
                                   .h = part->h, .seen = tape->seen};
@@ -236,7 +242,7 @@ static int update_internals(flesh_integrator *self, flesh_state *state)
 
 /* A try of a part of a piece. */
 typedef struct trial {
-  const flesh_method_row *row; /* the method's own, or backward Euler in its stead */
+  const flesh_method_row *row; /* the method's own, or what stands in for it */
   const flesh_piece *piece;
   const flesh_span *part;
   double from, to; /* s; the part, as far as what holds within it does */
@@ -337,7 +343,7 @@ static flesh_state end_of(flesh_integrator *self, const trial *trial, const fles
   end.t = trial->part->end;
   end.x = self->part.x;
   end.v = self->room[1];
-  if (self->second && trial->row == self->row) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
+  if (self->second && is_own(self, trial->row)) flesh_prescribed_finish(&self->prescribed, end.x, end.v);
   if (self->multipliers.count) end.multipliers = self->multipliers.trial;
   return end;
 }
@@ -410,7 +416,7 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
 {
   const flesh_span *part = &cutbacks->part;
   const trial trial = {row, piece, part, fmax(state->t, piece->begin), flesh_before(part->end, piece->event)};
-  const int depth = cutbacks->depth, second = self->second && row == self->row;
+  const int depth = cutbacks->depth, second = self->second && is_own(self, row);
   const flesh_solve_stats before_solve = *stats;
   flesh_stage stage = {.t = state->t};
   flesh_step_energy energy = {.watch = &self->watch, .nonlinear = self->nonlinear, .stage = &stage,

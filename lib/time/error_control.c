@@ -64,6 +64,9 @@ static const double rounded = 0.01; /* of what is brief: a shorter step that is 
 /* A refusal by energy adds REFUSAL to `gains`, which as many steps without a refusal take away again. DEEPEST: the highest power
  * of `deeper`. */
 enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 };
+/* An unfiltered error so many times as large as is allowed, and as the filtered one, is of accelerations that swing. What of them
+ * turns with the body changes its momentum. */
+static const double swung = 5, swung_ratio = 10;
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
 static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
 
@@ -158,14 +161,15 @@ void flesh_error_control_archive(flesh_error_control *self, flesh_archive *archi
   FLESH_ARCHIVE(archive, self->first);
   FLESH_ARCHIVE(archive, self->rejected);
   FLESH_ARCHIVE(archive, self->failed);
+  FLESH_ARCHIVE(archive, self->stands_in);
   FLESH_ARCHIVE(archive, self->gains);
   FLESH_ARCHIVE(archive, self->refused_h);
   FLESH_ARCHIVE(archive, self->refused_error);
 }
 
-double flesh_error_control_least_energy(const flesh_error_control *self)
+double flesh_error_control_least_energy(const flesh_error_control *self, int swings)
 {
-  const double slow = self->local * self->length / (self->largest * self->period);
+  const double slow = self->local * self->length / fmax(self->largest * self->period, swings ? self->weights.flies : 0);
   return self->mass * slow * slow / 2;
 }
 
@@ -185,6 +189,7 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
   self->h = self->h > 0 ? fmin(self->h, h) : h;
   self->before = 1;
   self->first = 1;
+  self->stands_in = 0;
 }
 
 double flesh_error_control_brief(const flesh_error_control *self, double h)
@@ -234,6 +239,8 @@ double flesh_error_control_slip(const flesh_error_control *self)
 }
 
 int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
+
+int flesh_error_control_misleads(const flesh_error_control *self) { return self->swings || self->gains > REFUSAL; }
 
 double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, int swings)
 {
@@ -318,12 +325,14 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->e[d] *= of_prescribed;
   self->times = 1;
+  self->swings = 0;
   self->error = counted(self, self->e, 0) / allowed;
   if (self->error > negligible && filter_error(self, fixed, shift, &product, stats)) {
     self->times = times_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
     const double filtered = counted(self, self->filtered, 0) / allowed;
+    self->swings = !self->touches && self->error > fmax(swung, swung_ratio * filtered);
     if (filtered < self->error) self->error = self->times * filtered;
   }
   if (self->touches && self->error > 0) flesh_newton_keep_volumes(newton, self->nonlinear->u, self->e, stats);

@@ -35,6 +35,7 @@ typedef struct flesh_error_control {
   double impulses;                /* and that of velocities, which contact makes, times the period */
   flesh_refusal refusal;          /* of the last attempt */
   double error;                   /* of that, over what it may be; NaN: not known */
+  int swings;                     /* it would be far larger, were it not for what steps do not resolve */
   /* The memory between steps. */
   double h;                       /* s, of the step to come; 0: not known */
   double before;                  /* the error of the last step accepted, or 1 */
@@ -42,6 +43,7 @@ typedef struct flesh_error_control {
   int first;                      /* no step has been accepted since a start */
   double refused_h, refused_error; /* of the attempt before, where its error was too large; else refused_h is 0 */
   int rejected, failed;           /* attempts since the last step that was accepted */
+  int stands_in;                  /* the method's stand-in takes all steps until the next start */
   int gains;                      /* 8 for each step that was refused for its energy, less 1 for each that was not */
 } flesh_error_control;
 
@@ -53,8 +55,9 @@ void flesh_error_control_measure(flesh_error_control *control);
 void flesh_error_control_clear(flesh_error_control *control);
 void flesh_error_control_archive(flesh_error_control *control, flesh_archive *archive);
 
-/* The energy of a vibration of the body as large as the error that the next step may make, J. */
-double flesh_error_control_least_energy(const flesh_error_control *control);
+/* The energy of a vibration of the body as large as the error that the next step may make, J; of stiff parts that fly, where the
+ * step's method has a stand-in (`swings`), that of a motion which goes as far meanwhile. */
+double flesh_error_control_least_energy(const flesh_error_control *control, int swings);
 
 /* A motion starts, or goes on otherwise than before, at the state with the acceleration a [n] (NULL: not known). Collective,
  * as all that follow. */
@@ -73,6 +76,8 @@ void flesh_error_control_set_target(flesh_error_control *control, const flesh_sh
 double flesh_error_control_slip(const flesh_error_control *control);
 /* Whether steps are refused for their energy time and again: shorter ones do not help. */
 int flesh_error_control_keeps_gaining(const flesh_error_control *control);
+/* Whether a method that remembers accelerations should leave the steps to come to its stand-in. */
+int flesh_error_control_misleads(const flesh_error_control *control);
 /* The change of volume that incompressible tets may be left with at a stage of that shift; `swings`: of the method. */
 double flesh_error_control_gap(const flesh_error_control *control, const flesh_shift *shift, int swings);
 /* A step begins: nothing touches in it so far. */

@@ -4,12 +4,13 @@
 
 /* First iterates of a method that has its own, the better one last, which needs no second look where it begins the solve. The
  * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
-static void make_own_guesses(flesh_integrator *self, const flesh_stage *stage, double h, const double *guesses[3])
+static void make_own_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage, double h,
+                             const double *guesses[3])
 {
   int count = 0;
   if (self->memory.at > 0 || self->memory.before < 0) self->nonlinear->newton->policy.stage_continues = 1;
   for (int which = 1; which >= 0; which--)
-    if (self->row->guess(&self->memory, stage, h, which, self->room[which])) guesses[count++] = self->room[which];
+    if (row->guess(&self->memory, stage, h, which, self->room[which])) guesses[count++] = self->room[which];
   guesses[count] = NULL;
 }
 
@@ -19,7 +20,7 @@ void flesh_integrator_guess(flesh_integrator *self, const flesh_method_row *row,
   const flesh_evaluation *evaluation = self->evaluation;
   flesh_first_iterates *first = &self->first;
   if (row->guess && (row->stages || self->control.on)) {
-    make_own_guesses(self, stage, h, guesses);
+    make_own_guesses(self, row, stage, h, guesses);
     return;
   }
   const int nearest = row == &flesh_method_backward_euler;

@@ -65,6 +65,9 @@ typedef struct flesh_method_row {
   double growth; /* the longest step that the memory serves, over the last one; 0: any */
   /* The row with the same formulas and an estimate, which takes its place where errors choose steps; NULL: its own. */
   const struct flesh_method_row *controlled;
+  /* The row, of several stages, that stands in for such a row: it takes the first step, and all until the next start once this
+   * row's steps gain energy, or accelerations swing. NULL: none. */
+  const struct flesh_method_row *stand_in;
 } flesh_method_row;
 
 #define FLESH_METHOD_EXTERN(NAME, name, text, order, doc)                                          \

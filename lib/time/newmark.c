@@ -105,9 +105,11 @@ static int newmark_error(const flesh_method_memory *memory, const flesh_state *s
   return 1;
 }
 
-#define FAMILY                                                                                                         \
-  {                                                                                                                    \
-    .vectors = 2, .acceleration = 1, .stage = newmark_stage, .guess = newmark_guess, .velocity = newmark_velocity,     \
-    .finish = newmark_finish, .error = newmark_error, .swings = 1                                                      \
-  }
-const flesh_method_row flesh_method_newmark = FAMILY, flesh_method_hht = FAMILY, flesh_method_generalized_alpha = FAMILY;
+#define FAMILY(COUNT)                                                                                                  \
+  .vectors = COUNT, .acceleration = 1, .stage = newmark_stage, .guess = newmark_guess, .velocity = newmark_velocity,   \
+  .finish = newmark_finish, .error = newmark_error, .swings = 1
+static const flesh_method_row controlled = {
+    FAMILY(FLESH_METHOD_VECTORS), .remembered = BEFORE + 1, .stand_in = &flesh_method_runge_kutta};
+const flesh_method_row flesh_method_newmark = {FAMILY(BEFORE + 1), .controlled = &controlled},
+                       flesh_method_hht = {FAMILY(BEFORE + 1), .controlled = &controlled},
+                       flesh_method_generalized_alpha = {FAMILY(BEFORE + 1), .controlled = &controlled};

@@ -29,6 +29,7 @@
 
 static const double most_times = 20; /* that errors count */
 static const double stiff = 200;     /* of its periods over 2 pi: a stiff part flies on for longer */
+static const double lengths = 3;     /* of its own, that a stiff part flies on at least where nothing may touch it */
 static const double most_steps = 1000; /* whose residuals add up */
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
@@ -267,7 +268,7 @@ static double find_press(const figures *f)
 }
 
 /* How often errors of a part count in a step that may err by `allowed`, m, and within h s of which a part begins to fall. */
-static double times_of(flesh_part_weight *part, const figures *f, double h, double forget, double allowed)
+static double times_of(flesh_part_weight *part, const figures *f, double h, double forget, double allowed, int touches)
 {
   double speed, along;
   find_speeds(f, &speed, &along);
@@ -275,7 +276,8 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   part->lately = fmax(along, part->lately * exp(-forget / (pi * part->period)));
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
-  part->flies = part->held > 0 || !(part->fastest > 0) ? 0 : fmax(0, fmin(far, low) - stiff * part->period);
+  const double flight = fmax(0, (touches ? fmin(far, low) : far) - stiff * part->period);
+  part->flies = part->held > 0 || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
   if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
@@ -316,10 +318,11 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
     for (int k = 0; k < 4; k++) weights->sums[SUMS * p + 4 + k] = weights->of[p].push[k] / weights->stages;
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
-    weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed);
+    weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget,
+                                     allowed, touches);
+    weights->flies = fmax(weights->flies, weights->of[p].flies);
     if (!touches && !flights) weights->of[p].flies = 0;
     if (touches) largest = fmax(largest, weights->of[p].times);
-    weights->flies = fmax(weights->flies, weights->of[p].flies);
   }
   weights->forget = 0;
   return largest;

@@ -216,6 +216,14 @@ static int is_tangled(flesh_integrator *self, const flesh_state *state)
   return self->control.on ? self->memory.easy < 0 : flesh_recovery_is_tangled(&self->recovery, state->x);
 }
 
+/* The row that takes the next step. Where errors choose steps the first one is its stand-in's: an acceleration that jumps at the
+ * start swings on, unresolved, in what damps little (Rannacher 1984). */
+static const flesh_method_row *acting_row(const flesh_integrator *self)
+{
+  const int stands_in = self->row->stand_in && (self->control.first || self->control.stands_in);
+  return stands_in ? self->row->stand_in : self->row;
+}
+
 /* Takes a part of a piece. */
 static int take_part(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, const flesh_cutbacks *cutbacks,
                      flesh_solve_stats *stats)
@@ -228,8 +236,9 @@ static int take_part(flesh_integrator *self, flesh_state *state, const flesh_pie
     if (restarted) return restarted;
   }
   const int damps = is_tangled(self, state) || begins_violently(self, cutbacks->part.h);
-  int status = flesh_integrator_attempt(self, damps ? &flesh_method_backward_euler : self->row, state, piece, cutbacks, stats);
-  if (damps) stats->damped_steps += self->control.on && status == FLESH_OK;
+  const flesh_method_row *row = damps ? &flesh_method_backward_euler : acting_row(self);
+  int status = flesh_integrator_attempt(self, row, state, piece, cutbacks, stats);
+  stats->damped_steps += self->control.on && status == FLESH_OK && (damps || self->control.stands_in);
   if (damps || !needs_euler(self, cutbacks)) return status;
   const int blocked = self->part.blocked;
   self->control.refusal = FLESH_REFUSED_BY_NOTHING;
@@ -292,16 +301,17 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
                            flesh_solve_stats *stats)
 {
   flesh_error_control *control = &self->control;
-  const flesh_method_row *row = self->row;
+  const flesh_method_row *row = acting_row(self);
   const double until = reach(self, piece), left = until - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   if (self->memory.easy < 0 && !control->failed) control->h = left;
   double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
   if (left - h < flesh_rounding_of_time(state->t, h)) h = left; /* what rounding would leave is no step */
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : until, h}};
-  const int order = row->order ? row->order(&self->memory) : flesh_method_order(self->memory.method);
+  const flesh_method_row *aimed = control->stands_in ? row : self->row; /* so that the second step is not far longer */
+  const int order = aimed->order ? aimed->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
   flesh_error_control_aim(control, order, state, h);
-  self->watch.floor = flesh_error_control_least_energy(control);
+  self->watch.floor = flesh_error_control_least_energy(control, row->swings);
   if (until > piece->end) flesh_ahead_remember(&self->ahead, state);
   int status = take_part(self, state, piece, &only, stats);
   if (status < 0) return status;
@@ -310,7 +320,9 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   stats->rejected += control->refusal && control->refusal != FLESH_REFUSED_BY_SOLVE;
   if (!status) status = show(self, state, control, h, stats);
   if (status < 0) return status;
+  const int swings = acting_row(self)->swings;
   flesh_error_control_learn(control, h);
+  if (swings && flesh_error_control_misleads(control)) control->stands_in = 1;
   const int then = row->stages ? row->stages(&self->memory) : 1;
   if (then != stages) flesh_error_control_change(control, then > stages);
   return status;

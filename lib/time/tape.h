@@ -7,8 +7,8 @@
 
 /* An accepted part, before the state goes to its end. */
 typedef struct flesh_taken_part {
-  const flesh_method_row *row; /* the method's own row, or backward Euler's in its stead */
-  int own, second;             /* the row is the method's own; constrained dofs follow the prescribed motion itself */
+  const flesh_method_row *row; /* the method's own row, or that of what stands in */
+  int own, second;             /* the row is of the method's kind; constrained dofs follow the prescribed motion itself */
   int acceleration;            /* the method's own row remembers the acceleration */
   int anew;                    /* the method has begun anew at the state */
   int starts;                  /* the part takes no time: with it the method begins */
