@@ -71,8 +71,8 @@ static int report_system(const flesh_scene *scene, double t)
   return status;
 }
 
-/* Moves the nodes at random by little beside the mesh's edges; halves the moves until no tet comes near inversion that
- * was not before, and no node is in an obstacle. */
+/* Moves the nodes at random, by little compared with the mesh's edges; halves the moves until the least J of all tets is
+ * above half of what it was (if that was positive), and no node is in an obstacle. */
 static void disturb(const flesh_system *system, unsigned long long seed, const flesh_state *state,
                     double *moved)
 {
