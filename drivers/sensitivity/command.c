@@ -1,4 +1,5 @@
-/* command.c: `flesh sensitivity`: runs a scene, and differentiates what its probes tell at the end by its keys. */
+/* command.c: `flesh sensitivity`: runs a scene, and differentiates columns of its probes at the end by keys of the
+ * scene. */
 #include "commands.h"
 
 #include <math.h>
@@ -21,28 +22,28 @@
 
 enum { MOST = 64 }; /* columns, and keys */
 
-/* A derivative is as exact as the run is solved: at least so deep, and its own solves, of which little is left of a reaction
- * that dead loads hold. */
+/* Largest Newton tolerance of the run, as a derivative is only as accurate as the run; tolerance of the derivative's
+ * own solves, as little is left of a reaction when dead loads balance it. */
 static const double newton_tolerance = 1e-10, tolerance = 1e-12;
 
 typedef struct study {
-  flesh_arena memory; /* of the arrays of numbers and of `beside` */
+  flesh_arena memory; /* owns the arrays of numbers and `beside` */
   const char *path, *of, *to, *out;
   flesh_overrides overrides;
   flesh_scene *scene;
   flesh_state state;
-  double *residual; /* [3*nodes] at the end, in equilibria */
+  double *residual; /* [3*nodes] at the end, for equilibria */
   int asked_count, varied_count;
   flesh_asked asked[MOST];
   flesh_varied varied[MOST];
-  flesh_asked *beside; /* [asked*varied*4] of the scenes beside; n is 0 where a column weighs the state as the own one does */
+  flesh_asked *beside; /* [asked*varied*4] columns in the scenes beside; n is 0 if one weighs the state as the scene's own */
   double *gradients; /* [asked*varied] */
 } study;
 
-/* Whether all steps are differentiated: of a motion, and of equilibria that depend on those before. */
+/* Returns whether all steps are differentiated: for a motion, and for equilibria that depend on earlier ones. */
 static int has_way(const study *s) { return *flesh_scene_tangents_refused(s->scene) != 0; }
 
-/* ---- what is asked for ---- */
+/* ---- columns and keys ---- */
 
 static int take_column(void *data, const char *name)
 {
@@ -69,7 +70,7 @@ static int open_study(study *s)
 
 /* ---- the run ---- */
 
-/* The scene of a column beside. */
+/* Returns the scene of column k of `beside`. */
 static const flesh_scene *beside_of(const study *s, int k) { return s->varied[k / 4 % s->varied_count].scenes[k % 4]; }
 
 static int weigh_alike(const double *own, const double *its, int n)
@@ -77,7 +78,7 @@ static int weigh_alike(const double *own, const double *its, int n)
   return !own ? !its : its && !memcmp(own, its, (size_t)n * sizeof *own);
 }
 
-/* Whether what tets tell of a state is the same in the scenes of key j. */
+/* Returns whether quantities of tets, as functions of the state, are the same in the scenes of key j. */
 static int tets_tell_alike(const study *s, int j)
 {
   const flesh_system *system = flesh_scene_system(s->scene);
@@ -118,7 +119,7 @@ static int make_integrator(const study *s, flesh_solver_options *options, flesh_
   return flesh_start_integrator(s->scene, flesh_scene_system(s->scene), options, integrator);
 }
 
-/* Implements flesh_observer.observe: measures what is asked, there also in scenes beside. */
+/* Implements flesh_observer.observe: measures the columns, in the scenes beside, too, where they differ. */
 static int observe(void *data, const flesh_step_record *record)
 {
   study *s = data;
@@ -153,7 +154,7 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   const flesh_system *system = flesh_scene_system(s->scene);
   flesh_parameter parameters[MOST];
   const size_t n = (size_t)flesh_system_unknowns(system);
-  double *by_x = flesh_arena_take(&s->memory, 2 * n * sizeof *by_x); /* and by v, which stays 0 */
+  double *by_x = flesh_arena_take(&s->memory, 2 * n * sizeof *by_x); /* and the derivatives by v, which stay 0 */
   flesh_sensitivity *sensitivity = NULL;
   flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
   point.multipliers = s->state.multipliers;
@@ -174,11 +175,11 @@ static int differentiate_equilibrium(study *s, const flesh_solver_options *optio
   return status;
 }
 
-/* Adds what key j changes in the start; by_start [asked][6*nodes] are derivatives by x and v there. */
+/* Adds how key j changes the start; by_start [asked][6*nodes] are the derivatives by x and v at the start. */
 static int add_start(study *s, int j, const double *by_start)
 {
   const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
-  flesh_state starts[4] = {{0}}; /* v stands behind x */
+  flesh_state starts[4] = {{0}}; /* v stands behind x in memory */
   int status = FLESH_OK;
   for (int i = 0; i < 4 && !status; i++) status = flesh_start_make(s->varied[j].scenes[i], &starts[i]);
   for (size_t d = 0; d < n && !status; d++) {
@@ -209,7 +210,7 @@ static int differentiate_motion(study *s, flesh_trajectory *trajectory)
   return status;
 }
 
-/* Adds what the keys change in a column at a state that stays. */
+/* Adds how the keys change a column directly, at a constant state. */
 static void add_direct(study *s)
 {
   for (int k = 0; k < s->asked_count * s->varied_count; k++) {
@@ -235,7 +236,7 @@ static int differentiate(study *s)
   return status;
 }
 
-/* ---- what is told ---- */
+/* ---- output ---- */
 
 static void print_table(const study *s)
 {

@@ -1,4 +1,4 @@
-/* parameter.c: keys of a scene as parameters: their values in force, and scenes with others. */
+/* parameter.c: keys of a scene as parameters: their values in force, and scenes with other values. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,8 +12,9 @@
 #include "system/system.h"
 
 enum { SEGMENT = 128 };
-/* Differences, over the size, and how many of them the middle is off it: at an end of a key's range they lie within. Wider
- * ones cross kinks of contact and of clamped eigenvalues. */
+/* Length of differences as a share of the size, and by how many such lengths the middle is moved off the value: at an
+ * end of a key's range the differences lie within the range. Longer ones cross kinks of contact and of clamped
+ * eigenvalues. */
 static const struct way {
   double difference;
   int middle;
@@ -25,7 +26,7 @@ static int not_there(const char *key, const char *why)
                     "body.material.young or effects.gravity.acceleration[2]", key, why);
 }
 
-/* The child of that name: of a list of effects the first item that is named so. */
+/* Returns the child with that name; in a list of effects the first item with that name. NULL: none. */
 static const flesh_node *child_of(const flesh_node *node, const char *name)
 {
   if (node->kind == FLESH_NODE_MAPPING) return flesh_node_find(node, name);
@@ -37,7 +38,8 @@ static const flesh_node *child_of(const flesh_node *node, const char *name)
   return NULL;
 }
 
-/* The item of that index: behind a name of effects, the one so many of that name later. */
+/* Returns the list item with that index; behind the name of an effect, the effect with that index among those of the
+ * name. NULL: none. */
 static const flesh_node *item_of(const flesh_node *above, const char *name, const flesh_node *node, long index)
 {
   if (node->kind == FLESH_NODE_LIST) return flesh_node_item(node, (int)index);
@@ -49,7 +51,7 @@ static const flesh_node *item_of(const flesh_node *above, const char *name, cons
   return NULL;
 }
 
-/* The node that a path such as effects.pin[1].until leads to; NULL: none. */
+/* Returns the node to which a path such as effects.pin[1].until leads; NULL: none. */
 static const flesh_node *node_at(const flesh_node *root, const char *path)
 {
   const flesh_node *above = NULL, *node = root;
@@ -75,7 +77,7 @@ static const flesh_node *node_at(const flesh_node *root, const char *path)
   return node;
 }
 
-/* Whether a key is a length or a place. */
+/* Returns whether a key is a length or a place. */
 static int is_length(const char *key)
 {
   char path[sizeof((flesh_varied *)0)->key];
@@ -86,9 +88,10 @@ static int is_length(const char *key)
   return !strcmp(flesh_scene_schema_unit(path), "m");
 }
 
-/* The size of a value: of a vector's component the largest one's, of a rotation a radian at least, as a small one's own would
- * leave round-off; 1: all are 0. A place's is the body's, whatever the origin, a length's the nearest to its own from a
- * thousandth of the body's on. Near 1/2 lambda changes with what Poisson's ratio is off it. */
+/* Returns the size of a value. For a component of a vector it is that of the largest component; for a rotation at least
+ * a radian, as the size of a small rotation would leave round-off; 1 if all are 0. For a place it is the size of the
+ * body, wherever the origin is; for a length its own, limited to the range from a thousandth of the body's size to that
+ * size. Near 1/2 lambda depends on the distance of Poisson's ratio from 1/2, which then limits its size. */
 static double size_of(const flesh_scene *scene, const flesh_node *root, const char *key, double value)
 {
   char list[sizeof((flesh_varied *)0)->key];
@@ -114,7 +117,7 @@ static double size_of(const flesh_scene *scene, const flesh_node *root, const ch
   return size > 0 ? size : 1;
 }
 
-/* The value of a key in force, and its size. */
+/* Finds the value in force of a key, and its size. */
 static int find_value(const flesh_scene *scene, const char *key, double *value, double *size)
 {
   flesh_text text = {0};
@@ -136,8 +139,8 @@ static int find_value(const flesh_scene *scene, const char *key, double *value, 
   return status;
 }
 
-/* Reads the scenes with the key so far from its value. A load or friction that begins there asks for solves that the
- * scene's own run has not taken. */
+/* Reads the scenes with the key varied by `difference`. If a load or friction begins at its value, these scenes need
+ * solves that the scene's own run did not make, and are refused. */
 static int make_scenes(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, double difference,
                        int middle, flesh_varied *varied)
 {

@@ -1,5 +1,5 @@
-/* quantity.c: columns of probes, and their derivatives by the state: of positions, velocities and reactions known ones,
- * of what tets tell closed ones at each state, of other forces by a product with the tangent there. */
+/* quantity.c: columns of probes and their derivatives by the state: known ones for positions, velocities and reactions,
+ * closed expressions at each state for quantities of tets, and a product with the tangent there for other forces. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -16,10 +16,10 @@
 #include "sensitivity/forces.h"
 #include "sensitivity/sensitivity.h"
 
-/* The residual that linear solves leave, relative. */
+/* Relative residual of linear solves. */
 static const double tolerance = 1e-10;
 
-/* The component of a column such as position_z, -1 for other columns. */
+/* Returns the component of a column such as position_z; -1 for other columns. */
 static int component_of(const char *column, const char *quantity)
 {
   const size_t length = strlen(quantity);
@@ -28,7 +28,8 @@ static int component_of(const char *column, const char *quantity)
   return component >= 0 && component < 3 ? component : -1;
 }
 
-/* Weights of the mean over a probe's nodes, or of the value at its point, in one component of a new vector. */
+/* Returns a new vector with the weights of the mean over a probe's nodes, or of the value at its point, in one
+ * component. */
 static double *new_mean(const flesh_scene *scene, const flesh_probe *probe, int component)
 {
   double *by = calloc(3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene)) + 1, sizeof *by);
@@ -42,7 +43,7 @@ static double *new_mean(const flesh_scene *scene, const flesh_probe *probe, int 
   return by;
 }
 
-/* The constrained dofs of a probe's nodes in one component, as a new vector with 1 at each. */
+/* Makes a new vector that is 1 at the constrained dofs of a probe's nodes in one component. */
 static int make_reaction(const flesh_scene *scene, const flesh_probe *probe, int component, double t, double **weights)
 {
   const size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(scene));
@@ -84,7 +85,7 @@ int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, do
   return FLESH_OK;
 }
 
-/* Opens the probe for a column of tets or of forces alone. */
+/* Opens a probe with this column only, which is one of tets or of forces. */
 static int open_column(const flesh_scene *scene, const flesh_probe *probe, const char *column, flesh_asked *asked)
 {
   const unsigned forces = FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE, pressed = FLESH_PROBE_STRESS | FLESH_PROBE_REACTION;
@@ -111,7 +112,7 @@ static int open_column(const flesh_scene *scene, const flesh_probe *probe, const
   return asked->figures ? FLESH_OK : flesh_no_memory();
 }
 
-/* Fills in the derivatives of a column that there is. */
+/* Sets the derivatives of a column that exists. */
 static int differentiate(const flesh_scene *scene, const flesh_probe *probe, const char *column, double t,
                          flesh_asked *asked)
 {
@@ -132,7 +133,7 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
   return make_reaction(scene, probe, component, t, &asked->of_residual);
 }
 
-/* The length of the name of a column without .mean or .integral, which are found in *over. */
+/* Returns the length of a column's name without .mean or .integral, and sets *over by that ending. */
 static size_t find_over(const char *name, flesh_over *over)
 {
   static const char *const endings[] = {[FLESH_INTEGRAL] = ".integral", [FLESH_MEAN] = ".mean"};
@@ -194,7 +195,8 @@ int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record,
   return status;
 }
 
-/* The weights [n] of node forces in a column, and what of by_x [n] there is as arms of moments turn. */
+/* Computes the weights [n] of node forces in a column, and the part of by_x [n] that comes from the change of the arms
+ * of moments. */
 static void weigh(const flesh_asked *asked, const double *x, const double *force, const uint8_t *held, double *weights,
                   double *by_x)
 {
@@ -213,7 +215,7 @@ static void weigh(const flesh_asked *asked, const double *x, const double *force
   }
 }
 
-/* by [2*n] += the derivatives of a reaction or a contact force, or of a moment. */
+/* Adds to by [2*n] the derivatives of a reaction, a contact force, or a moment. */
 static int differentiate_forces(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked, double *by)
 {
   const flesh_system *system = flesh_scene_system(scene);

@@ -1,4 +1,4 @@
-/* sensitivity.h: derivatives of what probes tell of a run's end by keys of its scene. */
+/* sensitivity.h: derivatives of columns of probes at the end of a run by keys of its scene. */
 #ifndef FLESH_SENSITIVITY_SENSITIVITY_H
 #define FLESH_SENSITIVITY_SENSITIVITY_H
 
@@ -9,49 +9,49 @@
 #include "output/resume.h"
 #include "sensitivity/stage_tangent.h"
 
-/* The derivatives of a column by the state at a time: those that are not 0, by x and, from 3*nodes on, by v. */
+/* The derivatives of a column by the state at one time: the nonzero ones, by x and, from 3*nodes on, by v. */
 typedef struct flesh_asked_row {
   double t;
   int count, *at; /* [count] */
   double *by;     /* [count] */
 } flesh_asked_row;
 
-/* A column of probes.csv. */
+/* A column of probes.csv, with its value and derivatives. */
 typedef struct flesh_asked {
   char name[FLESH_LIST_ITEM], unit[16];
   double value;     /* at the end, or over time */
   flesh_over over;
-  double last, begin; /* at the last step; s, the first one's time */
-  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: it does not depend on that, or has rows. Owned */
-  flesh_probes *probes; /* of a column that is not linear in the state, alone; NULL: it is. Owned, as are the next */
-  flesh_probe probe;    /* that one; its nodes are the scene's */
-  int n, column;        /* 3*nodes; of those of the quantity */
+  double last, begin; /* value at the last step; time of the first one, s */
+  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: the column does not depend on it, or has rows. Owned */
+  flesh_probes *probes; /* opened for this column alone if it is not linear in the state, else NULL. Owned, as the next members */
+  flesh_probe probe;    /* probe of that column; its nodes are the scene's */
+  int n, column;        /* 3*nodes; index among the columns of the quantity */
   double *figures;
-  flesh_stage_tangent tangent; /* of forces; its system is NULL: not made */
+  flesh_stage_tangent tangent; /* for forces; its system is NULL until it is made */
   int row_count, row_room;
   flesh_asked_row *rows;
 } flesh_asked;
 
-/* The probe that a column such as tip.position_z is of; NULL: none. */
+/* Returns the probe of a column such as tip.position_z; NULL: none. */
 const flesh_probe *flesh_probe_of(const flesh_scene *scene, const char *column);
-/* Whether the probe is at a point in a tet of which a node is held at time t. FLESH_ERR_MEMORY. */
+/* Finds whether the probe is at a point in a tet with a constrained node at time t. FLESH_ERR_MEMORY. */
 int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, double t, int *is);
 
-/* Finds the column of the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT for one that
- * there is not or that has no derivative here; FLESH_ERR_MEMORY. */
+/* Finds the column among the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT if there
+ * is no such column or if it has no derivative here; FLESH_ERR_MEMORY. */
 int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
-/* A reaction's value at an equilibrium, whose residual [3*nodes] is given. */
+/* Computes the value of a reaction at an equilibrium with the given residual [3*nodes]. */
 void flesh_asked_measure(const flesh_scene *scene, const double *residual, flesh_asked *asked);
-/* Its value up to a step. The record may be of another scene, of as many nodes. FLESH_ERR_MEMORY. */
+/* Updates the value with a step. The record may be of another scene with as many nodes. FLESH_ERR_MEMORY. */
 int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
-/* Keeps the derivatives of one that is not linear at a step that counts. FLESH_ERR_ARGUMENT where forces have none;
- * FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
+/* Keeps the derivatives of a column that is not linear, at a step that counts. FLESH_ERR_ARGUMENT if its forces have no
+ * derivatives; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
 int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
-/* Adds those that were kept at a time. Implements flesh_adjoint_visit. */
+/* Adds the derivatives that were kept at a time. Implements flesh_adjoint_visit. */
 int flesh_asked_visit(void *asked, double t, double *by_x, double *by_v);
 void flesh_asked_clear(flesh_asked *asked);
 
-/* A key of the scene that is a number, with the scenes at four values beside its own. */
+/* A key of the scene that is a number, and the scenes with four values near its own. */
 typedef struct flesh_varied {
   char key[FLESH_LIST_ITEM];
   double value;
@@ -59,10 +59,10 @@ typedef struct flesh_varied {
   flesh_parameter parameter; /* its systems */
 } flesh_varied;
 
-/* Reads the scene again with the key at p -+ 1 and 2 millionths of its size; a hundredth of these where the scene does not take
- * them. The size is that of p, of a vector's component of the largest one, of a translation at least the body's, of a rotation
- * at least a radian, and 1 where all these are 0. FLESH_ERR_ARGUMENT with a sentence for a key that is not there, or no number;
- * what reading scenes returns. */
+/* Reads the scene again with the key at p -+ 1 and 2 millionths of its size; with a hundredth of these if the scene
+ * does not accept them. The size is that of p; for a component of a vector that of the largest one, for a translation
+ * at least the body's, for a rotation at least a radian, and 1 if all these are 0. FLESH_ERR_ARGUMENT with a sentence
+ * if there is no such key or it is not a number; fails also as reading scenes does. */
 int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
                       flesh_varied *varied);
 void flesh_varied_clear(flesh_varied *varied);
