@@ -1,5 +1,5 @@
-/* command.c: `flesh sweep SPEC`: many cases from one spec into one database: a sweep as a study, what each of its cases sets, and
- * how it is done in a process of its own. */
+/* command.c: `flesh sweep SPEC`: runs many cases from one spec into one database: a sweep as a study, the settings of
+ * each of its cases, and running a case in a process of its own. */
 #include "commands.h"
 
 #include <stdio.h>
@@ -53,7 +53,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return flesh_no_memory();
 }
 
-/* The scene as the case will read it. */
+/* Reads the scene as the case will. */
 static int build(const flesh_sweep *sweep, int number)
 {
   const flesh_sweep_work given = {sweep, NULL};
@@ -67,8 +67,8 @@ static int build(const flesh_sweep *sweep, int number)
   return status;
 }
 
-/* Whether some case of the shard can be built: tries them in their order, before anything is written. The first one's
- * sentence when all are refused. Without an answer (memory, a signal) FLESH_OK. */
+/* Fails with the sentence of the first case if no case of the shard can be built; tries the cases in order, before
+ * anything is written. Returns FLESH_OK if that is not found out (memory, a signal). */
 static int try_cases(const flesh_sweep *sweep, int shard, int shards)
 {
   char first[900] = "";
@@ -130,8 +130,8 @@ static json_t *run_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* Figures of result.json, and the energies and probes of the first scene that can be read, as "name", "energies.name" and
- * probes."name".max. */
+/* Returns the names of the figures in result.json, and of the energies and probes of the first scene that can be read,
+ * as "name", "energies.name" and probes."name".max. */
 static json_t *figure_names(const void *data)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
@@ -165,7 +165,7 @@ static json_t *figure_names(const void *data)
 
 flesh_study flesh_sweep_study(const flesh_sweep_work *given)
 {
-  /* Time after the end of its budget within which a case must end, s; it stops by itself between two steps, and is
+  /* Seconds after the end of its budget by which a case must have ended; it stops by itself between two steps, and is
    * killed later. */
   static const double grace = 2;
   const flesh_sweep *sweep = given->sweep;
@@ -234,7 +234,7 @@ typedef struct settings {
   flesh_study study;
 } settings;
 
-/* Into the database that is open. */
+/* Runs the sweep with an open database. */
 static int sweep_into(settings *set, flesh_study_store *store)
 {
   int status = flesh_study_run(&set->study, store, &set->options);
@@ -247,7 +247,7 @@ static int sweep_into(settings *set, flesh_study_store *store)
   return status ? status : flesh_study_store_judge(store, "status = 'refused'", 1, "are refused");
 }
 
-/* On the first rank; the exit code. */
+/* Runs the sweep on the first rank; returns the exit code. */
 static int sweep_all(void *data)
 {
   settings *set = data;
@@ -269,7 +269,7 @@ static int sweep_all(void *data)
   return status ? flesh_command_fail("sweep", status) : 0;
 }
 
-/* Checks the columns. The reason why no case can be built comes before what its absence makes of them. */
+/* Checks the columns. If no case can be built, that reason is reported rather than its consequences for the columns. */
 static int check(const settings *set)
 {
   const int status = flesh_study_store_check(&set->study);
@@ -279,7 +279,7 @@ static int check(const settings *set)
   return !status || refused ? refused : flesh_fail(status, "%s", words);
 }
 
-/* The spec, on every rank, and its cases; the exit code. */
+/* Reads the spec, on every rank, and runs its cases; returns the exit code. */
 static int read_and_sweep(const char *path, settings *set)
 {
   flesh_interrupt_watch();

@@ -1,5 +1,5 @@
-/* spec.c: reads the spec of a sweep by a table of keys (spec_keys.c), as scenes are; its samples are points that fill a cube
- * evenly, by GSL's quasi-random sequences. */
+/* spec.c: reads the spec of a sweep by a table of keys (spec_keys.c), as scenes are read; its samples are points that
+ * fill a cube evenly, from GSL's quasi-random sequences. */
 #include <gsl/gsl_qrng.h>
 #include <gsl/gsl_rng.h>
 #include <limits.h>
@@ -11,7 +11,7 @@
 #include "base/file.h"
 #include "sweep/sweep.h"
 
-/* The most cases of a sweep. */
+/* Largest number of cases in a sweep. */
 enum { CASE_LIMIT = 10000000 };
 
 typedef flesh_sweep_axis axis;
@@ -31,7 +31,7 @@ static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node,
 
 static int has_range(const axis *a) { return !isnan(a->from) || !isnan(a->to); }
 
-/* How many values an axis has of its own. */
+/* Checks an axis without zip or sample, and counts its values. */
 static int axis_length(const axis *a, const flesh_node *node, int sampled, int *count)
 {
   if (a->zip.count || a->sample.count != INT_MIN)
@@ -62,7 +62,7 @@ static int axis_length(const axis *a, const flesh_node *node, int sampled, int *
   return FLESH_OK;
 }
 
-/* Between the ends of a range are numbers of 15 digits, without the rounding of the arithmetic: 0.45, not
+/* Prints a value of a range. Between the ends it has 15 digits, without the rounding of the arithmetic: 0.45, not
  * 0.45000000000000007. */
 static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
 {
@@ -73,7 +73,7 @@ static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
                                                                                    : a->from + part * (a->to - a->from));
 }
 
-/* The axis's own values, in order. */
+/* Fills a column with the axis's own values, in order. */
 static int fill_column(flesh_sweep *sweep, const axis *a, int count)
 {
   flesh_study_column *column = &sweep->columns[sweep->column_count - 1];
@@ -268,7 +268,7 @@ void flesh_sweep_close(flesh_sweep *sweep)
 
 const char *const flesh_sweep_sequences[] = {"sobol", "niederreiter", "halton", "reverse-halton", "random", NULL};
 
-/* In the order of their names; NULL: random numbers. */
+/* Generators, in the order of flesh_sweep_sequences; NULL: random numbers. */
 static const gsl_qrng_type **const types[] = {&gsl_qrng_sobol, &gsl_qrng_niederreiter_2, &gsl_qrng_halton,
                                               &gsl_qrng_reversehalton, NULL};
 

@@ -1,5 +1,5 @@
-/* spec_keys.c: the table of a spec's keys and its words for the help; whether a sweep's values are ones that the scene's
- * keys take, and the fingerprint of its plan. */
+/* spec_keys.c: the table of a spec's keys and its text in the help; checks that the scene's keys accept a sweep's
+ * values; computes the fingerprint of its plan. */
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -100,7 +100,7 @@ int flesh_sweep_check_values(flesh_sweep *sweep)
       int count = sweep->groups[g].count, is_scene = !strcmp(column->key, "scene");
       const flesh_node *last = NULL;
       for (int k = 0; !status && k < count; k++) {
-        /* Checks the ends of a range, and some values of a list that is sampled again and again. */
+        /* Check the ends of a range, and some values of a list that is sampled repeatedly. */
         if (!column->nodes[k] && k && k < count - 1) continue;
         if ((k > 200 || column->nodes[k] == last) && last) continue;
         last = column->nodes[k];
@@ -120,8 +120,8 @@ static void hash_text(SHA2_CTX *context, const char *text)
   SHA256Update(context, (const uint8_t *)text, strlen(text) + 1);
 }
 
-/* Hashes what no sweep that is gone on with may change: what all cases have in common, and the values of axes where the
- * cases keep folders, whose numbers follow from the values. */
+/* Hashes what a resumed sweep must not change: what all cases have in common and, if the cases keep folders, whose
+ * numbers follow from the values, also the values of the axes. */
 static void hash_plan(SHA2_CTX *context, const flesh_sweep *sweep)
 {
   char numbers[120];

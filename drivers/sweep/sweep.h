@@ -1,4 +1,4 @@
-/* sweep.h: scripted sweeps: what a spec says, the cases that follow from it, and the database they go to. */
+/* sweep.h: scripted sweeps: the content of a spec, the cases that follow from it, and the database of their results. */
 #ifndef FLESH_SWEEP_SWEEP_H
 #define FLESH_SWEEP_SWEEP_H
 
@@ -6,7 +6,7 @@
 #include "study/settings.h"
 #include "study/study.h"
 
-/* Columns that advance together; the groups are crossed, the last one fastest. */
+/* Columns that advance together. The groups are crossed; the last one changes fastest. */
 typedef struct flesh_sweep_group {
   int count, first, columns;
 } flesh_sweep_group;
@@ -14,37 +14,37 @@ typedef struct flesh_sweep_group {
 typedef struct flesh_sweep {
   flesh_arena arena;
   const char *path;         /* of the spec */
-  char *text;               /* the spec as it stands; freed by flesh_sweep_close */
+  char *text;               /* text of the spec; freed by flesh_sweep_close */
   const char *title, *scene; /* the latter's path */
   const flesh_node *scene_node, *given; /* given: the mapping `set` */
-  flesh_objects axes, derived; /* of flesh_sweep_axis; of flesh_study_derived: columns of the view `results` */
+  flesh_objects axes, derived; /* of flesh_sweep_axis; of flesh_study_derived, columns of the view `results` */
   flesh_settings set;       /* constants of all cases */
   int column_count, group_count;
   flesh_study_column columns[FLESH_STUDY_COLUMNS + 1]; /* what varies, each with the values [count] of its group; the key
                                                         * "scene" chooses the scene itself */
   flesh_sweep_group groups[FLESH_STUDY_COLUMNS];
-  int repeats;        /* >= 1; above 1 there is a column `repeat` */
-  int seed;           /* -1: the scene's own */
+  int repeats;        /* >= 1; if above 1 there is a column `repeat` */
+  int seed;           /* -1: that of the scene */
   int keep;           /* whether each case keeps a folder of results */
   double max_seconds; /* of each case; 0: no limit */
   int case_count;
-  char fingerprint[65]; /* of the scene and the spec but derived columns and, where no folders are kept, axes' values */
+  char fingerprint[65]; /* of the scene and the spec, without derived columns and, if no folders are kept, without axes' values */
 } flesh_sweep;
 
 /* Reads and checks a spec: every value of every axis is tried on the scene's keys. FLESH_ERR_ARGUMENT with
- * "file:line:column: ..." or FLESH_ERR_FILE. Zero-initialise; close in any case. */
+ * "file:line:column: ...", or FLESH_ERR_FILE. Zero-initialise the struct before; close it in any case. */
 int flesh_sweep_read(const char *path, flesh_sweep *sweep);
 void flesh_sweep_close(flesh_sweep *sweep);
-/* The table of the spec's keys in words, for the help. */
+/* Prints the table of the spec's keys for the help. */
 void flesh_sweep_describe_keys(FILE *stream);
 
-/* Expands samples: `count` points of `dimensions` numbers in (0, 1) by `sequence`, an index into
- * flesh_sweep_sequences; points [count * dimensions]. Seed 0: the sequence as it is; others shift it as a whole, modulo
- * 1, by random numbers (Cranley & Patterson 1976). "random" is plain random numbers of the seed. */
+/* Expands samples: `count` points of `dimensions` numbers in (0, 1) by `sequence`, an index into flesh_sweep_sequences;
+ * points [count * dimensions]. Seed 0 gives the sequence as it is; other seeds shift it as a whole, modulo 1, by random
+ * numbers (Cranley & Patterson 1976). "random" gives plain random numbers of the seed. */
 extern const char *const flesh_sweep_sequences[];
 int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int seed, double *points);
 
-/* The sweep as a study, with results in `out`. Borrows both. */
+/* A sweep and the folder `out` of its results, as data for its study. Borrows both. */
 typedef struct flesh_sweep_work {
   const flesh_sweep *sweep;
   const char *out;
@@ -55,7 +55,7 @@ int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);
 int flesh_sweep_merge(int argc, char **argv);
 
-/* An axis as the spec has it, within the modules that read it. */
+/* An axis as in the spec, for the modules that read specs. */
 typedef struct flesh_sweep_axis {
   char *key, *name;
   const flesh_node *values;
@@ -70,10 +70,10 @@ typedef struct flesh_sweep_axis {
 
 extern const flesh_key flesh_sweep_table[]; /* into flesh_sweep */
 
-/* Every constant and every value of every axis must be one that its key takes. What a combination makes of them is for
- * its case to say. */
+/* Checks that the key of every constant and of every axis accepts each value. Whether a combination is valid is left to
+ * its case. */
 int flesh_sweep_check_values(flesh_sweep *sweep);
-/* Computes sweep->fingerprint, a hash of the plan: a sweep may only be gone on with when it is the same. */
+/* Computes sweep->fingerprint, a hash of the plan; a sweep can be resumed only if it is the same. */
 int flesh_sweep_make_fingerprint(flesh_sweep *sweep);
 
 #endif

@@ -1,5 +1,5 @@
-/* verbs.c: what `flesh sweep` does with databases: `export`, the results as a table; `merge`, which joins those of shards;
- * `plot`, a figure against an axis as lines, or over two axes as a heat map. */
+/* verbs.c: the commands of `flesh sweep` for databases: `export` prints the results as a table; `merge` joins the
+ * databases of shards; `plot` draws a figure against an axis as lines, or over two axes as a heat map. */
 #include <ctype.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -22,7 +22,7 @@
 #define FORMAT_OF(name, doc) &flesh_format_##name,
 static const flesh_format *const formats[] = {FLESH_FORMAT_LIST(FORMAT_OF)};
 
-/* The words of --table, in its order. */
+/* The words of --table, in their order. */
 static const char *const tables[] = {"results", "rows"};
 
 static int print_table(flesh_study_store *store, const char *columns, const char *view, const char *where,
@@ -77,12 +77,12 @@ static int fail_to_merge(flesh_study_store *store, const char *path)
   return flesh_database_fail(store->database, path, "cannot be merged");
 }
 
-/* Figures that no two runs share. */
+/* Figures that differ between any two runs. */
 #define TIMED                                                                                                          \
   "'$.figures.wall_s', '$.figures.cpu_s', '$.figures.wall_s_median', '$.figures.wall_s_min', '$.figures.time_ratio', "  \
   "'$.figures.took_s', '$.figures.peak_memory_kB', '$.inputs'"
 
-/* Cases that were finished in both with other figures, times aside. */
+/* Counts the cases that are finished in both databases with different figures, apart from times. */
 static const char different_sql[] =
     "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.result IS NOT NULL AND b.result IS "
     "NOT NULL "
@@ -123,7 +123,7 @@ static int join(flesh_study_store *store, const char *path)
         "are kept\n",
         path, different);
   if (!status && sqlite3_exec(store->database, join_sql, NULL, NULL, NULL)) status = fail_to_merge(store, path);
-  return status ? status : flesh_study_store_execute(store, "DETACH part"); /* a failed merge is thrown away whole */
+  return status ? status : flesh_study_store_execute(store, "DETACH part"); /* after a failed merge the whole file is discarded */
 }
 
 static int merge(const char *out, const char *temporary, int count, char **paths)
@@ -133,7 +133,7 @@ static int merge(const char *out, const char *temporary, int count, char **paths
   if (!status && flesh_study_store_execute(&first, "VACUUM INTO %Q", temporary)) status = fail_to_merge(&first, paths[0]);
   flesh_study_store_close(&first);
   if (!status) status = flesh_study_store_read(temporary, &store);
-  /* Nothing stands beside it: what is killed half-way is thrown away whole. */
+  /* Keep the journal in memory: a merge that is killed half-way is discarded as a whole. */
   if (!status) status = flesh_study_store_execute(&store, "PRAGMA journal_mode = MEMORY");
   for (int p = 1; !status && p < count; p++) status = join(&store, paths[p]);
   if (!status)
@@ -141,7 +141,7 @@ static int merge(const char *out, const char *temporary, int count, char **paths
                                                "WHERE status = 'running';"
                                                "UPDATE meta SET value = '1/1' WHERE key = 'shard';");
   if (!status && (status = flesh_study_store_make_views(&store)) == FLESH_ERR_ARGUMENT) {
-    fprintf(stderr, "flesh sweep merge: %s\n", flesh_error_text()); /* a derived column: the rest stands */
+    fprintf(stderr, "flesh sweep merge: %s\n", flesh_error_text()); /* of a derived column; the others are valid */
     status = FLESH_OK;
   }
   if (!status) {
@@ -171,7 +171,7 @@ int flesh_sweep_merge(int argc, char **argv)
     flesh_file_clear(out);
     status = flesh_file_open(out, &file);
   }
-  /* SQLite fills the file, which is empty so far, and it takes its name when it is whole. */
+  /* SQLite fills the file, which is empty until then; the file gets its name when it is complete. */
   if (!status) status = merge(out, file.temporary, count - 1, argv + 2);
   if (!status) status = flesh_file_commit(&file);
   flesh_file_abandon(&file);
@@ -180,14 +180,14 @@ int flesh_sweep_merge(int argc, char **argv)
 
 enum { NAME = 120 };
 
-/* The options; x, y, z and by are columns or SQLite's expressions. */
+/* Data of a picture; x, y, z and by are columns or expressions of SQLite. */
 typedef struct picture {
   flesh_study_store store;
   const char *x, *y, *z, *by, *where, *table, *log, *title;
   char folder[1024], name[NAME];
 } picture;
 
-/* Executes the statement, which is freed. FLESH_ERR_ARGUMENT with the options where SQLite does not take it. */
+/* Executes a statement and frees it. FLESH_ERR_ARGUMENT with the options if SQLite rejects it. */
 static int execute(picture *p, char *sql)
 {
   sqlite3_stmt *query = NULL;
@@ -206,8 +206,8 @@ static int execute(picture *p, char *sql)
   return status;
 }
 
-/* The tables `asked` and `drawn` of plot_ticks.sql. Only complete cases have a value; the tables of other commands have words
- * of their own. */
+/* Makes the tables `asked` and `drawn` of plot_ticks.sql. In results only complete cases have a value; the tables of
+ * other commands have their own words for a status. */
 static int make_tables(picture *p)
 {
   const int of_cases = !strcmp(p->table, "results");
@@ -235,7 +235,7 @@ static int draw(picture *p)
   return status ? status : flesh_plot_ended(&outcome);
 }
 
-/* Chooses the picture's file: --out, else beside the database, named for the columns that it shows. */
+/* Chooses the picture's file: --out, or beside the database with a name made of the columns that it shows. */
 static int place(picture *p, const char *database, const char *out)
 {
   const char *path = out ? out : database, *slash = strrchr(path, '/');
@@ -256,7 +256,7 @@ static int place(picture *p, const char *database, const char *out)
   return flesh_output_check_folder(path);
 }
 
-/* The picture's files must not take the database's place. */
+/* Fails if a file of the picture would replace the database. */
 static int spare_database(const picture *p, const char *database)
 {
   char files[3][NAME + 8];
