@@ -1,5 +1,5 @@
-/* command.c: `flesh drift SCENE...`: how well the energies keep the volume, and which survive; a study, whose cases have their
- * figures as records. */
+/* command.c: `flesh drift SCENE...`: compares how well the energies keep the volume, and which of them survive; a
+ * study, whose records are the figures of its cases. */
 #include "commands.h"
 
 #include <stdlib.h>
@@ -21,7 +21,7 @@
 #include "material/form.h"
 #include "study/embedded.h"
 
-/* Energies with the constants they can have. */
+/* Reads energies, and combines them with the constants that they can have. */
 static int read_energies(const char *text, flesh_drift_plan *plan)
 {
   flesh_energy energies[FLESH_ENERGY_COUNT];
@@ -44,7 +44,7 @@ static int read_solvers(const char *text, flesh_drift_plan *plan)
   return status;
 }
 
-/* Cases in the order of the table. */
+/* Makes the cases in the order of the table. */
 static int make_cases(flesh_drift_plan *plan)
 {
   plan->case_count = plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
@@ -59,7 +59,7 @@ static int make_cases(flesh_drift_plan *plan)
   return FLESH_OK;
 }
 
-/* Every scene must be fine before hours are spent; the constants are judged by the cases. */
+/* Checks every scene, before hours are spent; the constants are checked by the cases. */
 static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
 {
   for (int s = 0; s < plan->scene_count; s++) {
@@ -95,7 +95,7 @@ static const flesh_study_field fields[] = {
     FIGURE(DOUBLE, distance_from_rest), OF_RUN(DOUBLE, stressed_rest), FIGURE(DOUBLE, worst_t),
     FIGURE(DOUBLE, worst_drift), FIGURE(DOUBLE, event_t), FIGURE(DOUBLE, event_drift), FIGURE(INT, point_load), {0}};
 
-/* In the order of the values of make_case. */
+/* Columns, in the order of the values in make_case. */
 static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCENE"},
                                              {.name = "element", .key = "--elements"},
                                              {.name = "refine", .key = "--refine"},
@@ -166,7 +166,8 @@ static void title(const void *data, int number, char *text, size_t size)
            flesh_drift_solver_name(c->solver));
 }
 
-/* The volume over that of the mesh at the times of a case's history; none of a case without one. */
+/* Adds to `facts` the volume over that of the mesh at the times in a case's history; adds nothing for a case without a
+ * history. */
 static void add_history(const char *folder, json_t *facts)
 {
   flesh_csv history;
@@ -189,14 +190,14 @@ static json_t *facts_of(const void *data, int number)
   const flesh_drift_variant *v = &plan->variants[c->variant];
   char folder[256];
   flesh_drift_case_folder(plan, c, folder);
-  /* The two D's share a colour: the deflation sets them apart. */
+  /* D with constants as_e has a lighter shade of D's colour: the two differ by their deflation. */
   json_t *facts = json_pack("{ssss}", "folder", folder, "colour",
                             v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[v->energy].colour);
   add_history(flesh_path("%s/%s", plan->options.out, folder), facts);
   return facts;
 }
 
-/* The plan as a study. Borrows it. */
+/* Returns the plan as a study, which borrows it. */
 static flesh_study describe_study(flesh_drift_plan *plan)
 {
   char budget[FLESH_NUMBER_SIZE];
@@ -209,7 +210,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                        .columns = columns,
                        .case_count = plan->case_count,
                        .budget = plan->max_seconds,
-                       .again = "exit_code = 3", /* it could not write its files */
+                       .again = "exit_code = 3", /* the case could not write its files */
                        .data = plan,
                        .make = make_case,
                        .fields = fields,
@@ -222,7 +223,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                        .title = title};
 }
 
-/* On the first rank. */
+/* Runs the comparison on the first rank. */
 static int compare(void *data)
 {
   flesh_drift_plan *plan = data;
@@ -234,7 +235,7 @@ static int compare(void *data)
   return flesh_study_do(&study, &plan->options);
 }
 
-/* Scenes that stand, and cases; on every rank. */
+/* Checks the scenes and makes the cases, on every rank. */
 static int prepare(flesh_drift_plan *plan)
 {
   static const char *const names[] = {"drift.csv", "verdict.txt", NULL};

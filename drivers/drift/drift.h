@@ -1,4 +1,4 @@
-/* drift.h: the volume-drift comparison: its cases, the figures of each, and what is made of them. */
+/* drift.h: the volume-drift comparison: its cases and the figures of each. */
 #ifndef FLESH_DRIFT_DRIFT_H
 #define FLESH_DRIFT_DRIFT_H
 
@@ -10,47 +10,47 @@
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */
-  FLESH_DRIFT_PLAIN,   /* full Newton steps, clamped Hessian, ten at most, taken as they come */
+  FLESH_DRIFT_PLAIN,   /* full Newton steps with clamped Hessian, at most ten, accepted unconverged */
   FLESH_DRIFT_SOLVERS
 } flesh_drift_solver;
 
-/* An energy with a way to its constants. */
+/* An energy with one choice of its constants. */
 typedef struct flesh_drift_variant {
   flesh_energy energy;
   flesh_constants constants;
 } flesh_drift_variant;
 
 typedef struct flesh_drift_case {
-  int scene, variant, poisson; /* indices into the plan; a scene is one on one mesh with one element */
+  int scene, variant, poisson; /* indices into the plan; a scene is a file with a mesh and an element */
   flesh_drift_solver solver;
 } flesh_drift_case;
 
-/* NaN where there is none. */
+/* Figures of a case; NaN where there is none. */
 typedef struct flesh_drift_figures {
   int status, exit_code, element, tets, nodes, first_inverted_step, first_bound_step;
   flesh_figures run;
   double rest_volume_ratio, rest_volume_ratio_theory, newton_per_step, linear_per_newton, failed_at, distance_from_rest;
-  double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
-  int point_load; /* something pulls at single nodes: figures do not converge under refinement */
+  double worst_t, worst_drift, event_t, event_drift; /* of the frames that are kept for pictures */
+  int point_load; /* a load acts at single nodes: figures do not converge under refinement */
   char message[400];
 } flesh_drift_figures;
 
-/* A scene on one mesh with one element. */
+/* A scene with one mesh and one element. */
 typedef struct flesh_drift_scene {
   const char *path;
   char name[96];    /* unique and short */
-  const char *element; /* body.element; empty: as the scene says */
-  const char *refine;  /* body.refine; likewise */
+  const char *element; /* body.element; empty: that of the scene */
+  const char *refine;  /* body.refine; empty: that of the scene */
   char fingerprint[FLESH_STUDY_FINGERPRINT];
 } flesh_drift_scene;
 
-/* Forms, each by as many as two ways to its constants; Poisson's ratios. */
+/* Room for variants, up to two choices of constants for each form; room in lists such as that of Poisson's ratios. */
 enum { FLESH_DRIFT_VARIANTS = 2 * FLESH_ENERGY_COUNT, FLESH_DRIFT_LIST = 16 };
 
 typedef struct flesh_drift_plan {
   flesh_study_options options; /* folder, ranks, jobs, shard, --set */
-  char fingerprint[120]; /* of what all cases have in common */
-  int scene_count;           /* files x elements x refinements */
+  char fingerprint[120]; /* of everything that all cases have in common */
+  int scene_count;           /* number of files x elements x refinements */
   flesh_drift_scene *scenes; /* [scene_count] */
   int variant_count;
   flesh_drift_variant variants[FLESH_DRIFT_VARIANTS];
@@ -58,26 +58,27 @@ typedef struct flesh_drift_plan {
   double poissons[FLESH_DRIFT_LIST];
   int solver_count;
   flesh_drift_solver solvers[FLESH_DRIFT_SOLVERS];
-  double max_seconds; /* per case; 0: no limit */
+  double max_seconds; /* for each case; 0: no limit */
   int case_count;
   flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
 } flesh_drift_plan;
 
 const char *flesh_drift_solver_name(flesh_drift_solver solver);
 
-/* "S", "D raw", "D as_e": with the constants where the energy alone does not say it. */
+/* Writes "S", "D raw", "D as_e": with the constants if the energy alone does not imply them. */
 void flesh_drift_variant_title(flesh_drift_variant variant, char title[16]);
 
-/* The case's folder below the study's: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
+/* Writes the path of the case's folder below the study's: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
 void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256]);
 
 /* Runs a case in this process. */
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *figures);
 
-/* Fills plan->scenes from the files and the lists of --elements and --refine (may be empty). FLESH_ERR_ARGUMENT. */
+/* Makes plan->scenes from the files and the lists of --elements and --refine, which may be empty.
+ * FLESH_ERR_ARGUMENT. */
 int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
                             flesh_drift_plan *plan);
-/* Reads a scene of the plan as it stands, with its element and refinement. */
+/* Reads a scene of the plan with its element and refinement. */
 int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
 
 #endif

@@ -1,5 +1,5 @@
-/* run.c: what is compared on which mesh: the files of the command line with every element and refinement; what solvers, forms
- * and cases of the comparison are called; and how a case is run. */
+/* run.c: makes the scenes that are compared, the files of the command line with every element and refinement; names
+ * solvers, forms and cases; runs a case. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,20 +17,20 @@
 #include "run/start.h"
 #include "study/bodies.h"
 
-/* A frame kept for a picture. */
+/* A frame that is kept for a picture. */
 typedef struct frame {
   flesh_state state;
   double drift; /* V/V_rest - 1 */
   int known;
 } frame;
 
-/* Keeps two frames: that of the largest change of volume, and the last one before the scene's last event (the
+/* Keeps two frames: that with the largest change of volume, and the last one before the scene's last event (the
  * release), at which all energies can be compared. */
 typedef struct watcher {
   frame worst, event;
-  double event_t; /* of the scene's last event before its end; its end when there is none */
+  double event_t; /* time of the scene's last event before its end; the end if there is none */
   flesh_mesh_info info;
-  int unknowns, first_inverted_step, first_bound_step; /* the first with an inverted tet, with a bound of J <= 0; -1: none */
+  int unknowns, first_inverted_step, first_bound_step; /* first step with an inverted tet, with a bound of J <= 0; -1: none */
 } watcher;
 
 static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
@@ -77,16 +77,16 @@ static void close_watcher(watcher *w)
 static int write_frame(const char *folder, const char *name, const frame *kept, int nodes)
 {
   const char *path = flesh_path("%s/%s", folder, name);
-  flesh_path_unlink(path); /* of an older comparison */
+  flesh_path_unlink(path); /* left by an older comparison */
   return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
 }
 
-/* Steps that are taken as they come. */
+/* Overrides of the plain solver: steps are accepted as they are, and a run continues whatever energy it gains. */
 static const char *const plain[][2] = {{"solver.line_search", "none"}, {"time.max_energy_gain", "1e300"},
                                        {"solver.eigenvalue_filter", "clamp-always"}, {"solver.max_newton", "10"},
                                        {"solver.max_cutbacks", "0"}, {"solver.accept_unconverged", "true"}};
 
-/* The plan's overrides and those of the scene; to be closed. */
+/* Collects the plan's overrides and those of the scene; the caller closes them. */
 static void set_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
 {
   const flesh_drift_scene *s = &plan->scenes[scene];
@@ -95,7 +95,7 @@ static void set_overrides(const flesh_drift_plan *plan, int scene, flesh_overrid
   if (*s->refine) flesh_overrides_add(overrides, "body.refine", s->refine);
 }
 
-/* Reads the case's scene; `at_rest` without inertia and external loads, for its rest shape. */
+/* Reads the case's scene; with `at_rest` without inertia and external loads, for its rest shape. */
 static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, int at_rest,
                       flesh_scene **scene)
 {
@@ -137,8 +137,8 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   return status;
 }
 
-/* Volume ratio of the body in equilibrium with its pins alone, which does not depend on the solver: by the guarded one.
- * NaN where none is found. */
+/* Returns the volume ratio of the body in equilibrium with only its pins, NaN if none is found. It does not depend on
+ * the solver, so the guarded one is used. */
 static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c)
 {
   flesh_drift_case guarded = *c;
@@ -162,7 +162,7 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
   return ratio;
 }
 
-/* The library's last error, unless another came before. */
+/* Records the library's last error, unless an earlier one was recorded. */
 static void note_error(int status, flesh_drift_figures *f)
 {
   if (!status || f->status) return;
@@ -171,7 +171,7 @@ static void note_error(int status, flesh_drift_figures *f)
   snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
 }
 
-/* Fills in what follows from the run's figures, its outcome and its watcher. */
+/* Sets the figures that follow from the run's figures, its outcome and its watcher. */
 static void note_run(const flesh_outcome *outcome, const watcher *w, flesh_drift_figures *f)
 {
   const flesh_figures *figures = &f->run;
@@ -227,7 +227,7 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   status = write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
   if (!status) status = write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
   note_error(status, f);
-  flesh_state last = w.worst.state; /* its room, from now on for the last state */
+  flesh_state last = w.worst.state; /* its memory now holds the last state */
   if (!flesh_state_read(flesh_path("%s/state.txt", path), w.unknowns / 3, &last))
     f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
   f->rest_volume_ratio = rest_ratio(plan, c);
@@ -256,7 +256,8 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
            flesh_drift_solver_name(c->solver));
 }
 
-/* The scene's file name without suffix, made unique by its place; it becomes part of names of files and a field. */
+/* Returns the scene's file name without suffix, made unique by its index; it becomes part of file names, and a
+ * field. */
 static void name_scene(const char *path, int index, int clash, char name[64])
 {
   const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
