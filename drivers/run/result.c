@@ -236,7 +236,7 @@ json_t *flesh_materials_json(const flesh_scene *scene)
   return array;
 }
 
-/* Energies by effect; effects of one name are numbered from 2. */
+/* Returns the energies by effect; effects with the same name are numbered from 2. */
 static json_t *energies_json(const flesh_figures *figures, const flesh_system *system)
 {
   json_t *energies = json_object();
@@ -244,7 +244,7 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
   for (int e = 0; e < figures->effects; e++) {
     char key[80];
     const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
-    if (!operations->energy) continue; /* what dissipates has none */
+    if (!operations->energy) continue; /* a dissipative effect has no energy */
     snprintf(key, sizeof key, "%s", operations->name);
     for (int n = 2; json_object_get(energies, key); n++) snprintf(key, sizeof key, "%.60s_%d", operations->name, n);
     set(energies, key, figures->energies[e]);
@@ -254,7 +254,7 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
   return energies;
 }
 
-/* "tip.position_z": {"unit", "final", "min", "max"} of every column of probes.csv. */
+/* Returns an object "tip.position_z": {"unit", "final", "min", "max"} for every column of probes.csv. */
 static json_t *probes_json(const flesh_figures *figures, const flesh_scene *scene)
 {
   json_t *object = json_object();
@@ -357,7 +357,7 @@ void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_syste
 static json_t *failure_json(const flesh_outcome *outcome)
 {
   const flesh_failure *f = &outcome->failure;
-  const int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
+  const int solved = f->worst_node >= 0 && !f->order; /* null if there is none */
   json_t *failure =
       json_pack("{s:s, s:s, s:o, s:o, s:f, s:i, s:i, s:o, s:o, s:i, s:i, s:s}", "reason", flesh_status_name(f->status),
                 "meaning", flesh_status_text(f->status), "t", flesh_json_number(f->t), "h", flesh_json_number(f->h),

@@ -1,4 +1,4 @@
-/* run_folder.c: opens what a run left, and reads its frames. */
+/* run_folder.c: opens the results of a run, and reads its frames. */
 #include "run/run_folder.h"
 
 #include <math.h>
@@ -21,7 +21,7 @@ static int number_of(const char *name, int *number)
          (!strcmp(name + end, ".vtu") || !strcmp(name + end, ".pvtu"));
 }
 
-/* Room for frames, instead of those there are. */
+/* Allocates frames, and drops those that there are. */
 static int make_room(flesh_run_folder *run, int count)
 {
   run->count = 0;
@@ -41,14 +41,14 @@ static int open_frames(flesh_run_folder *run, const char *path)
     flesh_run_frame *frame = &run->frames[run->count++];
     frame->time = index.times[k];
     if (!(frame->file = flesh_arena_print(&run->memory, "%s", index.names[k]))) status = flesh_no_memory();
-    /* A foreign name has no number: then its place in the index. */
+    /* A frame whose name has no number gets the one after the previous frame's. */
     if (!number_of(index.names[k], &frame->number)) frame->number = k ? frame[-1].number + 1 : 0;
   }
   flesh_pvd_clear(&index);
   return status;
 }
 
-/* Loads a state of the folder; of no name: the scene's start. */
+/* Loads a state of the folder; with `name` NULL the scene's start. */
 static int load_state(flesh_run_folder *run, const char *folder, const char *name)
 {
   flesh_scene_start(run->scene, &run->state);
@@ -56,7 +56,7 @@ static int load_state(flesh_run_folder *run, const char *folder, const char *nam
   return flesh_state_read(flesh_path("%s/%s", folder, name), flesh_mesh_node_count(flesh_scene_mesh(run->scene)), &run->state);
 }
 
-/* A single frame: the last state of a run without frames, or a scene's start. */
+/* Makes a single frame: the last state of a run without frames, or a scene's start. */
 static int open_single(flesh_run_folder *run, const char *folder)
 {
   int status = make_room(run, 1);
@@ -67,7 +67,7 @@ static int open_single(flesh_run_folder *run, const char *folder)
   return FLESH_OK;
 }
 
-/* Adds a state by its time; of one time the later named stays. */
+/* Inserts a state by its time; of states with the same time the last one stays. */
 static void add_state(flesh_run_folder *run, const char *name)
 {
   const flesh_run_frame frame = {.time = run->state.t, .file = name};
@@ -127,7 +127,7 @@ int flesh_run_folder_load(flesh_run_folder *run, int k)
   const flesh_run_frame *frame = &run->frames[k];
   if (run->few) return load_state(run, run->folder, frame->file);
   run->state.t = frame->time;
-  if (!frame->file) return FLESH_OK; /* the only frame is loaded */
+  if (!frame->file) return FLESH_OK; /* the only frame is already loaded */
   static const char *const names[] = {"Points", "velocity"};
   double *const targets[] = {run->state.x, run->state.v};
   return flesh_vtu_read(flesh_path("%s/%s", run->folder, frame->file), flesh_mesh_node_count(flesh_scene_mesh(run->scene)), 2,

@@ -1,4 +1,4 @@
-/* csv.c: reads and writes CSV, and texts in a folder of results. */
+/* csv.c: reads and writes CSV; writes texts in a folder of results. */
 #include "study/csv.h"
 
 #include <math.h>
@@ -17,8 +17,8 @@ typedef struct cursor {
 
 static int is_blank(char c) { return c == ' ' || c == '\t'; }
 
-/* Ends the field at the cursor in place, quotes and the blanks around it taken off, and moves behind it; returns what ended
- * it: ',', '\n' or 0. */
+/* Ends the field at the cursor in place, without quotes and surrounding blanks, and moves behind it; returns the
+ * character that ended it: ',', '\n' or 0. */
 static char end_field(cursor *c, char **field)
 {
   char *from = c->at + strspn(c->at, " \t"), *to = from, *kept = from;
@@ -56,10 +56,10 @@ static int find_row(cursor *c)
   return *c->at != 0;
 }
 
-/* Cuts the text into fields; names and cells have room for all of them. */
+/* Splits the text into fields; names and cells have room for all of them. */
 static int cut(flesh_csv *csv, flesh_csv_rows rows)
 {
-  static const char mark[] = "\xef\xbb\xbf"; /* of UTF-8, as spreadsheets write it */
+  static const char mark[] = "\xef\xbb\xbf"; /* byte order mark of UTF-8, which spreadsheets write */
   cursor c = {.at = csv->text + (strncmp(csv->text, mark, 3) ? 0 : 3), .line = 1};
   while (find_row(&c)) {
     const int header = !csv->columns, line = c.line;
