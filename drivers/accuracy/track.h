@@ -42,7 +42,7 @@ typedef struct flesh_accuracy_scale {
   double length;     /* longest side of the body at rest [m] */
   double motion;     /* largest mass-weighted RMS distance from the start [m] */
   int tip;           /* node that moves farthest */
-  int tip_axis;      /* along which */
+  int tip_axis;      /* axis along which it moves farthest */
   double tip_motion; /* how far [m] */
   double energy;     /* largest kinetic energy [J] */
   double period;     /* of the dominant motion [s]; NaN: the run is too short to show one */

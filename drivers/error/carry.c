@@ -141,7 +141,7 @@ int flesh_error_carry(const flesh_scene *scene, int quiet, flesh_overrides *over
   return status;
 }
 
-enum { POINTS_OF_EDGE = 16, POINTS = 816 }; /* of a tet */
+enum { POINTS_OF_EDGE = 16, POINTS = 816 }; /* sample points of a tet */
 
 typedef struct work {
   const flesh_scene *scene;

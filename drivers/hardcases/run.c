@@ -21,7 +21,7 @@ typedef struct watch_of_run {
   const char *folder;     /* folder for the frames of pictures */
   double early;           /* time of the second frame */
   flesh_hardcases_figures *figures;
-  /* Own. */
+  /* Private members. */
   int unknowns, phase, kept_first, kept_early;
   double clock;
   flesh_state last;       /* the previous step */

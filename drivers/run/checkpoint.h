@@ -39,7 +39,7 @@ typedef struct flesh_checkpoint_parts {
   flesh_run_trace *trace;
 } flesh_checkpoint_parts;
 
-/* The part of a checkpoint that belongs to one rank, or to a process by itself; all borrowed. */
+/* The part of a checkpoint that belongs to one rank, or to a process without ranks; all borrowed. */
 typedef struct flesh_checkpoint_piece {
   const flesh_rank_part *part;   /* NULL: the whole */
   int nodes;

@@ -126,7 +126,7 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 
 /* The options of the command line. */
 typedef struct given {
-  flesh_ranks *ranks; /* NULL: one */
+  flesh_ranks *ranks; /* NULL: one process */
   flesh_runner_options options;
   flesh_overrides overrides;
   const char *start_state, *method, *checkpoint, *resume, *to;

@@ -292,7 +292,7 @@ static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
   return options->out ? flesh_running_open(r, figures) : options->ranks ? FLESH_OK : flesh_running_open_probes(r);
 }
 
-/* Claims the folder of a run that goes on from a checkpoint, before its files are touched. */
+/* Claims the folder of a run that resumes from a checkpoint, before its files are touched. */
 static int claim_folder(flesh_running *r, flesh_folder_claim *claim)
 {
   const flesh_runner_options *options = r->options;

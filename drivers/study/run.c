@@ -288,7 +288,7 @@ typedef struct leader {
   void *plan;
 } leader;
 
-/* On the first rank; the exit code. */
+/* Runs `compare` on the first rank, with the folder claimed; returns the exit code. */
 static int lead(void *data)
 {
   const leader *l = data;

@@ -176,8 +176,8 @@ static int taken(const flesh_sweep *sweep, int except, const char *name)
   return 0;
 }
 
-/* Refuses a column whose key, or a part or whole of it, varies on another axis: the later one would win in every case, and
- * the column of the other would hold values that no run had. */
+/* Fails if the key of a column, or a key that contains it or is part of it, also varies on another axis: the later one would
+ * win in every case, and the other's column would have values that no run had. */
 static int check_key(const flesh_sweep *sweep, int c)
 {
   const flesh_study_column *column = &sweep->columns[c];

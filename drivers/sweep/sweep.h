@@ -15,7 +15,7 @@ typedef struct flesh_sweep {
   flesh_arena arena;
   const char *path;         /* of the spec */
   char *text;               /* text of the spec; freed by flesh_sweep_close */
-  const char *title, *scene; /* the latter's path */
+  const char *title, *scene; /* scene: path of the file */
   const flesh_node *scene_node, *given; /* given: the mapping `set` */
   flesh_objects axes, derived; /* of flesh_sweep_axis; of flesh_study_derived, columns of the view `results` */
   flesh_settings set;       /* constants of all cases */
