@@ -276,7 +276,7 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   part->lately = fmax(along, part->lately * exp(-forget / (pi * part->period)));
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
-  const double flight = fmax(0, (touches ? fmin(far, low) : far) - stiff * part->period);
+  const double flight = fmax(0, fmin(far, low) - stiff * part->period);
   part->flies = part->held > 0 || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
   if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
