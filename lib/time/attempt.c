@@ -1,5 +1,5 @@
-/* attempt.c: one try of a part of a step: its stages, each from a first iterate that goes on as before, and whether what
- * they lead to is accepted. */
+/* attempt.c: one try of a part of a step: solves its stages, each from a first iterate that continues the motion, and
+ * decides whether the end is accepted. */
 #include "time/attempt.h"
 
 #include <math.h>
@@ -11,7 +11,7 @@
 #include "system/one_effect.h"
 #include "time/step_energy.h"
 
-/* Data of find_end, a flesh_stage_end's, which finds the positions at the end of a part. */
+/* Data of find_end (a flesh_stage_end), which finds the positions at the end of a part. */
 typedef struct part_end {
   const flesh_integrator *self;
   const flesh_state *state;
@@ -26,7 +26,8 @@ static void find_end(void *data, const double *u, double *x)
     x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d] : end->state->x[d] + u[d];
 }
 
-/* FLESH_UNDEFINED where the body must have passed through something on its way from the state to self->part.x at t_to. */
+/* Returns FLESH_UNDEFINED if the body must have passed through something on its way from the state to self->part.x at
+ * t_to. */
 static int tunnelled(const flesh_integrator *self, const flesh_stage *stage, const flesh_state *state, double t_to)
 {
   const flesh_evaluation *e = self->evaluation;
@@ -35,9 +36,9 @@ static int tunnelled(const flesh_integrator *self, const flesh_stage *stage, con
              : FLESH_OK;
 }
 
-/* The state that the stage leads to at t_end, the moment before an event if there is one, must be one that can be
- * reached and, where it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the
- * stage keeps out of bars the way to it. */
+/* Checks the state that the stage leads to at t_end (the moment before an event if there is one): it must be reachable
+ * and, if it is not the stage itself, have an energy. *blocked: it is not the stage, and an obstacle that the stage
+ * keeps out of bars the way to it. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {
@@ -51,22 +52,23 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->part.x, state->v, self->part.energies, stats);
 }
 
-/* Whether solves took at most so many iterations in an almost quadratic potential. The next solve then will, too, and an
- * extrapolated first iterate helps; where bodies are tangled or collide, extrapolation may lead astray. */
+/* Returns whether solves took at most so many iterations in an almost quadratic potential. The next solve will then,
+ * too, and an extrapolated first iterate helps; where bodies are tangled or collide, extrapolation may lead astray. */
 static int were_easy(int most, const flesh_solve_stats *before, const flesh_solve_stats *after)
 {
   return after->newton - before->newton <= most && after->projections == before->projections &&
          after->backtracks == before->backtracks;
 }
 
-/* Whether the row is the method's own or the stand-in of its kind: backward Euler, where it takes a step, is neither. */
+/* Returns whether the row is the method's own or the stand-in of its kind: backward Euler, where it takes a step, is
+ * neither. */
 static int is_own(const flesh_integrator *self, const flesh_method_row *row)
 {
   return row == self->row || row == self->row->stand_in;
 }
 
-/* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
- * the method is of order 2, and as a step of backward Euler takes them where that stands in for it. */
+/* Makes the stage of a part of a piece, by `row`. Constrained dofs follow the prescribed motion with its own velocity
+ * if the method is of order 2, and move as in a step of backward Euler if that stands in for it. */
 static void make_stage(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
                        const flesh_piece *piece, const flesh_span *part, flesh_stage *stage)
 {
@@ -124,7 +126,7 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   memory->h = part->h;
 }
 
-/* Whether a solve goes through softer materials first. A state without an energy is left to fail. */
+/* Returns whether a solve goes through softer materials first. A state without an energy is left to fail. */
 static int begins_softer(flesh_integrator *self, const flesh_state *state)
 {
   return flesh_uses(&self->options, FLESH_TECHNIQUE_SOFTENED_STEPS) &&
@@ -140,14 +142,14 @@ static int check_stage(flesh_integrator *self, const flesh_stage *stage, const f
   return tunnelled(self, stage, state, stage->t);
 }
 
-/* The stage has been solved. */
+/* Takes in that the stage has been solved. */
 static int tell_solved(const flesh_integrator *self, const flesh_stage *stage)
 {
   const flesh_tape *tape = self->tape;
   return tape ? tape->solved(tape->data, stage, self->memory.at, self->nonlinear->u) : FLESH_OK;
 }
 
-/* The part is about to be finished. */
+/* Takes in that the part is about to be finished. */
 static int tell_taken(const flesh_integrator *self, const flesh_method_row *row, const flesh_span *part, double begin,
                       double end, const flesh_state *state)
 {
@@ -161,15 +163,15 @@ static int tell_taken(const flesh_integrator *self, const flesh_method_row *row,
   return tape->taken(tape->data, &taken);
 }
 
-/* The forces of contact [n], N, at the stage that has been solved, with what is lagged as the solve had it. */
+/* Finds the forces of contact [n], N, at the solved stage, with the lagged quantities of its solve. */
 static int find_contact(flesh_integrator *self, double *forces)
 {
   const flesh_point point = flesh_nonlinear_point(self->nonlinear);
   return flesh_system_roles_residual(self->evaluation->system, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), &point, forces);
 }
 
-/* Whether friction at the stage that has been solved is off by more than is `allowed`, N, or, where that is 0, by more than
- * a part of contact's forces: a few hundredths of friction where its coefficient is small. */
+/* Finds whether friction at the solved stage is off by more than `allowed`, N; if that is 0, by more than a fraction of
+ * the contact forces (a few hundredths of friction if its coefficient is small). */
 static int check_friction(flesh_integrator *self, double allowed, int *off)
 {
   static const double little = 0.01;
@@ -188,10 +190,10 @@ static int check_friction(flesh_integrator *self, double allowed, int *off)
   return FLESH_OK;
 }
 
-/* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
- * nothing or there have been `iterations`, or `most` while friction is off: by more than `allowed`, N, where errors
- * choose steps, which is 0 elsewhere; there `most` is that of fixed steps for stiff free parts, whose impacts steps do not
- * resolve. Follower loads hardly change the matrix, which is kept where contact is impossible: a checkpoint holds no near
+/* Solves a solved stage again, with what is lagged as the last solve left it, until nothing changes or there have been
+ * `iterations` solves; up to `most` while friction is off. Friction is off by more than `allowed`, N, if errors choose
+ * steps; elsewhere that is 0. There `most` is that of fixed steps for stiff free parts, whose impacts steps do not
+ * resolve. Follower loads hardly change the matrix, which is kept if contact is impossible: a checkpoint holds no near
  * pairs. */
 static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
                       double allowed, flesh_solve_stats *stats)
@@ -218,14 +220,14 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
   return FLESH_OK;
 }
 
-/* The tolerance of the errors that choose steps; 0: none do. */
+/* Returns the tolerance of the errors that choose steps; 0: none do. */
 static double tolerance_of_errors(const flesh_integrator *self)
 {
   return self->control.on ? self->control.options.tolerance : 0;
 }
 
-/* Updates the internal variables of a part that has been accepted, and what touches. Where that changes forces, what was
- * known of the motion is not that of the one to come. */
+/* Updates the internal variables of an accepted part, and what touches. If that changes forces, what is known of the
+ * past motion does not apply to the motion to come. */
 static int update_internals(flesh_integrator *self, flesh_state *state)
 {
   int changed, touches_others = 0;
@@ -242,20 +244,20 @@ static int update_internals(flesh_integrator *self, flesh_state *state)
 
 /* A try of a part of a piece. */
 typedef struct trial {
-  const flesh_method_row *row; /* the method's own, or what stands in for it */
+  const flesh_method_row *row; /* the method's own row, or the one that stands in for it */
   const flesh_piece *piece;
   const flesh_span *part;
-  double from, to; /* s; the part, as far as what holds within it does */
+  double from, to; /* s; span of the part, short of events at its ends */
 } trial;
 
-/* Whether the step's length is that which its error chooses. */
+/* Returns whether the step's length is that which its error chooses. */
 static int is_controlled(const flesh_integrator *self, const trial *trial)
 {
   return self->control.on && trial->row->error != NULL;
 }
 
-/* How far constraints may be off at the stage; 0: as the options say. What stands in where errors choose steps leaves no more
- * than these, whose own stages would close it at once. */
+/* Returns by how much constraints may be violated at the stage; 0: as the options say. If errors choose steps, a
+ * stand-in leaves no larger gaps than the method's own stages, which would close them at once. */
 static double gap_of(const flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage, int controlled)
 {
   if (!self->control.on || self->part.gap > 0) return self->part.gap;
@@ -263,8 +265,8 @@ static double gap_of(const flesh_integrator *self, const flesh_method_row *row, 
   return controlled ? gap : fmin(gap, self->multipliers.tolerance);
 }
 
-/* Makes and solves the stage memory->at. The constraints of multipliers hold where the last one leads, and at others
- * themselves, which go on from the pressures of the one before. */
+/* Makes and solves the stage memory->at. The constraints of multipliers hold at the end of the step for the last stage,
+ * and at the other stages themselves, which continue from the pressures of the stage before. */
 static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_state *state, int last,
                        flesh_stage *stage, flesh_solve_stats *stats)
 {
@@ -275,7 +277,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   if (self->memory.at > 0 && self->multipliers.count) from.multipliers = self->multipliers.trial;
   const flesh_stage_end ends = {&(part_end){self, state}, find_end}, *end = last ? &ends : NULL;
   const int controlled = is_controlled(self, trial);
-  /* Steps that resolve the motion go on from where they are; softer materials would lead away first. */
+  /* Steps that resolve the motion continue from where they are; softer materials would first lead away. */
   if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = gap_of(self, trial->row, stage, controlled);
   if (controlled && !self->part.softer)
@@ -297,7 +299,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   return status;
 }
 
-/* Tells the error control the forces of contact at the solved stage, whose errors no filtered estimate sees. */
+/* Passes the forces of contact at the solved stage to the error control, as no filtered estimate sees their errors. */
 static int add_contact(flesh_integrator *self, const trial *trial)
 {
   double *forces = self->room[1];
@@ -325,7 +327,7 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
     if (status || !row->stages) continue;
     row->keep(memory, stage, self->nonlinear->u);
     status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
-    if (k == count - 1) continue; /* the next stage's forces lag behind this one */
+    if (k == count - 1) continue; /* the next stage lags the forces of this one */
     find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
     self->last_stage.at.t = stage->t;
   }
@@ -333,7 +335,7 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
   return status;
 }
 
-/* The end of the step that has been solved, in part.x and room[1]. */
+/* Finds the end of the step that has been solved, in part.x and room[1]. */
 static flesh_state end_of(flesh_integrator *self, const trial *trial, const flesh_state *state)
 {
   const double *u = self->nonlinear->u;
@@ -348,7 +350,7 @@ static flesh_state end_of(flesh_integrator *self, const trial *trial, const fles
   return end;
 }
 
-/* Whether what internal variables change by is known in time. */
+/* Returns whether the change of internal variables is known in time. */
 static int judge_change(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_stage *stage,
                         flesh_solve_stats *stats)
 {
@@ -362,7 +364,7 @@ static int judge_change(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_OK;
 }
 
-/* Whether the error of the step that has been solved is small enough. */
+/* Returns whether the error of the step that has been solved is small enough. */
 static int judge_error(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_stage *stage,
                        flesh_solve_stats *stats)
 {
@@ -376,8 +378,8 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   return status ? status : control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }
 
-/* Counts the work of the step that has been solved, and takes in its end. What gains energy is refused, as if nothing had
- * been counted. */
+/* Counts the work of the step that has been solved, and takes in its end. A step that gains energy is refused, as if
+ * nothing had been counted. */
 static int count_energy(flesh_integrator *self, const trial *trial, const flesh_state *state, const flesh_step_energy *energy)
 {
   const flesh_energy_watch before = self->watch;
@@ -399,8 +401,8 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts the steps in a row that were easy to solve, or lead out of a tangle, with that of so many stages which has led to x.
- * Steps that take an iteration a stage resolve the motion, whatever is inverted. */
+/* Counts the steps in a row that were easy to solve or lead out of a tangle, including the one of so many stages that
+ * has led to x. Steps with one iteration a stage resolve the motion, even if tets are inverted. */
 static void count_easy(flesh_integrator *self, int stages, const flesh_solve_stats *before, const flesh_solve_stats *after,
                        const double *x)
 {

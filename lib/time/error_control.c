@@ -42,33 +42,34 @@
 #include "system/system.h"
 #include "system/velocity_scale.h"
 
-static const double share = 0.1, share_of_second = 0.2; /* of the tolerance that a step's error may be at tolerance 1; order 2 */
+static const double share = 0.1, share_of_second = 0.2; /* error of a step over the tolerance, at tolerance 1; order 2 */
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
-static const double depth = 0.5;             /* of the error allowed, that residuals may make (history.md) */
-/* A residual changes the momentum of a free body for good, and its vibrations tell nothing of that. The residual is at most so
- * many tolerances of the load, which moves such a body by that share less or more. */
+static const double depth = 0.5;             /* of the error allowed, the share of residuals (history.md) */
+/* A residual changes the momentum of a free body for good, which its vibrations do not show. The residual is at most
+ * this many tolerances of the load, whose effect on such a body then changes by that share. */
 static const double of_load = 5;
-static const double deeper = 0.1;            /* after each refusal by energy, that residuals may have put in */
-/* And that changes of volume may make. The next step closes them. Where a method remembers the acceleration of that, it comes
- * back in all steps to come: fewer than such steps in the body's period. What touches does not feel it (`judge`). */
+static const double deeper = 0.1;            /* factor of residuals after each refusal by energy, which they may have put in */
+/* Share of the error allowed for changes of volume. The next step closes them. If a method remembers the acceleration
+ * of that, it recurs in all steps to come: in fewer than fill the body's period. Parts in contact do not feel it
+ * (`judge`). */
 static const double gap_depth = 0.1;
-static const double lasting = 0.7;           /* of the body's periods, through which errors add up */
+static const double lasting = 0.7;           /* share of the body's periods through which errors add up */
 static const double negligible = 1e-3;       /* an unfiltered error below this needs no filter */
-static const double of_held = 0.25;          /* of the way, in logarithms, that impulses of what is held are off by less */
-/* Constrained dofs go where they are to, whatever the step. Their error tells whether it resolves what they do, and so the
- * work of that; it counts so many times. */
+static const double of_held = 0.25;          /* of the way, in logarithms, that impulses of held bodies are smaller */
+/* Constrained dofs are where they are prescribed to be, whatever the step. Their error, multiplied by this factor,
+ * shows whether the step resolves their motion, and so the work of that. */
 static const double of_prescribed = 12;
-static const double least_error = 1e-6;      /* that lengthens a step */
+static const double least_error = 1e-6;      /* least error that lengthens a step */
 static const double least_power = 0.1;
-static const double rounded = 0.01; /* of what is brief: a shorter step that is not judged is of rounding, and the next doubled */
-/* A refusal by energy adds REFUSAL to `gains`, which as many steps without a refusal take away again. DEEPEST: the highest power
- * of `deeper`. */
+static const double rounded = 0.01; /* of a brief step: an unjudged step below it is rounding, and the next is doubled */
+/* A refusal by energy adds REFUSAL to `gains`; each step without a refusal subtracts 1. DEEPEST: the highest power of
+ * `deeper`. */
 enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 };
-/* An unfiltered error so many times as large as is allowed, and as the filtered one, is of accelerations that swing. What of them
- * turns with the body changes its momentum. */
+/* An unfiltered error that is larger than allowed, and than the filtered one, by these factors is of accelerations that
+ * swing. Their part that turns with the body changes its momentum. */
 static const double swung = 5, swung_ratio = 10;
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
-static const double longer_steps = 1.3, shorter_steps = 0.6; /* where the table changes */
+static const double longer_steps = 1.3, shorter_steps = 0.6; /* factors when the table changes */
 
 static void clear_vectors(flesh_error_control *self)
 {
@@ -79,7 +80,7 @@ static void clear_vectors(flesh_error_control *self)
   self->touching = NULL;
 }
 
-/* Twice the kinetic energy that e [n] would have as velocities: e.M e. */
+/* Returns twice the kinetic energy for velocities e [n]: e.M e. */
 static double mass_square(const flesh_error_control *self, const double *e)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
@@ -88,7 +89,7 @@ static double mass_square(const flesh_error_control *self, const double *e)
   return flesh_system_kinetic_energies(self->system, &point, NULL, &energy) ? NAN : 2 * energy;
 }
 
-/* The scale of the body's velocities, as system/velocity_scale.h has it, m/s. */
+/* Returns the scale of the body's velocities (system/velocity_scale.h), m/s. */
 static double velocity_scale(flesh_newton *newton)
 {
   flesh_equations *equations = &newton->equations;
@@ -106,7 +107,7 @@ static int has_role(const flesh_effect *effect, int role) { return (int)effect->
 double flesh_error_control_elastic(const flesh_error_control *self, const double *x)
 {
   const flesh_evaluation *evaluation = &self->nonlinear->newton->equations.evaluation;
-  const flesh_point point = flesh_evaluation_point(evaluation, 0, x, self->e, self->e); /* whatever the velocities are */
+  const flesh_point point = flesh_evaluation_point(evaluation, 0, x, self->e, self->e); /* for any velocities */
   double energy = 0;
   const int status = flesh_system_some_energies(self->system, has_role, FLESH_ROLE_ELASTICITY, &point, NULL, &energy);
   return status ? NAN : energy - self->rest;
@@ -173,7 +174,7 @@ double flesh_error_control_least_energy(const flesh_error_control *self, int swi
   return self->mass * slow * slow / 2;
 }
 
-/* The root mean square of e [n], by mass. */
+/* Returns the root mean square of e [n], by mass. */
 static double size_of(const flesh_error_control *self, const double *e) { return sqrt(mass_square(self, e) / self->mass); }
 
 void flesh_error_control_start(flesh_error_control *self, const flesh_state *state, const double *a)
@@ -181,8 +182,9 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
   const double allowed = share * self->options.tolerance, speed = size_of(self, state->v);
   const double force = a ? size_of(self, a) : 0;
   flesh_part_weights_hold(&self->weights, self->system, state->t);
-  /* A step that moves the body by no more than the cube root of what its error may be, as that falls with h^3. What is at rest
-   * while forces grow from 0 begins briefly: a step longer than the vibrations which they excite does not see these. */
+  /* The step moves the body by no more than the cube root of the error allowed, which falls with h^3. A body
+   * at rest while forces grow from 0 begins with a brief step: one longer than the vibrations that they excite does not
+   * see these. */
   const double moving = fmin(sqrt(2 * pow(allowed, 2. / 3) * self->length / force), cbrt(allowed) * self->length / speed);
   const int rests = (force * self->period + speed) * self->period < still * self->length;
   const double h = rests ? flesh_error_control_brief(self, moving) : moving;
@@ -200,11 +202,12 @@ double flesh_error_control_brief(const flesh_error_control *self, double h)
 double flesh_error_control_propose(const flesh_error_control *self, double left)
 {
   const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
-  /* All that is left, where the error there may be what it may; not almost all, which would leave a sliver. `left` is rounded. */
+  /* Take all of `left` if the error there may be as large as allowed; not almost all, which would leave a sliver.
+   * `left` is rounded. */
   return h >= safety * left && left * (1 - 1e-9) <= self->options.max_step ? left : fmin(h, left / 2);
 }
 
-/* How much the impulses of a step may be off by, so that all add up to the tolerance. */
+/* Returns how much the impulses of a step may be off by, so that all add up to the tolerance. */
 static double impulses_of(const flesh_error_control *self)
 {
   return pow(self->options.tolerance, self->falls / (self->falls - 1));
@@ -223,8 +226,8 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
 void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift *shift)
 {
   /* Outputs or energies may ask for shorter steps than the error does, and so for more of them: by the cube root of the
-   * ratio. Residuals of many steps add up like errors, but less coherently: two thirds of the power. In free flight they
-   * add up like impulses. */
+   * ratio. Residuals of many steps add up like errors, but less coherently: two thirds of the power. In free flight
+   * they add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
   const double part = fewer * pow(deeper, fmin(self->gains / REFUSAL, DEEPEST)) * depth;
   const double most = self->largest > 1 ? self->impulses / impulses_of(self) : 0;
@@ -247,18 +250,18 @@ double flesh_error_control_gap(const flesh_error_control *self, const flesh_shif
   return gap_depth * self->local / self->largest * (swings ? fmin(1, 1 / (sqrt(shift->a) * self->period)) : 1);
 }
 
-/* f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; whether it is there.
- * *product: f.(K + M/g^2) f. */
+/* Computes f = (M + g^2 K)^-1 of the force [n] in self->force, times g^2, into `filtered`; returns whether that
+ * succeeded. *product: f.(K + M/g^2) f. */
 static int filter(flesh_error_control *self, double *product, flesh_solve_stats *stats)
 {
   memset(self->filtered, 0, (size_t)self->n * sizeof *self->filtered);
   flesh_newton *newton = self->nonlinear->newton;
   const int status = flesh_newton_filter_error(newton, self->nonlinear->u, self->force, self->filtered, stats);
   *product = flesh_dot(newton->threads, self->n, self->force, self->filtered);
-  return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* its last iterate serves as well */
+  return status == FLESH_OK || status == FLESH_NOT_CONVERGED; /* the last iterate will do */
 }
 
-/* f = (M + g^2 K)^-1 M e, but for dofs that are fixed. */
+/* Computes f = (M + g^2 K)^-1 M e, with 0 on fixed dofs. */
 static int filter_error(flesh_error_control *self, const uint8_t *fixed, const flesh_shift *shift, double *product,
                         flesh_solve_stats *stats)
 {
@@ -286,7 +289,8 @@ void flesh_error_control_touch(flesh_error_control *self, const double *forces)
   flesh_part_weights_touch(&self->weights, forces);
 }
 
-/* The size of e [n] as often as it counts, of velocities times their parts' periods. Overwrites `force`. */
+/* Returns the size of e [n] multiplied by the weights of its parts; of velocities, times their parts' periods.
+ * Overwrites `force`. */
 static double counted(const flesh_error_control *self, const double *e, int velocities)
 {
   if (!velocities && self->largest <= 1) return size_of(self, e);
@@ -294,7 +298,7 @@ static double counted(const flesh_error_control *self, const double *e, int velo
   return size_of(self, self->force);
 }
 
-/* How far the velocity error e/h leads astray of the nodes that touch something, where they are not fixed. Overwrites
+/* Returns how far the velocity error e/h of the nodes that touch something, and are not fixed, leads astray. Overwrites
  * `filtered`. */
 static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
 {
@@ -302,8 +306,8 @@ static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed,
   return counted(self, self->filtered, 1);
 }
 
-/* How many times an error counts that the filter has left: with the frequency w by its Rayleigh quotient,
- * f.(K + M/g^2) f = (w^2 + 1/g^2) f.M f, which `product` is. */
+/* Returns the factor of a filtered error: from its frequency w by Rayleigh's quotient, f.(K + M/g^2) f = (w^2 + 1/g^2)
+ * f.M f, the left side being `product`. */
 static double times_of(const flesh_error_control *self, double product, const flesh_shift *shift)
 {
   const double resolved = shift->a * mass_square(self, self->filtered) / product; /* 1/(1 + g^2 w^2) */
@@ -376,7 +380,7 @@ void flesh_error_control_change(flesh_error_control *self, int longer)
   self->before = 1;
 }
 
-/* The length of the step after one that was accepted, over that one's. */
+/* Returns the length of the step after one that was accepted, over that one's. */
 static double change(const flesh_error_control *self, double h)
 {
   if (isnan(self->error)) return h < rounded * flesh_error_control_brief(self, self->period) ? longest : 1;
@@ -386,7 +390,7 @@ static double change(const flesh_error_control *self, double h)
   return fmax(shortest, fmin(most, factor));
 }
 
-/* The power of h by which errors fall, as the last two attempts show it where both were refused for theirs. */
+/* Returns the power of h with which errors fall, by the last two attempts if both were refused for their errors. */
 static double shown_power(const flesh_error_control *self, double h)
 {
   if (!(self->refused_h > h && self->error > 0)) return self->falls;
@@ -410,8 +414,8 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
   self->weights.forget = h;
   if (h >= 0.9 * self->h) self->h = h * change(self, h);
   else if (!isnan(self->error)) {
-    /* An output or an event has cut the step where it is shorter than was wanted: the change is none that a controller has
-     * made, and only the error tells what is allowed. */
+    /* An output or an event has cut the step if it is shorter than was wanted: no controller has made that change, and
+     * only the error tells what is allowed. */
     const double factor = safety * pow(fmax(self->error, least_error), -1 / self->falls);
     self->h = factor < longest ? h * factor : fmax(self->h, h * longest);
   }

@@ -2,8 +2,9 @@
 #include "newton/mechanisms.h"
 #include "time/attempt.h"
 
-/* First iterates of a method that has its own, the better one last, which needs no second look where it begins the solve. The
- * stages of a step have the same matrix but for where they are, as have those of the step before, unless the method begins. */
+/* Finds first iterates of a method that has its own, the better one last: the solve that begins there needs no second
+ * evaluation. The stages of a step have the same matrix but for its place, as have those of the step before, unless the
+ * method begins. */
 static void make_own_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage, double h,
                              const double *guesses[3])
 {

@@ -43,7 +43,7 @@ static formulas formulas_of(const flesh_method_memory *memory)
   return p;
 }
 
-/* a_{n+1} for x_{n+1} - x_n = u. */
+/* Finds a_{n+1} for x_{n+1} - x_n = u. */
 static double next_of(const formulas *p, double u, double h, double v, double a)
 {
   return (u / h - v) / (p->beta * h) - (0.5 / p->beta - 1) * a;
@@ -93,8 +93,8 @@ static int newmark_guess(const flesh_method_memory *memory, const flesh_stage *s
                             which, u);
 }
 
-/* (beta - 1/6) h^2 (a_{n+1} - a_n): Zienkiewicz & Xie 1991, "A simple error estimator and adaptive time stepping procedure
- * for dynamic analysis", Earthquake Engineering and Structural Dynamics 20. */
+/* Estimates the error (beta - 1/6) h^2 (a_{n+1} - a_n): Zienkiewicz & Xie 1991, "A simple error estimator and adaptive
+ * time stepping procedure for dynamic analysis", Earthquake Engineering and Structural Dynamics 20. */
 static int newmark_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
                          double *e)
 {

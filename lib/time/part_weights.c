@@ -28,11 +28,11 @@
 #include "system/velocity_scale.h"
 
 static const double most_times = 20; /* that errors count */
-static const double stiff = 200;     /* of its periods over 2 pi: a stiff part flies on for longer */
-static const double lengths = 3;     /* of its own, that a stiff part flies on at least where nothing may touch it */
-static const double most_steps = 1000; /* whose residuals add up */
+static const double stiff = 200;     /* periods over 2 pi that a stiff part flies on for at least */
+static const double lengths = 3;     /* own lengths that a stiff part flies on for at least if nothing may touch it */
+static const double most_steps = 1000; /* steps whose residuals add up, at most */
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
-static const double unseen = 0.1;    /* of the error that a step may make: what vibrates by no more makes no error of it */
+static const double unseen = 0.1;    /* share of the error that a step may make: smaller vibrations make no error of it */
 static const double pi = 3.141592653589793;
 enum { SUMS = 14 }; /* over a part */
 
@@ -62,13 +62,13 @@ void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *arch
   FLESH_ARCHIVE(archive, weights->stages);
 }
 
-/* Which part a node is of; -1: none. */
+/* Returns the part of a node; -1: none. */
 static int part_of(const flesh_part_weights *weights, int node)
 {
   return weights->count > 1 ? weights->parts->part[node] : 0;
 }
 
-/* The sums [SUMS] of a node's part; NULL: it has none, or the node is another rank's. */
+/* Returns the sums [SUMS] of a node's part; NULL: the node has none, or is another rank's. */
 static double *sums_of(const flesh_part_weights *weights, int node)
 {
   const int part = node < weights->parts->own ? part_of(weights, node) : -1;
@@ -80,7 +80,7 @@ static void clear_sums(const flesh_part_weights *weights, double value)
   for (int k = 0; k < SUMS * weights->count; k++) weights->sums[k] = value;
 }
 
-/* Lengths of parts, and in u [3*nodes] incompressible bending of each. */
+/* Finds the lengths of parts, and in u [3*nodes] incompressible bending of each. */
 static void bend(flesh_part_weights *weights, const flesh_system *system, double *u)
 {
   const flesh_rigid_parts *parts = weights->parts;
@@ -88,7 +88,7 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
   const int nodes = flesh_system_unknowns(system) / 3;
   clear_sums(weights, -INFINITY);
   for (int i = 0; i < nodes; i++) {
-    double *box = sums_of(weights, i); /* -least, most: the largest of all ranks' are the part's */
+    double *box = sums_of(weights, i); /* -least, most: the largest over all ranks is the part's */
     for (int c = 0; box && c < 3; c++) {
       box[c] = fmax(box[c], -X[3 * i + c]);
       box[3 + c] = fmax(box[3 + c], X[3 * i + c]);
@@ -107,7 +107,7 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
   }
 }
 
-/* Parts that welds, joints and the like tie to each other, also by way of other ranks. */
+/* Finds parts that welds, joints and the like tie to each other, also by way of other ranks. */
 static void tie(flesh_part_weights *weights, const flesh_system *system)
 {
   int *tied = weights->tied, changed;
@@ -135,7 +135,7 @@ static void tie(flesh_part_weights *weights, const flesh_system *system)
   for (int p = 0; p < weights->count; p++) tied[p] = flesh_set_of(tied, p);
 }
 
-/* The forces of elasticity at X + scale u, into r. */
+/* Computes the forces of elasticity at X + scale u, into r. */
 static int strain(const flesh_part_weights *weights, const flesh_system *system, const double *u, double scale, double *x,
                   double *r)
 {
@@ -157,7 +157,7 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   if (weights->count == 1) return;
   tie(weights, system);
   bend(weights, system, u);
-  clear_sums(weights, 0); /* of u.K u, masses, u.M u, M u */
+  clear_sums(weights, 0); /* sums of u.K u, masses, u.M u, M u */
   for (int sign = -1; sign <= 1; sign += 2) {
     if (strain(weights, system, u, sign * scale, room[1], r)) return;
     for (int d = 0; d < flesh_system_unknowns(system); d++) {
@@ -176,14 +176,14 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
     const double *s = weights->sums + SUMS * p;
-    const double bent = s[2] - (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]) / s[1]; /* without its mean, a rigid motion */
+    const double bent = s[2] - (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]) / s[1]; /* without its mean, which is a rigid motion */
     if (s[0] > 0 && bent > 0) weights->of[p].period = weights->of[p].lasts = sqrt(bent / s[0]);
   }
   for (int p = 0; p < weights->count; p++)
     if (weights->tied[p] != p) weights->of[p].lasts = weights->of[weights->tied[p]].lasts = period;
 }
 
-/* Whether parts may touch each other alone. */
+/* Returns whether parts may touch only each other. */
 static int meets_parts(const flesh_system *system)
 {
   int meets = 1;
@@ -235,7 +235,7 @@ void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
   weights->stages++;
 }
 
-/* A part's sums [SUMS]: mass, load, forces of contact, the sum of their sizes, and m v v. */
+/* Adds up a part's sums [SUMS]: mass, load, forces of contact, the sum of their sizes, and m v v. */
 typedef struct figures {
   double mass, load[3], push[3], pushes, vv[6]; /* vv: 11, 12, 13, 22, 23, 33 */
 } figures;
@@ -249,7 +249,7 @@ static void add_node(double mass, const double v[3], const double load[3], figur
   }
 }
 
-/* The speed of a part, by root mean square, and along its load where there is one. */
+/* Finds the speed of a part, by root mean square, and along its load if there is one. */
 static void find_speeds(const figures *f, double *speed, double *along)
 {
   const double *l = f->load, *q = f->vv, pull = flesh_vec3_dot(l, l);
@@ -259,7 +259,7 @@ static void find_speeds(const figures *f, double *speed, double *along)
                           2 * (l[0] * l[1] * q[1] + l[0] * l[2] * q[2] + l[1] * l[2] * q[4])) / (pull * f->mass));
 }
 
-/* The acceleration that ends flights: of a load, or of forces that cancel each other. */
+/* Returns the acceleration that ends flights: of a load, or of forces that cancel each other. */
 static double find_press(const figures *f)
 {
   const double all[3] = {f->load[0] + f->push[0], f->load[1] + f->push[1], f->load[2] + f->push[2]};
@@ -267,7 +267,8 @@ static double find_press(const figures *f)
   return fmax(pull, (pull + f->pushes - sqrt(flesh_vec3_dot(all, all))) / 2) / f->mass;
 }
 
-/* How often errors of a part count in a step that may err by `allowed`, m, and within h s of which a part begins to fall. */
+/* Returns the weight of a part's errors in a step that may err by `allowed`, m, and within h s of which the part begins
+ * to fall. */
 static double times_of(flesh_part_weight *part, const figures *f, double h, double forget, double allowed, int touches)
 {
   double speed, along;
@@ -282,7 +283,7 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
 
-/* The velocity that counts as rest: 0, or the mean of all parts where these may meet each other alone. */
+/* Finds the velocity that counts as rest: 0, or the mean of all parts if these may touch only each other. */
 static void find_frame(const flesh_part_weights *weights, const double *v, double frame[3])
 {
   const double *mass = weights->parts->mass;
@@ -337,9 +338,9 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
   }
 }
 
-/* For how long the velocity that a residual makes in a stage by g leads a part astray. Where something may touch, residuals add
- * up like impulses, by up to `most` times as much as errors; elsewhere (0) in what flies, less coherently. Those of stiff parts
- * add up for as long as these fly. */
+/* Returns for how long the velocity that a residual causes in a stage by g leads a part astray. If something may touch,
+ * residuals add up like impulses, by up to `most` times as much as errors; elsewhere (0), in free flight, less
+ * coherently. Residuals of stiff parts add up for as long as these fly. */
 static double of_residuals(const flesh_part_weight *part, double g, double most)
 {
   const double counts = most > 0 ? part->times * fmin(part->times, most) : pow(part->times, 2. / 3);

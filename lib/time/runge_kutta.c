@@ -12,7 +12,7 @@
 #include "time/butcher_table.h"
 #include "time/method.h"
 
-/* vectors[0] is the acceleration a_n; [1] one from before it; then V_i and A_i of each implicit stage in turn. */
+/* vectors[0] is the acceleration a_n; [1] an earlier one; then V_i and A_i of each implicit stage in turn. */
 enum { BEFORE = 1, FIRST = 2 };
 static_assert((int)FLESH_METHOD_VECTORS >= FIRST + 2 * (FLESH_TABLE_STAGES - 1), "room for every stage");
 
@@ -64,7 +64,7 @@ static void runge_kutta_keep(flesh_method_memory *memory, const flesh_stage *sta
   }
 }
 
-/* The two of `count` times that are nearest to t; -1: there is none. */
+/* Returns the two of `count` times that are nearest to t; -1: there is none. */
 static void find_nearest(const double *times, int count, double t, int nearest[2])
 {
   nearest[0] = nearest[1] = -1;
@@ -78,8 +78,8 @@ static void find_nearest(const double *times, int count, double t, int nearest[2
   }
 }
 
-/* The cubic in time through the positions and velocities of the stages `ends`, at stage i: h times a sum of the velocities
- * before. That of the start comes from v0. */
+/* Computes the cubic in time through the positions and velocities of the stages `ends`, at stage i: h times a sum of
+ * the velocities before. That of the start comes from v0. */
 static void follow_cubic(const flesh_method_memory *memory, const flesh_stage *stage, double h, const int ends[2], double *u)
 {
   const flesh_butcher_table *table = table_of(memory);
@@ -98,9 +98,9 @@ static void follow_cubic(const flesh_method_memory *memory, const flesh_stage *s
   }
 }
 
-/* The better guess is the line through the two accelerations known that are nearest in time. What is stiff, as contact, has
- * accelerations that tell nothing of the next ones: the safer guess is the cubic between the stages before, at the first
- * stage the acceleration at hand. */
+/* The better guess is the line through the two known accelerations that are nearest in time. Stiff forces, as of
+ * contact, have accelerations that tell nothing of the next ones: the safer guess is the cubic between the stages
+ * before, at the first stage the present acceleration. */
 static int runge_kutta_guess(const flesh_method_memory *memory, const flesh_stage *stage, double h, int which, double *u)
 {
   const flesh_butcher_table *table = table_of(memory);
@@ -146,7 +146,7 @@ static void runge_kutta_finish(flesh_method_memory *memory, const flesh_state *s
   memory->before = (table->c[nearest] - 1) * h;
 }
 
-/* With g times that of the velocities, as a filter through (I - g J)^-1 has it (error_control.c). */
+/* Adds g times the error of the velocities, as a filter through (I - g J)^-1 does (error_control.c). */
 static int runge_kutta_error(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h,
                              double *e)
 {

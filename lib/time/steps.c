@@ -1,4 +1,4 @@
-/* steps.c: a step in time: in pieces between events, each in parts of a length that is given, or that errors choose. */
+/* steps.c: a step in time: in pieces between events, each in parts whose lengths are given or chosen by errors. */
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -35,14 +35,14 @@ static void add_jump(const flesh_integrator *self, const flesh_state *state, dou
 }
 
 /* Starts the method anew: applies jumps of constrained dofs, or of their velocities, as the limit of a short step;
- * finds the acceleration for methods that go on from it. */
+ * finds the acceleration for methods that continue from it. */
 static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_piece *piece,
                        flesh_solve_stats *stats)
 {
   flesh_method_memory *memory = &self->memory;
   double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
-  const double seen = self->control.on ? 1e-2 : 1; /* of the piece, whose steps errors make short */
-  const double least = self->control.on ? 1e-2 * self->control.period : 0; /* rounding has no acceleration in shorter ones */
+  const double seen = self->control.on ? 1e-2 : 1; /* of the piece; errors make its steps short */
+  const double least = self->control.on ? 1e-2 * self->control.period : 0; /* in shorter steps rounding hides the acceleration */
   const double until = flesh_before(fmax(piece->end, piece->begin + least), piece->event);
   const double end = piece->begin + seen * (until - piece->begin);
   if (self->tape) self->tape->seen = end;
@@ -59,11 +59,11 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const flesh_p
   return flesh_newton_acceleration(self->nonlinear->newton, state, piece->begin, a, stats);
 }
 
-/* The part of no time with which methods begin that remember the acceleration, where multipliers hold constraints. Its first
- * stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a short step
- * at rest: forces by a velocity that does not follow the displacement have no potential. Its second one, a step of backward
- * Euler by h, has the acceleration and the pressures with which they go on to hold: what balances the forces with the
- * pressures at hand may have nothing to do with them. */
+/* The part of zero length with which methods begin that remember the acceleration, if multipliers hold constraints. Its
+ * first stage moves the free dofs to where the constraints hold, by the least displacement in the norm of mass, as of a
+ * short step at rest: forces by a velocity that does not follow the displacement have no potential. Its second stage, a
+ * step of backward Euler by h, has the acceleration and the pressures with which they continue to hold; an acceleration
+ * from the present pressures may have nothing to do with them. */
 enum { ACCELERATION = 0, MOVED = 1 };
 static const double start_part = 1e-2; /* of the step: an acceleration's error is of that order */
 
@@ -102,7 +102,7 @@ static void start_velocity(const flesh_method_memory *memory, const flesh_state 
 static const flesh_method_row start_row = {.stages = start_stages, .stage = start_stage, .keep = start_keep,
                                            .position = start_position, .velocity = start_velocity};
 
-/* Solves a stage of the start, from the positions x [n] that it lags. */
+/* Solves a stage of the start, lagging the positions x [n]. */
 static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
 {
   flesh_method_memory *memory = &self->memory;
@@ -113,7 +113,7 @@ static int solve_start(flesh_integrator *self, flesh_state *state, const flesh_p
   stage.v_lag = state->v;
   stage.t_lag = stage.t_from = state->t;
   stage.internal = state->internal;
-  /* Bodies in free flight are solved by it: from 0, a residual of their momentum over h would be left in the acceleration. */
+  /* The start of bodies in free flight: from 0, a residual of their momentum over h would be left in the acceleration. */
   double *flight = self->room[0];
   const double *const guesses[] = {memory->at ? flight : NULL, NULL};
   for (int d = 0; d < memory->n; d++) flight[d] = h * state->v[d];
@@ -151,7 +151,7 @@ static int start_with_multipliers(flesh_integrator *self, flesh_state *state, co
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The method begins at the state, where it knows nothing of it: at a start, after an event, a caller's change, or where
+/* Begins the method at the state, of which it knows nothing: at a start, after an event, a caller's change, or where
  * something broke. */
 static int begin_anew(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, flesh_solve_stats *stats)
 {
@@ -216,8 +216,8 @@ static int is_tangled(flesh_integrator *self, const flesh_state *state)
   return self->control.on ? self->memory.easy < 0 : flesh_recovery_is_tangled(&self->recovery, state->x);
 }
 
-/* The row that takes the next step. Where errors choose steps the first one is its stand-in's: an acceleration that jumps at the
- * start swings on, unresolved, in what damps little (Rannacher 1984). */
+/* Returns the row that takes the next step. If errors choose steps, the first step is the stand-in's: in methods that
+ * damp little, an acceleration that jumps at the start would swing on, unresolved (Rannacher 1984). */
 static const flesh_method_row *acting_row(const flesh_integrator *self)
 {
   const int stands_in = self->row->stand_in && (self->control.first || self->control.stands_in);
@@ -259,7 +259,7 @@ int flesh_integrator_pass(flesh_integrator *self, const flesh_state *state, fles
   return status;
 }
 
-/* Steps through a piece of length h, or the rest of it, halving or quartering what fails. */
+/* Steps through a piece of length h, or the rest of it, halving or quartering parts that fail. */
 static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double h, flesh_solve_stats *stats)
 {
   flesh_cutbacks *cutbacks = &place->cutbacks;
@@ -271,7 +271,7 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
     const int gains = status > 0 && self->control.refusal == FLESH_REFUSED_BY_ENERGY;
     stats->rejected += gains;
     stats->convergence_failures += status > 0 && !gains;
-    /* A solve takes hundreds of iterations before it is known not to converge, so that its part is quartered. */
+    /* A solve takes hundreds of iterations before it is known not to converge, so its part is quartered. */
     const int halvings = status == FLESH_NOT_CONVERGED && !gains ? 2 : 1;
     more = flesh_cutbacks_next(cutbacks, halvings, self->recovery.max_cutbacks, status);
     if (more && !status && (status = flesh_integrator_pass(self, state, place))) return status;
@@ -279,7 +279,7 @@ static int walk(flesh_integrator *self, flesh_state *state, flesh_step_place *pl
   return status;
 }
 
-/* Tells of a step of h that has led to the state. */
+/* Tells the observer of a step of h that has led to the state. */
 static int show(const flesh_integrator *self, const flesh_state *state, const flesh_error_control *control, double h,
                 const flesh_solve_stats *stats)
 {
@@ -288,7 +288,7 @@ static int show(const flesh_integrator *self, const flesh_state *state, const fl
   return flesh_adaptive_options_show(&control->options, self->evaluation->team, &step);
 }
 
-/* How far steps may lead within a piece. First ones, and those that resolve the motion, go behind its end. */
+/* Returns how far steps may lead within a piece. First steps, and those that resolve the motion, may pass its end. */
 static double reach(const flesh_integrator *self, const flesh_piece *piece)
 {
   const int resolves = self->memory.easy > 0 || (self->memory.easy == 0 && self->control.first);
@@ -296,7 +296,7 @@ static double reach(const flesh_integrator *self, const flesh_piece *piece)
   return fmax(piece->end, fmin(piece->event, self->ahead.limit));
 }
 
-/* One part of a piece, as long as its error is to be; *refused: it was not accepted, for what the control says. */
+/* Takes one part of a piece, as long as its error allows; *refused: it was not accepted, for the reason in the control. */
 static int take_controlled(flesh_integrator *self, flesh_state *state, const flesh_piece *piece,
                            flesh_solve_stats *stats)
 {
@@ -305,9 +305,9 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   const double until = reach(self, piece), left = until - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   if (self->memory.easy < 0 && !control->failed) control->h = left;
   double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
-  if (left - h < flesh_rounding_of_time(state->t, h)) h = left; /* what rounding would leave is no step */
+  if (left - h < flesh_rounding_of_time(state->t, h)) h = left; /* a step of the size of rounding is none */
   const flesh_cutbacks only = {.part = {state->t, h < left ? state->t + h : until, h}};
-  const flesh_method_row *aimed = control->stands_in ? row : self->row; /* so that the second step is not far longer */
+  const flesh_method_row *aimed = control->stands_in ? row : self->row; /* the second step must not be far longer */
   const int order = aimed->order ? aimed->order(&self->memory) : flesh_method_order(self->memory.method);
   const int stages = row->stages ? row->stages(&self->memory) : 1;
   flesh_error_control_aim(control, order, state, h);
@@ -350,7 +350,7 @@ static int walk_by_error(flesh_integrator *self, flesh_state *state, flesh_step_
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The piece that begins at the state, in a step to `end`; returns its length. */
+/* Finds the piece that begins at the state, in a step to `end`; returns its length. */
 static double find_piece(const flesh_integrator *self, const flesh_state *state, flesh_step_place *place, double end,
                          double tolerance)
 {
@@ -365,9 +365,10 @@ static double find_piece(const flesh_integrator *self, const flesh_state *state,
   return state->t == place->begin && next->end == end ? place->h : next->end - state->t;
 }
 
-/* Projects the velocity onto the constraints of multipliers, by a step of backward Euler that is as brief as a start and has an
- * error of the second order; *taken: it was. Stages of Runge-Kutta methods damp what leads across the constraints, others
- * would swing by it for good. Where constraints do not hold at the state the step's velocity would close their gaps. */
+/* Projects the velocity onto the constraints of multipliers, by a step of backward Euler that is as brief as a start
+ * and has an error of the second order; *taken: it was. Stages of Runge-Kutta methods damp velocities across the
+ * constraints; other methods would swing by them for good. If constraints do not hold at the state, the step's velocity
+ * would close their gaps. */
 static int project_velocity(flesh_integrator *self, flesh_state *state, const flesh_piece *piece, double h, int *taken,
                             flesh_solve_stats *stats)
 {
@@ -386,7 +387,7 @@ static int project_velocity(flesh_integrator *self, flesh_state *state, const fl
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The method begins with the piece, which *h is the length of. */
+/* Begins the method with the piece, whose length is *h. */
 static int begin_piece(flesh_integrator *self, flesh_state *state, flesh_step_place *place, double end, double tolerance,
                        double *h, flesh_solve_stats *stats)
 {
@@ -418,8 +419,8 @@ static int take_piece(flesh_integrator *self, flesh_state *state, flesh_step_pla
   return status;
 }
 
-/* Events that are so near to a state [s] are at it. A brief piece would close the gaps that incompressible tets may have, at a
- * speed that grows with its briefness. */
+/* Events so near to a state [s] count as being at it. A brief piece would close the gaps that incompressible tets may
+ * have, at a speed that grows with its briefness. */
 static double near_events(const flesh_integrator *self, double begin, double h)
 {
   static const double brief = 1e-3; /* of the step; so that a third of a second may have four digits */
