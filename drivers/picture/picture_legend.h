@@ -10,7 +10,7 @@
  * marks. */
 enum { FLESH_LEGEND_WIDTH = 104, FLESH_LEGEND_HEIGHT = 176, FLESH_LEGEND_TICKS = 16 };
 
-/* Returns a range with round ends for values from `least` to `most`: about 1 for J, from 0 for other fields. */
+/* Finds a range with round ends for values from `least` to `most`: about 1 for J, from 0 for other fields. */
 void flesh_picture_range(flesh_picture_field field, double least, double most, double *low, double *high);
 
 /* Finds up to `room` (2 ... FLESH_LEGEND_TICKS) multiples of 1, 2, 2.5 or 5 times a power of ten within [low, high],

@@ -32,7 +32,7 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
                           flesh_view_fit *fit);
 /* Adds points [3*count]; those that are not finite are left out. */
 void flesh_view_fit_add(flesh_view_fit *fit, int count, const double *points);
-/* Returns the view that shows all points, with a margin, except where the camera's values say otherwise. */
+/* Makes the view that shows all points, with a margin, except where the camera's values say otherwise. */
 void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, flesh_view *view);
 /* Returns width over height of the points added, as the camera sees them. */
 double flesh_view_fit_shape(const flesh_view_fit *fit);

@@ -18,7 +18,7 @@ int flesh_start_check(const flesh_scene *scene);
 int flesh_start_try(const flesh_scene *scene);
 /* Returns `status`; if an effect refuses the state, adds its place in the scene to the error's text. */
 int flesh_start_place(const flesh_scene *scene, const flesh_state *state, int status);
-/* Makes the surface and the skin of the scene; leaves both unchanged if the scene has none. */
+/* Makes the surface and the skin of the scene; leaves both unchanged if its frames have none. */
 int flesh_start_skin(const flesh_scene *scene, flesh_surface **surface, flesh_skin **skin);
 
 /* Makes a new integrator of the scene's method with all settings of its section `time`. */

@@ -131,7 +131,7 @@ static void bad_numbers_are_refused(void)
   flesh_threads_destroy(NULL);
 }
 
-/* Sums over long and short arrays have the same bits on any number of threads; a single changed number changes the sum
+/* Sums over long and short arrays have the same bits on any number of threads; a single number that differs is seen
  * wherever it is. */
 static void arrays_are_cut_by_their_length(void)
 {

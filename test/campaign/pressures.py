@@ -180,7 +180,7 @@ def cook(n):
 
 
 def loaded(name, make, coarse, fine):
-    """Returns errors of the work of the loads, and of pressures over their root mean square."""
+    """Prints errors of the work of the loads, and of pressures over their root mean square, for each kind."""
     def solve(body, kind):
         X, held = body.X, np.zeros((body.node_count, 3), bool)
         if name == "Cook":

@@ -188,7 +188,7 @@ static void swing(double w, double kink, double kept, int at, double t, double *
   *x = (at % 4 == 0) + 0.1 * sin(w * s + at) + *v * (t - s);
 }
 
-/* Returns the largest error of the track between its times, and the error that it reports. */
+/* Finds the largest error of the track between its times, and the error that it reports. */
 static void interpolated(double w, double kink, double kept, int told, int intervals, double *error, double *doubt)
 {
   const double corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -310,7 +310,7 @@ static char *make(sqlite3 *database, const char *table, char **csv)
 
 static void change(sqlite3 *database, const char *sql) { CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL)); }
 
-/* Checks the row of orders.csv, and its verdict if `text` is given. */
+/* The row of orders.csv; fit_order checks that it is there, and gives the verdict if `text` is given. */
 typedef struct fit {
   int points;
   double slope, slope_error, low, high;

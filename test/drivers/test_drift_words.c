@@ -105,7 +105,7 @@ static void an_order_of_neighbours_is_none_of_others(void)
   free(text);
 }
 
-/* If a run on the finest mesh failed, its figure cannot be judged. */
+/* If the run on the mesh next to the finest failed, nothing judges the figure of the finest. */
 static void a_figure_without_a_second_claims_nothing(void)
 {
   char *text = verdict(2, (const double[][VARIANTS]){{NAN, 1.9, .9}, {1.4, 1.94, .7}}, (int[]){P1, MEAN}, (int[]){500, 2500}, NULL);

@@ -11,7 +11,7 @@
 
 static const double open_target[3] = {NAN, NAN, NAN};
 
-/* Returns the position of a point in a view, in fractions of the picture from its middle (-1/2 ... 1/2). */
+/* Computes the position of a point in a view, in fractions of the picture from its middle (-1/2 ... 1/2). */
 static void place(const flesh_view *v, const double p[3], double at[2])
 {
   double q[3], r = 0, u = 0, away = 0;

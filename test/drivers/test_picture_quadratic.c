@@ -20,7 +20,7 @@ static void what_no_point_sees_is_not_black(void)
   const flesh_body body = {.mesh = mesh};
   const flesh_picture_panel panel = {.body = &body, .x = x};
   for (int k = 0; k < 2; k++) {
-    const double s = 0.3 * (k + 1), apart = sqrt(5) / 5; /* distances of a point from the others along an edge */
+    const double s = 0.3 * (k + 1), apart = sqrt(5) / 5; /* distance of a point from the others along an edge */
     memcpy(x, X, sizeof x);
     x[12] += s;
     CHECK_OK(flesh_picture_values(&panel, FLESH_PICTURE_J, &values, extremes));

@@ -26,7 +26,7 @@ static int is_png(const char *path)
   return whole && !memcmp(start, signature, 8);
 }
 
-/* Draws a column of the CSV file, with the text wherever a script contains text, and `extra` before the plot. */
+/* Draws a curve of the CSV file, with the text wherever a script contains text, and `extra` before the plot. */
 static int draw(const char *name, const char *text, const char *csv, const char *extra)
 {
   flesh_file file;
@@ -127,7 +127,7 @@ static void no_picture_is_no_success(void)
   CHECK_TEXT(flesh_error_text(), "is not drawn");
 }
 
-/* Splits a script into lines. */
+/* Returns whether a script has these words. */
 static int script_has(const char *name, const char *words)
 {
   char text[8000];

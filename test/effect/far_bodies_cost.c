@@ -16,7 +16,7 @@ int main(int argc, char **argv)
   const int side = atoi(argv[1]), cells[3] = {side, side, side};
   const double size[3] = {0.3, 0.3, 0.3};
   flesh_solver_options options = test_options(1e-6);
-  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* the part of the cost without contact */
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* only bodies without contact are untangled */
   flesh_integrator *integrator = NULL;
   test_body b;
   flesh_mesh *mesh = joined(box(cells, size, (double[]){0, 0, 0}), box(cells, size, (double[]){100.3, 0.05, 0.02}));

@@ -107,7 +107,7 @@ static void blocks_rest_and_slide(void)
   }
 }
 
-/* Returns the position after 0.5 s of a nearly incompressible cube thrown obliquely on a floor, where it sticks and
+/* Computes the position after 0.5 s of a nearly incompressible cube thrown obliquely on a floor, where it sticks and
  * slides: the volume projection also works in systems stiffened by contact. */
 static void throw_cube(flesh_preconditioner kind, flesh_solve_stats *stats, double *x)
 {

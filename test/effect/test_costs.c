@@ -281,7 +281,7 @@ static void absent_effects_cost_nothing(void)
   size_t memory[3][2];
   measure(0, &blocks[0], memory[0], &effects[0], &columns[0]); /* allocated once by the library */
   measure(0, &blocks[0], memory[0], &effects[0], &columns[0]);
-  flesh_effect_registry(&rows); /* all counters */
+  flesh_effect_registry(&rows); /* how many effects there could be */
   measure(0, &blocks[1], memory[1], &effects[1], &columns[1]);
   measure(1, &blocks[2], memory[2], &effects[2], &columns[2]);
   printf("# %d of %d effects: %d blocks, %zu requests for %zu bytes, %d columns; with two more %d blocks, %zu for %zu "

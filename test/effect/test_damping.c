@@ -83,7 +83,7 @@ static double lowest_mode(const test_body *b, double *phi)
   return sqrt(low);
 }
 
-/* Returns the damping ratio of a run: samples of a damped oscillation satisfy q_{k+1} = c q_k + d q_{k-1} with d =
+/* Finds the damping ratio of a run: samples of a damped oscillation satisfy q_{k+1} = c q_k + d q_{k-1} with d =
  * -exp(-2 decay dt), c = 2 exp(-decay dt) cos(w_d dt). */
 static void measure(int count, const double *q, double dt, double *ratio, double *frequency)
 {

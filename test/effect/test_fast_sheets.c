@@ -34,7 +34,7 @@ static void hit(double speed, double thickness, int side, int most)
   printf("# %g m/s, %g m: %d Newton iterations, %d cutbacks, momentum %.6g N s, the lower one at %.6g m/s\n", speed, thickness,
          stats.newton, stats.convergence_failures, momenta[2], lower);
   CHECK(crossings_count(&surface, b.state.x) == 0);
-  CHECK_NEAR(momenta[2] / (1000 * thickness * speed), -1, 1e-6); /* velocity of the upper one, which both then share */
+  CHECK_NEAR(momenta[2] / (1000 * thickness * speed), -1, 1e-6); /* momentum of the upper one, which both then share */
   CHECK(lower < -0.01 * speed); /* not where a solve has led them around each other */
   CHECK(stats.newton > 10 && stats.newton <= most);
   flesh_contact_surface_clear(&surface);

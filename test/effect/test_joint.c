@@ -7,7 +7,7 @@
 #include "methods.h"
 #include "test.h"
 
-/* Makes two blocks, of 1 m each, with a gap of 0.2 m from z = 1; the joint is in the middle of the gap. */
+/* Two blocks, of 1 m each, with a gap of 0.2 m from z = 1; the joint is in the middle of the gap. */
 static const double middle[3] = {0.5, 0.5, 1.1};
 
 static void make(double young, int inertia, test_body *b)

@@ -262,7 +262,7 @@ static void motions_are_those_of_each_body(void)
   flesh_scene_destroy(&scene);
 }
 
-/* Returns the momentum of one body, kg m/s. */
+/* Computes the momentum of one body, kg m/s. */
 static void momentum_of(const flesh_scene *scene, int body, const double *v, double p[3])
 {
   const flesh_body *of = flesh_scene_body(scene);

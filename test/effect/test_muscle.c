@@ -207,7 +207,7 @@ static void volume_is_kept(void)
   CHECK_BELOW(drift[2], 0.003);
 }
 
-/* Runs a bar hanging on a wall that twitches: the activation rises, holds and falls. */
+/* Makes a bar hanging on a wall that twitches: the activation rises, holds and falls. */
 static void make_twitch(test_body *b)
 {
   static const flesh_curve_point twitch[] = {{0, 0}, {0.1, 0.5}, {0.2, 0.5}, {0.3, 0.1}};

@@ -75,7 +75,7 @@ static void other_meshes_are_refused(void)
   CHECK(tried == 3 * (rows + 1 - 2)); /* pins and prescribed motions are constraints */
 }
 
-/* Makes observers on the mesh of `of`, and gives them the body and system of `run`. */
+/* Observers on the mesh of `of`, and the body and system of `run`, which they are given. */
 typedef struct observed {
   test_body of, run;
   flesh_integrator *integrator;

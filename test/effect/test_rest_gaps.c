@@ -61,7 +61,7 @@ static flesh_mesh *make_fold(void)
   return fold;
 }
 
-/* Adds contact; `count` pairs of parts may touch; 0: all. */
+/* Returns the energy of contact at rest; `count` pairs of parts may touch; 0: all. */
 static double energy_at_rest(const flesh_body *body, double thickness, int count, const int *pairs)
 {
   const double *X = flesh_mesh_positions(body->mesh);
@@ -97,7 +97,7 @@ static void pieces_touch(void)
   test_body_destroy(&b);
 }
 
-/* Counts the nodes found in the body, and checks the least gap. */
+/* Returns how many nodes of the body are found, and the least gap. */
 static flesh_left_out left_out(flesh_mesh *mesh, double thickness)
 {
   const flesh_contact_options options = {.stiffness = 1e5, .thickness = thickness, .slip_speed = 1e-3};

@@ -27,7 +27,7 @@ static void begin(double gap, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Moves from one gap to another, over the thickness, and returns the remaining one: the least of all pairs within
+/* Moves from one gap to another, over the thickness, and checks the one that is kept: the least of all pairs within
  * reach, 1 if there is none. Nodes that did not touch stay at the guess. */
 static void gaps_are_kept(void)
 {

@@ -219,8 +219,8 @@ static double energy_of(const test_body *b, double *rounding)
   return sum;
 }
 
-/* Runs two cubes that move apart, turning: the peel begins at an edge. They are free, or held at the other edge;
- * `further` (may be NULL) modifies the system. */
+/* Makes two cubes that move apart, turning: the peel begins at an edge. They are free, or held at the other edge;
+ * `further` (may be NULL) is an effect that is added. */
 static void begin_peel(double breaks_at, int held, const flesh_effect_operations *further, test_body *b)
 {
   two_cubes(1, (int[]){2, 2, 1}, (int[]){3, 3, 1}, 1, b);

@@ -180,7 +180,7 @@ static int available(int instructions)
 /* Computes energy, residual and dense matrix of a problem tet by tet; defined by the including test. */
 static void reference(problem *p, kind kind, flesh_eigenvalue_filter project);
 
-/* Returns the largest differences of entries over the largest entry, and of the energy over the reference's. */
+/* The largest differences of entries over the largest entry, and of the energy over the reference's. */
 typedef struct comparison {
   double matrix, residual, energy;
 } comparison;

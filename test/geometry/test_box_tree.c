@@ -29,7 +29,8 @@ static void make_soup(int corners, double motion)
 
 static char seen[PRIMITIVES];
 
-/* Lists the primitives of the leaves whose boxes meet the given one, in the tree's order. Returns their number. */
+/* Visits the leaves whose boxes meet the given one, checks that they come in the tree's order, and counts the visits of
+ * each primitive in `seen`. Returns the number of leaves. */
 static int walk(const flesh_box_tree *tree, const double low[3], const double high[3])
 {
   int stack[FLESH_BOX_TREE_DEPTH] = {0}, leaves = 0, last = 0;

@@ -272,7 +272,7 @@ static void distances_are_the_least(void)
   }
 }
 
-/* Returns the largest jumps of value and forces of an edge that turns through parallel while it slides past the ends of
+/* Finds the largest jumps of value and forces of an edge that turns through parallel while it slides past the ends of
  * another. */
 static void jumps_of(int steps, double jump[2])
 {

@@ -8,13 +8,13 @@
 
 static unsigned long long state = 11;
 
-/* Adds an upright box of 12 cells^2 triangles, oriented outward, or inward if `inward`: a hollow. */
+/* An upright box of 12 cells^2 triangles, oriented outward, or inward if `inward`: a hollow. */
 typedef struct box {
   double low[3], size[3];
   int body, inward;
 } box;
 
-/* Returns the position of node (i, j) of a side on which `axis` is constant. */
+/* Computes the position of node (i, j) of a side on which `axis` is constant. */
 static void place_on(const box *b, int axis, int top, int cells, int i, int j, double x[3])
 {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;

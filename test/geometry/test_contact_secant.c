@@ -26,7 +26,7 @@ static void clear_sheets(flesh_contact_set *set, flesh_contact_secant *secant)
   facing_clear(&f);
 }
 
-/* Places the upper one at these gaps in thicknesses, one for each of its sides, and displaces it along the sheet. */
+/* Places the upper sheet `gap` thicknesses above the lower one, and displaces it by `aside` along the sheet. */
 static void place(double gap, double aside, double *x)
 {
   memcpy(x, f.X, 3 * (size_t)f.nodes * sizeof *x);

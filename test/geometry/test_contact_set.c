@@ -105,7 +105,7 @@ static double shape(int which, double x, double y)
   }
 }
 
-/* Returns the largest jumps of energy and force of a point that crosses the sheet in this many steps. */
+/* Finds the largest jumps of energy and force of a point that crosses the sheet in this many steps. */
 static void jumps_of(flesh_contact_set *set, int tip, int which, int steps, double jump[2])
 {
   static double r[3 * FACING_NODES];
@@ -264,7 +264,7 @@ static void threads_give_the_same_bits(void)
     hessians[way] = malloc(144 * sizeof(double) * (size_t)set.count);
     flesh_contact_set_hessians(&set, f.x, 1, FLESH_FILTER_CLAMP, threads, hessians[way]);
     count = set.count;
-    /* After the first updates, further ones allocate nothing. */
+    /* A second update needs no more memory. */
     const flesh_contact_pair *pairs = set.pairs;
     CHECK_OK(flesh_contact_set_update(&set, &f.candidates, f.x, threads));
     CHECK(set.pairs == pairs && set.count == count);

@@ -11,7 +11,7 @@
 #include "system/layout.h"
 #include "test.h"
 
-/* Creates the linear solver with the instruction set that this test is compiled for. */
+/* The linear solver of the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 /* Makes the stiffness plus `inertia` times the mass at a disturbed state, with the face x = 0 held if `fixed` is not
@@ -39,7 +39,7 @@ static void make(flesh_mesh *mesh, double poisson, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Any aggregation is accepted in the end. */
+/* Any scales will do: the result does not depend on them. */
 static const double MATRIX_SCALE = 0x1p-9, VECTOR_SCALE = 0x1p-4;
 
 /* Computes z = P (P^T A P)^-1 P^T r. */

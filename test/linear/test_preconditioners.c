@@ -10,7 +10,7 @@
 #include "system/pattern.h"
 #include "test.h"
 
-/* Creates the linear solver with the instruction set that this test is compiled for. */
+/* The linear solver of the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
@@ -237,7 +237,7 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
     CHECK(slope > 0 && curvature / 2 < slope);
 
-    /* residual minus the predicted one */
+    /* How far a residual is from the one predicted. */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
     CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
@@ -323,7 +323,7 @@ static void conjugate_gradients_in_single_precision(void)
         CHECK_NEAR(residual_of(A, b_scaled, x, Ax), result.residual, 1e-5 * result.first);
         CHECK_BELOW(test_distance(n, x, before), 1e-3 * test_norm(n, before));
       }
-      /* residual minus the predicted one */
+      /* How far a residual is from the one predicted. */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
       CHECK_NEAR(linear->pcg_model_error(space, NULL, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
       /* A preconditioner with another scale: the rounded numbers cannot be reused. */

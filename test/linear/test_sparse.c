@@ -12,7 +12,7 @@
 #include "system/pattern.h"
 #include "test.h"
 
-/* Creates the linear solver with the instruction set that this test is compiled for. */
+/* The linear solver of the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
 static void dense_times(int n, const double *A, const double *x, double *y)
@@ -308,12 +308,12 @@ static void symmetric_factors_tell_what_is_indefinite(void)
   flesh_block_matrix *A = bar_matrix(&b, 0.02, 0, 0);
   const double *X = flesh_mesh_positions(flesh_system_mesh(b.system)), n = 3. * A->rows;
   flesh_exact *exact = NULL;
-  CHECK_OK(linear->exact->create(A, X, 1e3, &exact)); /* CG takes more than 10^5 iterations */
+  CHECK_OK(linear->exact->create(A, X, 1e3, &exact)); /* the factor takes more than 10^5 operations */
   CHECK(exact == NULL);
   CHECK_OK(linear->exact->create(A, X, 1e9, &exact));
   printf("# %.3g operations for %g rows\n", linear->exact->operations(exact), n);
   CHECK(linear->exact->operations(exact) > n * n);
-  CHECK_BELOW(linear->exact->operations(exact), n * n * n / 3); /* a full matrix can solve that */
+  CHECK_BELOW(linear->exact->operations(exact), n * n * n / 3); /* a full matrix takes that */
   check_direct(FLESH_LINEAR_KLU, A, NULL, exact, 1e-12);
   const int node = A->rows / 2;
   double *corner = A->values + 9 * (size_t)A->row_start[node];

@@ -10,10 +10,10 @@
 #include "system/stiff_rows.h"
 #include "test.h"
 
-/* Creates the linear solver with the instruction set that this test is compiled for. */
+/* The linear solver of the instruction set that this test is compiled for. */
 static const flesh_linear *const linear = &FLESH_OF_ISA(flesh_linear);
 
-/* Makes a body of tet10-mean. */
+/* A body of tet10-mean. */
 typedef struct ten {
   test_body b;
   flesh_stiff_rows rows;
@@ -134,7 +134,7 @@ static void rows_are_what_is_stiffer(void)
     }
 }
 
-/* Returns the least and largest eigenvalue of P A for symmetric positive definite A and P. */
+/* Finds the least and the largest eigenvalue of P A for symmetric positive definite A and P. */
 static void eigenvalues(int n, const double *P, const double *A, double ends[2])
 {
   gsl_matrix *a = gsl_matrix_alloc((size_t)n, (size_t)n), *b = gsl_matrix_alloc((size_t)n, (size_t)n);

@@ -93,7 +93,7 @@ static void transposition(void)
   CHECK(v[0][0] == 1 && v[0][1] == 3 && v[1][0] == 2 && v[1][1] == 4);
 }
 
-/* Reads four numbers for each lane, from separate addresses. */
+/* Four numbers for each lane, minus four others, all from separate addresses. */
 static void differences_of_four(void)
 {
   const double numbers[16] __attribute__((aligned(32))) = {1, 2, 3, 4, 50, 60, 70, 80, 100, 300, 500, 700, 0, 1, 1, 2};

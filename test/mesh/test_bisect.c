@@ -3,7 +3,8 @@
  * and reproduce fields. */
 #include "quadratic.h"
 
-/* Bisects some random tets one to three times; and once those at node 0, so that sizes differ more and more. */
+/* Chooses some random tets, to be bisected one to three times, and those at node 0, once, so that sizes differ more and
+ * more. */
 static uint8_t *choose(const flesh_mesh *mesh, unsigned long long *seed)
 {
   const int tets = flesh_mesh_tet_count(mesh);

@@ -172,7 +172,7 @@ static void binary_gmsh_reads_in_either_byte_order(void)
   }
 }
 
-/* Converts a copy to CR LF line ends, also after numbers. */
+/* A copy as text puts a CR before each LF, also within binary numbers. */
 static void binary_gmsh_copied_as_text_is_refused(void)
 {
   byte_writer w, copy = {.size = 0};

@@ -276,7 +276,8 @@ static void inversion_inside_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* Makes a quarter of a thick pipe, with the nodes of a grid in polar coordinates; order 1: without mid-edge nodes. */
+/* Returns the volume of a quarter of a thick pipe, with the nodes of a grid in polar coordinates; order 1: without
+ * mid-edge nodes. */
 static double pipe_volume(int cells, int order)
 {
   flesh_mesh *box, *grid, *mesh, *lowered;

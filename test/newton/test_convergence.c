@@ -166,7 +166,8 @@ static void motion_without_contact_ends_in_balance(void)
         double *v = malloc((size_t)b.n * sizeof *v);
         memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
         CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
-        /* Backward Euler's own estimate; with the others what is left is small compared with the elements' forces. */
+        /* Backward Euler's own acceleration; with the others what is left out is small compared with the elements'
+         * forces. */
         for (int d = 0; d < b.n; d++) a[d] = (b.state.v[d] - v[d]) / h;
         if (!stats.at_rounding) worst = fmax(worst, stats.residual_last / largest_force(&b, a));
         free(v);

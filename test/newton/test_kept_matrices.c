@@ -16,7 +16,7 @@ static void make_bar(double poisson, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Returns the bar after some steps. */
+/* Makes a bar and takes some steps; returns what their solves took. */
 static flesh_solve_stats swing(double poisson, flesh_method method, double tolerance, int steps, double h, test_body *b)
 {
   flesh_solver_options options = test_options(tolerance);

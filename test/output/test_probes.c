@@ -69,7 +69,7 @@ typedef struct watch {
   const flesh_scene *scene;
   int rows;
   double momentum[MOST_ROWS][3], load[MOST_ROWS][3], load_moment[MOST_ROWS][3];
-  double rate_moment[MOST_ROWS][3]; /* sum of M (v - previous v) / h */
+  double rate_moment[MOST_ROWS][3]; /* moment of M (v - previous v) / h */
   double *v_before, *r;
 } watch;
 

@@ -56,7 +56,7 @@ typedef struct pair {
   const char *text;
   flesh_scene *scene;
   flesh_scene_share *share;
-  const flesh_system *systems[2]; /* effects of the whole and of the part */
+  const flesh_system *systems[2]; /* systems of the whole and of the part */
   int n[2];
   double *x[2], *v[2], *a[2], *x_lag[2], *v_lag[2];
   double *multipliers[2], *internal; /* all ranks have the internal variables of the whole */

@@ -5,7 +5,7 @@
 
 #include "body.h"
 
-static flesh_rank_part *part; /* the body that is open */
+static flesh_rank_part *part; /* part of the body that is open */
 static flesh_mesh *whole;
 static double *gathered;
 

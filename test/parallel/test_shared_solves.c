@@ -12,9 +12,9 @@ typedef struct problem {
   flesh_mesh *mesh;
   flesh_rank_part *part;
   test_body whole, own;
-  flesh_block_matrix *A[2]; /* right-hand sides of the whole and of the part */
-  flesh_threads *threads[2]; /* the part's matrix has its team */
-  double *b[2], *weights[2]; /* preconditioners on whole and part */
+  flesh_block_matrix *A[2]; /* matrices of the whole and of the part */
+  flesh_threads *threads[2]; /* the part's threads have its team */
+  double *b[2], *weights[2]; /* right-hand sides and weights, on whole and part */
   uint8_t *fixed[2];         /* [3*nodes] fixed dofs; NULL: none */
 } problem;
 

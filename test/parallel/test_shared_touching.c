@@ -32,7 +32,7 @@ static const char slide[] =
     "time: {method: backward-euler, step: 1/100, end: 1}\n"
     "solver: {newton_tolerance: 1e-10}\n";
 
-/* Two blocks, one of which passes by twelve times the thickness in a step. */
+/* Two blocks, one of which moves by twelve times the thickness in a step. */
 static const char impact[] =
     "body: {name: left, mesh: block.msh, " MATERIAL "}\n"
     "bodies: [{name: right, mesh: block.msh, translation: [0.9, 0.05, 0.03], rotation: [0.1, 0.2, 0.3], "
@@ -298,8 +298,7 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   close_run(&shared);
 }
 
-/* Makes a matrix of the share and of the whole with the block `moved` along the track, and the ranks as solves see
- * them. */
+/* A matrix of the share and of the whole with the block `moved` along the track, and the ranks as solves see them. */
 typedef struct matrices {
   run alone, shared;
   flesh_proximity proximity[2];

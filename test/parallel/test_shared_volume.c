@@ -104,7 +104,7 @@ static flesh_mesh *bar(const int cells[3], int irregular, int two)
   return raised;
 }
 
-/* Returns the row of the whole for each of this rank's, [rows of the part]: rows and their nodes are ordered
+/* Finds the row of the whole for each of this rank's, [rows of the part]: rows and their nodes are ordered
  * differently. */
 static void find_rows(const bodies *b, const flesh_stiff_rows rows[2], int *of)
 {
@@ -122,7 +122,7 @@ static void find_rows(const bodies *b, const flesh_stiff_rows rows[2], int *of)
   }
 }
 
-/* Makes a preconditioner of the body at a disturbed position, with polynomials on one rank, too. */
+/* A preconditioner of the body at a disturbed position, with polynomials on one rank, too. */
 typedef struct solver {
   const flesh_linear *linear;
   flesh_threads *threads;

@@ -17,7 +17,7 @@
 static const double RADIUS = 1, BORE = 0.7, THICK = 0.05, TAIL = 0.3, WIDTH = 0.1, APART = 2e-3, GAP = 1e-3;
 static const double YOUNG = 1e5, STRAIN = 2e-3, POISSON = 0.3, PI = 3.14159265358979;
 
-/* Makes an arc with straight ends: cells across it, along it, along the axis. */
+/* An arc with straight ends; x of `bend` goes across it, along it, along the axis. */
 typedef struct arc {
   double inner, outer, from, to, tail, low, high;
 } arc;

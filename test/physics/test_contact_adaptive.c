@@ -32,8 +32,8 @@ static void begin(const char *text, const char *const *set, double *internal, to
 }
 
 typedef struct rest {
-  double gap, force, height, newton, stiffness; /* over the thickness; N; m, of the upper one's nodes; time of a step;
-                                                 * Pa, over the initial stiffness */
+  double gap, force, height, newton, stiffness; /* over the thickness; N; m, of the upper one's nodes; Newton
+                                                 * iterations a step; Pa, over the initial stiffness */
 } rest;
 
 /* The figures that contact reports, and the position of the upper cube. */

@@ -239,7 +239,8 @@ static void slow_down(const char *method, const char *lag, int steps, double spe
   touching_end(&m);
 }
 
-/* Friction on another body is of order 2, although it uses normal forces of the previous step, which are of order 1. */
+/* Friction on another body is of order 2; with one solve a step, by normal forces of the previous step, it is of order
+ * 1. */
 static void friction_is_of_the_methods_order(void)
 {
   const struct {

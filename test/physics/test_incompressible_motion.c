@@ -149,8 +149,8 @@ static void expand(flesh_method method, double tolerance, double *x, flesh_solve
 }
 
 /* The divergence of a velocity vanishes at once, whatever the method and the tolerance: errors that it left would not
- * fall with the step, nor do those of a start longer than the tolerance allows. Viscous forces by the divergence do not
- * prevent the start from being solved, although a start with them takes 300 iterations. */
+ * fall with the step, nor do those of a start longer than the tolerance allows. Viscous forces by the divergence must
+ * not hinder the solve of a start: with them it takes 300 iterations. */
 static void velocities_lose_their_divergence(void)
 {
   static double exact[6000], x[6000];

@@ -323,7 +323,7 @@ static void free_flight_is_backward_eulers_parabola(void)
   }
 }
 
-/* Returns the tension across a bar that is stretched by s along x and by t along y and z. */
+/* A bar for the tension across it when it is stretched by `along` along x and by t along y and z. */
 typedef struct bar {
   const flesh_material *material;
   double along, across, load;

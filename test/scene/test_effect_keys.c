@@ -32,7 +32,8 @@ static double number_for(const flesh_key *key, int item)
   return isfinite(given) ? 2 * given + 0.5 + item : given < 0 ? 0 : 1;
 }
 
-/* Returns vectors that differ from key to key, and point from the unit cube to where obstacles leave room. */
+/* Adds a value of the key: vectors differ from key to key, and point from the unit cube to where obstacles leave
+ * room. */
 static void add_value(char *text, const flesh_key *key, int place, int item)
 {
   char number[64];

@@ -5,7 +5,7 @@
 #include "system/pattern.h"
 #include "test.h"
 
-/* Counts the directions for a drag by its lagged state, if K has the pairs of these cells. */
+/* Finds the couplings of a drag by its lagged state, where K has the pairs of these cells. */
 static void find(const test_body *b, const flesh_cells *cells, flesh_couplings *couplings)
 {
   flesh_point point = flesh_point_at(0, b->state.x, b->state.v, b->state.v);

@@ -58,7 +58,7 @@ static const equilibrium_case cases[] = {
       {"bodies[0].density", 500, 1, 1}}},
 };
 
-/* Computes an equilibrium of a scene. */
+/* An equilibrium of a scene. */
 typedef struct solved {
   flesh_scene *scene;
   flesh_integrator *integrator;
@@ -92,7 +92,7 @@ static void drop(solved *s)
   free(s->state.internal);
 }
 
-/* Returns weights of nodes at this x at rest, in one component. */
+/* Sets the weights of nodes at this x at rest, in one component. */
 static void weigh(const flesh_mesh *mesh, double x, int component, double *weights)
 {
   const double *X = flesh_mesh_positions(mesh);

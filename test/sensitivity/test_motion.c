@@ -120,7 +120,7 @@ static const motion_case others[] = {
      {{"effects.weld.stiffness", 1e6, 2e3, 1e3}, {"body.material.young", 1e4, 20, 10}, {"bodies[0].density", 500, 1, 1}}, 0},
 };
 
-/* Runs a scene to its end; `shift` moves the free dofs of the start along `direction` [2*n], x and v. */
+/* A run of a scene to its end; `shift` moves the free dofs of the start along `direction` [2*n], x and v. */
 typedef struct moved {
   flesh_scene *scene;
   flesh_integrator *integrator;

@@ -159,7 +159,7 @@ static int add_weighed(void *data, double t, double *by_x, double *by_v)
   return FLESH_OK;
 }
 
-/* Returns the sum of its tangent. */
+/* The sum of its tangent. */
 typedef struct summed {
   weighed of;
   double sum;

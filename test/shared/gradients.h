@@ -29,7 +29,7 @@ static inline flesh_scene *gradient_scene(const char *text, const char *key, dou
   return scene;
 }
 
-/* Makes the scenes of a parameter at its four values. */
+/* The scenes of a parameter at its four values. */
 typedef struct gradient_parameter {
   flesh_scene *scenes[4];
   flesh_parameter parameter;

@@ -57,7 +57,7 @@ static inline char *read_bytes(const char *path, size_t *size)
   return bytes;
 }
 
-/* Writes binary Gmsh files of the two tets of `two_tets`, in this machine's byte order or the other. */
+/* Binary Gmsh files of the two tets of `two_tets`, in this machine's byte order or the other. */
 typedef struct byte_writer {
   char bytes[4096];
   size_t size;
@@ -152,7 +152,7 @@ static inline void make_gmsh41(byte_writer *w, int swap)
   put_text(w, "\n$EndElements\n");
 }
 
-/* Writes text files of the same two tets (regions 3 and `second`). */
+/* Texts of the same two tets (regions 3 and `second`). */
 static const char plain_text[] = "# two tets\nnodes 5\n0 0 0\n1 0 0\n0 1.5 0\n0 0 1\n0 0 -0.1\n"
                                  "tets 2\n0 1 2 3\n0 2 1 4\nfixed 1\n0\n";
 static const char node_text[] = "# two tets\n5 3 1 1\n1 0 0 0 0.5 1\n2 1 0 0 0.5 0\n"

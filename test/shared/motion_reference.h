@@ -96,7 +96,8 @@ static inline double motion_distance(int n, const double *x, const double *y)
   return sqrt(3 * sum / n);
 }
 
-/* Takes `steps` equal steps to `end`; the residual's tolerance is `tolerance`. */
+/* Makes an integrator whose residual's tolerance is `tolerance`; motion_run takes `steps` equal steps to `end` with
+ * it. */
 static inline flesh_integrator *motion_integrator(const test_body *body, flesh_method method, double tolerance)
 {
   flesh_solver_options options;

@@ -27,7 +27,7 @@ typedef struct owned_integrator {
   int plain;   /* SUNDIALS' Newton with flesh's matrix and linear solver */
   int positions; /* errors are measured by flesh_sunnonlinsol_position_norm; o->y is not read then */
   int untold;  /* ARKODE does not call flesh_ode_accept */
-  double tolerance, first_step; /* relative length of the first step, s; 0: the integrator's choice */
+  double tolerance, first_step; /* tolerance of a step, relative; first step, s, 0: the integrator's choice */
   double coefficient; /* tolerance of solves over that of steps; 0: the integrator's default */
   flesh_solver_options options;
   SUNContext context;
@@ -46,7 +46,7 @@ typedef struct owned_integrator {
   SUNNonlinearSolver newton_solver;
 } owned_integrator;
 
-/* Returns failures as flags; prints nothing. */
+/* Lets failures come back as flags only: nothing is printed. */
 static inline void owned_silence(owned_integrator *o)
 {
 #if SUNDIALS_VERSION_MAJOR >= 7

@@ -26,8 +26,8 @@ static inline flesh_mesh *make_mesh(int nx, int ny, int nz, double (*place)(doub
   return mesh;
 }
 
-/* Returns the factor of the force for a layer bonded to a rigid base: Dimitriadis, Horkay, Maresca, Kachar & Chadwick
- * 2002, "Determination of elastic moduli of thin layers of soft material using the atomic force microscope". */
+/* Returns the force of a ball on a layer bonded to a rigid base: Dimitriadis, Horkay, Maresca, Kachar & Chadwick 2002,
+ * "Determination of elastic moduli of thin layers of soft material using the atomic force microscope". */
 static inline double force_on_layer(double young, double poisson, double radius, double depth, double height)
 {
   const double pi = 3.14159265358979, x = sqrt(radius * depth) / height;
@@ -49,7 +49,7 @@ static inline double graded(double s)
   return near + slope * u + (1 - near - slope) * u * u;
 }
 
-/* Makes [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
+/* Maps to [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
 static inline double near_the_axis(double s, int c) { return c == 2 ? -graded(1 - s) : graded(s); }
 
 /* Adds contact with the obstacle, which it takes, with this barrier thickness, as the last effect. */
@@ -110,7 +110,7 @@ static inline void solve_statics(test_body *b, double tolerance, int end, flesh_
   flesh_integrator_destroy(&integrator);
 }
 
-/* Makes [-1,1] x [-1,1] x [-1,0], finer towards the middle of its top. */
+/* Maps to [-1,1] x [-1,1] x [-1,0], finer towards the middle of its top. */
 static inline double near_the_top(double s, int c)
 {
   if (c == 2) return -pow(1 - s, 2);

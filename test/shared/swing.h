@@ -12,7 +12,7 @@ typedef struct swing {
   int cells[3], steps;
   double size[3], poisson, gravity; /* acceleration in units of 9.81 m/s^2 */
   int follow, eliminate;            /* techniques of the solver that are switched on */
-  int enough;                       /* Newton iterations from which a step counts as hard; 0: none */
+  int enough;                       /* Newton iterations after which a step is accepted as it is; 0: none */
 } swing;
 
 typedef struct swing_cost {

@@ -73,7 +73,7 @@ static flesh_mesh *read_mesh(const char *path)
   return mesh;
 }
 
-/* Returns a point in the mesh's bounding box, enlarged. */
+/* Chooses a point in the mesh's bounding box, enlarged. */
 static void random_point(const flesh_mesh_info *info, double widened, unsigned long long *seed,
                          double p[3])
 {

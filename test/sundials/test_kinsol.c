@@ -15,7 +15,7 @@
 
 static const double h = 1. / 60;
 
-/* Makes a bar in motion, clamped at one end, with x and z of its other end prescribed. */
+/* A bar in motion, clamped at one end, with x and z of its other end prescribed. */
 typedef struct set_up {
   test_body b;
   SUNContext context;

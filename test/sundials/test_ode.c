@@ -57,8 +57,7 @@ static void close_owned(owned *o)
   SUNContext_Free(&o->context);
 }
 
-/* Adds a resistance to velocities that couples neighbours along a chain: r_i += c (2 v_i - v_{i-1} - v_{i+1}), and so
- * on. */
+/* A resistance to velocities that couples neighbours along a chain: r_i += c (2 v_i - v_{i-1} - v_{i+1}), and so on. */
 static const double resistance = 30;
 
 static int chain_residual(const flesh_effect *effect, const flesh_point *point, double *r)

@@ -57,7 +57,7 @@ static void check_states(flesh_method method, double tolerance)
     const int solves = stats.solves;
     stats.residual_target = 0;
     go_to(integrator, k, &b.state, &stats);
-    CHECK(stats.residual_target > 0); /* state of the last solve, however long ago */
+    CHECK(stats.residual_target > 0); /* target of the last solve, however long ago */
     unsolved += stats.solves == solves;
     motion_reference_run(&b, b.state.t, 1e-12, &exact);
     between += integrator->ahead.shown;
@@ -73,7 +73,7 @@ static void check_states(flesh_method method, double tolerance)
   CHECK_OK(flesh_integrator_step(integrator, &whole, end, &once));
   printf("# %s, tolerance %g: %d outputs between the ends of %d steps (%d without outputs); off by %.3g m, %.3g m/s\n",
          flesh_method_name(method), tolerance, between, stats.steps, once.steps, off, off_v);
-  CHECK(stats.steps <= once.steps + 4); /* the output beyond the end, and where it restarts */
+  CHECK(stats.steps <= once.steps + 4); /* the step beyond the end, and those where it begins anew */
   CHECK(between > OUTPUTS / 3 && (unsolved > 0 || stats.steps > OUTPUTS));
   CHECK_BELOW(off, 2 * tolerance * length);
   CHECK_BELOW(off_v, 2 * tolerance * length / 0.01);

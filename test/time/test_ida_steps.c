@@ -33,7 +33,7 @@ static void make_oracle_bar(flesh_mass mass, test_body *b)
   CHECK_OK(flesh_system_finalize(b->system));
 }
 
-/* Returns the largest distance of a node [m] and largest difference of a velocity [m/s] from the reference over t = 0.1
+/* Finds the largest distance of a node [m] and largest difference of a velocity [m/s] from the reference over t = 0.1
  * ... 1. */
 static void oracle_errors(flesh_mass mass, double tolerance, int max_order, double error[2], flesh_solve_stats *stats)
 {

@@ -215,7 +215,7 @@ static void failing_steps_are_quartered(void)
   test_body_destroy(&b);
 }
 
-/* Returns the position of a prescribed node at time t, computed here: turned about z through (2, .5) and shifted. */
+/* Computes the position of a prescribed node at time t, computed here: turned about z through (2, .5) and shifted. */
 static void handle_place(double share, const double X[3], double y[3])
 {
   double angle = 1.2 * share, dx = X[0] - 2, dy = X[1] - 0.5;

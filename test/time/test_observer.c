@@ -18,7 +18,7 @@ static const char *in_folder(const char *name)
   return path;
 }
 
-/* Makes a bar of 2 x 1 x 1 m with its face x = 0 pinned, under gravity; with `handle`, its other face is moved. */
+/* A bar of 2 x 1 x 1 m with its face x = 0 pinned, under gravity; with `handle`, its other face is moved. */
 typedef struct bar {
   flesh_mesh *mesh;
   flesh_material material;

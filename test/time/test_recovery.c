@@ -171,7 +171,7 @@ static void a_load_that_cannot_be_held_is_given_up(void)
   CHECK(raise_load(6, &l) == FLESH_ERR_MEMORY && l.tries == 3);
 }
 
-/* Returns the recovery of a bar of two cells with the default options. */
+/* Makes the recovery of a bar of two cells with the default options. */
 static void open_recovery(test_body *b, flesh_solver_options *options, flesh_evaluation *evaluation, flesh_recovery *recovery)
 {
   flesh_solver_options_default(options);

@@ -79,8 +79,7 @@ static void tables_have_their_orders(void)
   }
 }
 
-/* Makes a bar of 3 x 1 x 1 m, clamped at x = 0, that swings from its rest shape under gravity. */
-/* Stages of a motion with constant acceleration are exact, so that the better guess at a later one is its solution,
+/* Stages of a motion with constant acceleration are exact, so that the safer guess at a later one is its solution,
  * whatever was known of the acceleration. */
 static void stages_begin_at_the_cubic_between_those_before(void)
 {
@@ -428,7 +427,7 @@ static void bodies_that_begin_tangled_are_led_out(void)
   }
 }
 
-/* Sums the reports of internal steps. */
+/* Sums of what internal steps report. */
 typedef struct steps_seen {
   double t;
   int steps, rejected, gaps, off_grid;

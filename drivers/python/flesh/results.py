@@ -137,7 +137,7 @@ class RunResult:
         folder: its path.
         history: Table of history.csv, a row per step.
         probes: Table of probes.csv, a row per step; None where the scene has no probes.
-        result: result.json as a dict: status, statistics, provenance.
+        result: result.json as a dict: status, figures, provenance.
     """
 
     def __init__(self, folder):

@@ -78,9 +78,7 @@ static inline int fuzz_chosen(const uint8_t *data, size_t size, unsigned of)
   return (hash >> 8) % of == 0;
 }
 
-/* Splits an input of several files: parts end at "
- * %%
- * ". Returns the size of the next part and advances. */
+/* Splits an input of several files: parts end at "\n%%\n". Returns the size of the next part and advances. */
 static inline size_t fuzz_part(const uint8_t **data, size_t *left)
 {
   static const char mark[] = "\n%%\n";

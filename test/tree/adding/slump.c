@@ -69,7 +69,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* Writes a row for each case, the answer in words, and a picture, from the database of the cases
+/* SQL that makes a row for each case, the answer in words, and a picture from the database of the cases
  * (drivers/study/results.h). */
 static const char results[] =
     "-- to slump.csv\n"
