@@ -200,8 +200,8 @@ static void make_runs(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* Adaptive methods choose their steps; `step` is when they are asked for a state. As a step ends there, they are
-       * asked only at the end, and judged at their own steps. */
+      /* Adaptive methods choose their steps; `step` is when they are asked for a state. Those whose steps end there (2)
+       * are asked only at the end, and judged at their own steps. */
       flesh_accuracy_value step = adaptive == 2 ? plan->whole_run : adaptive ? plan->representative_step : plan->steps[k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Compares the states that it sees with the reference at times where that is known. */
+/* Data of an observer that compares the states that it sees with the reference at times where that is known. */
 typedef struct judge_of_run {
   const flesh_accuracy_plan *plan;
   const flesh_accuracy_track *reference;

@@ -256,8 +256,7 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
            flesh_drift_solver_name(c->solver));
 }
 
-/* Returns the scene's file name without suffix, made unique by its index; it becomes part of file names, and a
- * field. */
+/* Writes the scene's file name without suffix, made unique by its index; it becomes part of file names, and a field. */
 static void name_scene(const char *path, int index, int clash, char name[64])
 {
   const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;

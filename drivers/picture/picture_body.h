@@ -78,7 +78,7 @@ double flesh_picture_plane_extent(const flesh_view *view);
  * transparent. Nodes at the same place must be one node. FLESH_ERR_MEMORY. */
 int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners);
 
-/* Returns the colour of a value, sRGB in [0, 1]; `part` is its place between low and high, in [0, 1]. */
+/* Computes the colour of a value, sRGB in [0, 1]; `part` is its place between low and high, in [0, 1]. */
 void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);
 
 #endif

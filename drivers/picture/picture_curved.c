@@ -8,7 +8,7 @@
 
 enum { PARTS = 4, POINTS = 15, TRIANGLES = PARTS * PARTS };
 
-/* Returns the nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles, which follow
+/* Finds the nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles, which follow
  * each other from `first`. */
 static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
 {

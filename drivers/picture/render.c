@@ -85,7 +85,7 @@ static int surface_of(const scene *s, int number)
 /* Colour of inverted tets, darker than any scale. */
 const float flesh_render_inverted[3] = {0.002f, 0.002f, 0.0025f};
 
-/* Returns the surface's own colour at the point with weights b. */
+/* Computes the surface's own colour at the point with weights b. */
 static void base_colour(const flesh_render_surface *f, int triangle, const double b[3], double rgb[3])
 {
   const int *n = f->corners + 3 * (size_t)triangle;
@@ -198,7 +198,7 @@ static double presence(const scene *s, const spot *at)
   return part * part * (3 - 2 * part);
 }
 
-/* Returns the colour of the background, bright at the top and darker at the bottom. */
+/* Computes the colour of the background, bright at the top and darker at the bottom. */
 static void backdrop(double part, double rgb[3])
 {
   static const double top[3] = {0.965, 0.970, 0.980}, bottom[3] = {0.80, 0.82, 0.85};

@@ -38,7 +38,7 @@ typedef struct flesh_raster {
   int *triangle;
 } flesh_raster;
 
-/* Fails with FLESH_ERR_MEMORY, the only error of flesh_raster_open and of all functions that draw. */
+/* Fails with FLESH_ERR_MEMORY, as flesh_raster_open and the functions that draw do when memory runs out. */
 int flesh_picture_no_memory(void);
 int flesh_raster_open(flesh_raster *raster, int width, int height);
 void flesh_raster_clear(flesh_raster *raster);

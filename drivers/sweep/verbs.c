@@ -82,7 +82,7 @@ static int fail_to_merge(flesh_study_store *store, const char *path)
   "'$.figures.wall_s', '$.figures.cpu_s', '$.figures.wall_s_median', '$.figures.wall_s_min', '$.figures.time_ratio', "  \
   "'$.figures.took_s', '$.figures.peak_memory_kB', '$.inputs'"
 
-/* Counts the cases that are finished in both databases with different figures, apart from times. */
+/* Statement that counts the cases finished in both databases with different figures, apart from times. */
 static const char different_sql[] =
     "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.result IS NOT NULL AND b.result IS "
     "NOT NULL "
