@@ -1,19 +1,20 @@
 /* part_weights.c: how often errors of each connected part of a body count.
  *
- * Where nothing holds a part that may touch something, along one axis at least, each bounce turns errors of its vibrations,
- * too, into momentum, which carries it on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi P being the
- * part's period: an error of the share s of these is one of s v in the velocity, which leads it s v T = (s v P) T/P astray. So
- * errors count T/P times. What welds and joints tie to a held part is held.
+ * If nothing holds a part that may touch something, along one axis at least, each bounce also turns errors of its
+ * vibrations into momentum, which carries the part on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi
+ * P being the part's period: an error of the share s of these is an error s v of the velocity, which leads the part s v T =
+ * (s v P) T/P astray. So errors count T/P times. A part that welds and joints tie to a held part is held, too.
  *
- * T is what the part takes to go its own length L at the largest speed so far, L/v: a part that has come to rest is no reason
- * for shorter steps. Where parts can meet nothing but each other, v is beside their mean. But a load that accelerates it by g
- * ends a flight after 2 v/g, v being the speed along the load, and all flights, each by a factor r as fast as the one before,
- * after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So are those that are pressed between others, by forces
- * that cancel each other: g is the acceleration by them, where that is larger. A bounce lasts for half a period, within which
- * its speed is remembered.
+ * T is the time in which the part goes its own length L at the largest speed so far, L/v: a part that has come to rest is no
+ * reason for shorter steps. Where parts can touch only each other, v is relative to their mean. But a load that accelerates
+ * the part by g ends a flight after 2 v/g, v being the speed along the load, and all flights, each by a factor r as fast as
+ * the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So are bodies that are pressed between
+ * others, by forces that cancel each other: g is the acceleration by these forces, where that is larger. A bounce lasts for
+ * half a period, within which its speed is remembered.
  *
- * Errors count at most 20 times, as a stiff part's vibrations need not be resolved. But what residuals and friction are off by
- * is momentum all the same, and counts for T where the part flies on for hundreds of its periods. */
+ * Errors count at most 20 times, as a stiff part's vibrations need not be resolved. But errors by residuals and friction are
+ * momentum all the same, and count for T if the part flies on for hundreds of its periods, or turns on for as long about the
+ * pins that hold it. */
 #include "time/part_weights.h"
 
 #include <math.h>
@@ -34,7 +35,7 @@ static const double most_steps = 1000; /* steps whose residuals add up, at most 
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* share of the error that a step may make: smaller vibrations make no error of it */
 static const double pi = 3.141592653589793;
-enum { SUMS = 14 }; /* over a part */
+enum { SUMS = 21 }; /* over a part */
 
 int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights)
 {
@@ -194,6 +195,55 @@ static int meets_parts(const flesh_system *system)
   return meets;
 }
 
+/* Adds the constraint of component c of the place d to the Gram matrix [6][6], by upper rows, of all such constraints on
+ * translations and rotations. */
+static void add_constraint(const double d[3], int c, double *gram)
+{
+  double row[6] = {0};
+  row[c] = 1;
+  row[3 + (c + 1) % 3] = d[(c + 2) % 3];
+  row[3 + (c + 2) % 3] = -d[(c + 1) % 3];
+  for (int i = 0; i < 6; i++)
+    for (int j = i; j < 6; j++) *gram++ += row[i] * row[j];
+}
+
+/* Returns whether constraints of that Gram matrix leave no rigid motion: whether it is positive definite. */
+static int clamps(const double *gram)
+{
+  double a[6][6], trace = 0;
+  for (int i = 0; i < 6; trace += a[i][i], i++)
+    for (int j = i; j < 6; j++) a[i][j] = *gram++;
+  for (int k = 0; k < 6; k++) {
+    if (!(a[k][k] > 1e-10 * trace)) return 0;
+    for (int i = k + 1; i < 6; i++)
+      for (int j = i; j < 6; j++) a[i][j] -= a[k][i] * a[k][j] / a[k][k];
+  }
+  return 1;
+}
+
+/* Finds the held parts that may rotate, as on a line of pins; `fixed` [3*nodes]: the constrained dofs. */
+static void find_turning(flesh_part_weights *weights, const uint8_t *fixed)
+{
+  const flesh_rigid_parts *parts = weights->parts;
+  const double *X = flesh_mesh_positions(parts->mesh);
+  double centre[3];
+  clear_sums(weights, 0);
+  for (int p = 0; p < weights->count; p++) {
+    const flesh_part_weight *first = &weights->of[weights->tied[p]];
+    flesh_rigid_parts_extent(parts, weights->tied[p], X, centre);
+    for (int k = parts->first[p]; k < parts->first[p + 1]; k++) {
+      const int i = parts->nodes[k];
+      double d[3];
+      for (int c = 0; c < 3; c++) d[c] = (X[3 * i + c] - centre[c]) / first->length;
+      for (int c = 0; c < 3 && i < parts->own; c++)
+        if (fixed[3 * i + c]) add_constraint(d, c, weights->sums + SUMS * weights->tied[p]);
+    }
+  }
+  flesh_team_sum(parts->team, SUMS * weights->count, weights->sums);
+  for (int p = 0; p < weights->count; p++)
+    weights->of[p].turns = weights->of[p].held > 0 && !clamps(weights->sums + SUMS * weights->tied[p]);
+}
+
 void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *system, double t)
 {
   uint8_t *fixed = weights->parts->constrained;
@@ -201,7 +251,7 @@ void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *sy
   weights->meets = !flesh_team_any(weights->parts->team, axes) && meets_parts(system);
   clear_sums(weights, 0); /* whether something holds a part along each axis */
   for (int c = 0; c < 3; c++) weights->sums[c] = weights->count == 1 && axes >> c & 1;
-  if (weights->count > 1 && axes) flesh_system_fixed(system, t, fixed);
+  flesh_system_fixed(system, t, fixed);
   for (int d = 0; weights->count > 1 && axes && d < flesh_system_unknowns(system); d++) {
     double *sums = sums_of(weights, d / 3);
     if (sums && fixed[d]) sums[d % 3] = 1;
@@ -215,6 +265,7 @@ void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *sy
     const double *along = weights->sums + SUMS * weights->tied[p];
     weights->of[p].held = fmin(along[0], fmin(along[1], along[2]));
   }
+  find_turning(weights, fixed);
 }
 
 void flesh_part_weights_clear_contact(flesh_part_weights *weights)
@@ -278,7 +329,7 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
   const double flight = fmax(0, fmin(far, low) - stiff * part->period);
-  part->flies = part->held > 0 || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
+  part->flies = part->held > part->turns || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
   if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
@@ -305,7 +356,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   const int touches = flesh_system_has_role(system, FLESH_ROLE_CONTACT);
   double largest = 1, held = !touches, frame[3];
   weights->flies = 0;
-  for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held);
+  for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held - weights->of[p].turns);
   if (held > 0) return 1;
   find_frame(weights, state->v, frame);
   clear_sums(weights, 0);

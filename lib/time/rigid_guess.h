@@ -16,7 +16,7 @@ typedef struct flesh_rigid_parts {
   const flesh_team *team; /* the system's team, whose sums over nodes are those of all ranks; NULL: no ranks */
   int own;                /* number of nodes that count in sums, the first ones */
   int *part; /* [nodes] part of each, where that is used */
-  uint8_t *constrained; /* [3*nodes] room for the constrained dofs; NULL: there is one part */
+  uint8_t *constrained; /* [3*nodes] room for the constrained dofs */
   double *extent; /* [count] m, mean distance from the centre at rest */
 } flesh_rigid_parts;
 

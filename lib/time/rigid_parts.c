@@ -79,9 +79,8 @@ int flesh_rigid_parts_create(const flesh_system *system, int status, flesh_rigid
   if (!status) {
     parts->first = calloc((size_t)parts->count + 2, sizeof *parts->first);
     parts->extent = malloc(((size_t)parts->count + 1) * sizeof *parts->extent);
-    if (parts->count > 1) parts->constrained = calloc(3 * nodes + 1, 1);
-    if (!parts->first || !parts->extent || (!parts->constrained && parts->count > 1))
-      status = no_memory(nodes);
+    parts->constrained = calloc(3 * nodes + 1, 1);
+    if (!parts->first || !parts->extent || !parts->constrained) status = no_memory(nodes);
     status = flesh_team_agree(team, status);
   }
   if (!status) {

@@ -42,19 +42,25 @@ static void vibrations_that_growing_loads_excite_are_seen(void)
   test_body_destroy(&b);
 }
 
-/* A body that spins freely, far more slowly than it vibrates, conserves its angular momentum as accurately as steps may
- * err: residuals, which hardly move it within a step, would turn it for as long as it moves, and so would accelerations
- * that swing, of Newmark's family. */
-static void keep_spinning(flesh_method method, double young)
+/* A body that spins freely or, if `hinged`, about a line of pins, far more slowly than it vibrates, conserves its angular
+ * momentum as accurately as steps may err: residuals, which hardly move it within a step, would turn it for as long as it
+ * moves, and so would accelerations that swing, of Newmark's family. */
+static void keep_spinning(flesh_method method, double young, int hinged)
 {
   static const double tolerances[] = {1e-2, 3e-3, 1e-3, 3e-4};
   for (size_t k = 0; k < sizeof tolerances / sizeof tolerances[0]; k++) {
-    const double c[] = {1.5, 0.5, 0.5}, w[] = {1, 0.6, 3};
+    const double c[] = {hinged ? 0 : 1.5, 0.5, hinged ? 0 : 0.5}, w[] = {hinged ? 0 : 1, hinged ? 1 : 0.6, hinged ? 0 : 3};
     double before[6], after[6], change = 0, all = 0;
+    int pins[3], count = 0;
     test_body b;
     flesh_material material;
     CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, young, 0.4, &material));
     CHECK_OK(test_body_create(test_box(6, 2, 2, 3, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+    for (int i = 0; i < b.n / 3 && hinged; i++) {
+      const double *X = flesh_mesh_positions(b.mesh) + 3 * i;
+      if (X[0] == 0 && X[2] == 0) pins[count++] = i;
+    }
+    if (hinged) CHECK_OK(flesh_system_add_pin(b.system, count, pins, FLESH_AXES_ALL, -INFINITY, INFINITY));
     CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) {
       const double *X = b.state.x + d - d % 3;
@@ -71,9 +77,10 @@ static void keep_spinning(flesh_method method, double young)
     CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 2, &stats));
     test_momenta(&b, after);
-    for (int i = 3; i < 6; i++) change += pow(after[i] - before[i], 2), all += pow(before[i], 2);
-    printf("# %s, %g Pa at %g: %d steps, %d rejected, %d Newton, angular momentum off by %.2g tolerances\n",
-           flesh_method_name(method), young, tolerances[k], stats.steps, stats.rejected, stats.newton, sqrt(change / all) / tolerances[k]);
+    for (int i = hinged ? 4 : 3; i < (hinged ? 5 : 6); i++) change += pow(after[i] - before[i], 2), all += pow(before[i], 2);
+    printf("# %s, %s%g Pa at %g: %d steps, %d rejected, %d Newton, angular momentum off by %.2g tolerances\n",
+           flesh_method_name(method), hinged ? "hinged, " : "", young, tolerances[k], stats.steps, stats.rejected,
+           stats.newton, sqrt(change / all) / tolerances[k]);
     CHECK_BELOW(sqrt(change / all), 2 * tolerances[k]);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
@@ -83,10 +90,19 @@ static void keep_spinning(flesh_method method, double young)
 static void stiff_bodies_that_spin_freely_keep_spinning(void)
 {
   for (double young = 1e8; young < 2e12; young *= 100) {
-    keep_spinning(FLESH_METHOD_RUNGE_KUTTA, young);
-    keep_spinning(FLESH_METHOD_NEWMARK, young);
-    keep_spinning(FLESH_METHOD_HHT, young);
-    keep_spinning(FLESH_METHOD_GENERALIZED_ALPHA, young);
+    keep_spinning(FLESH_METHOD_RUNGE_KUTTA, young, 0);
+    keep_spinning(FLESH_METHOD_NEWMARK, young, 0);
+    keep_spinning(FLESH_METHOD_HHT, young, 0);
+    keep_spinning(FLESH_METHOD_GENERALIZED_ALPHA, young, 0);
+  }
+}
+
+static void stiff_bodies_that_turn_on_pins_keep_turning(void)
+{
+  for (double young = 1e8; young < 2e10; young *= 100) {
+    keep_spinning(FLESH_METHOD_RUNGE_KUTTA, young, 1);
+    keep_spinning(FLESH_METHOD_NEWMARK, young, 1);
+    keep_spinning(FLESH_METHOD_HHT, young, 1);
   }
 }
 
@@ -119,5 +135,6 @@ static void longest_steps_reach_outputs(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen),
-                   TEST(stiff_bodies_that_spin_freely_keep_spinning), TEST(longest_steps_reach_outputs));
+                   TEST(stiff_bodies_that_spin_freely_keep_spinning),
+                   TEST(stiff_bodies_that_turn_on_pins_keep_turning), TEST(longest_steps_reach_outputs));
 }
