@@ -26,7 +26,7 @@ typedef struct figures {
 static const flesh_study_field fields[] = {{"steps", FLESH_FIELD_INT, offsetof(figures, steps)},
                                            {"max_volume_drift", FLESH_FIELD_DOUBLE, offsetof(figures, max_volume_drift)},
                                            {0}};
-static const flesh_study_column columns[] = {{.name = "young", .key = "--young"}};
+static const flesh_study_column columns[] = {{.name = "young", .key = "--young"}, {0}};
 
 typedef struct plan {
   flesh_study_options options;
@@ -84,7 +84,7 @@ static const char results[] =
 static flesh_study study_of(plan *p)
 {
   return (flesh_study){.name = "slump", .fingerprint = p->fingerprint,
-                       .different = "its scene was another", .column_count = 1, .columns = columns,
+                       .different = "its scene was another", .columns = columns,
                        .case_count = p->count, .data = p, .make = make_case, .fields = fields, .work = do_case,
                        .results = {results}};
 }
