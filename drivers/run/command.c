@@ -66,8 +66,8 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("%ld of %ld internal steps would have ended inside an obstacle; backward Euler took them, which damps\n",
            figures->impact_steps, figures->internal_steps);
   if (figures->damped_steps)
-    printf("%ld of %ld internal steps led out of a tangle, gained energy, however short, or swung; "
-           "backward Euler or runge-kutta took them, which damp\n",
+    printf("%ld of %ld internal steps led out of a tangle, gained energy or swung; "
+           "backward Euler or runge-kutta, which damp, took them\n",
            figures->damped_steps, figures->internal_steps);
   if (figures->at_rounding)
     printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",

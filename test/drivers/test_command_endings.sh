@@ -18,7 +18,7 @@ energy_from_nowhere_ends_a_run() {
   - contact: {plane: {point: [0, 0, -0.0005]}}' 'method: hht, step: 1/100, end: 0.3'
   expect 0 "$flesh" run near.yaml --out near --no-frames || return 1
   has near/result.json '"energy_gain": 0.0' && has near/result.json '"rejected_steps": [1-9]' &&
-    has stdout.txt '[0-9]* of [0-9]* internal steps led out of a tangle or gained energy' || return 1
+    has stdout.txt '[0-9]* of [0-9]* internal steps led out of a tangle, gained energy or swung; backward Euler' || return 1
   expect 8 "$flesh" run near.yaml --out near --no-frames --method ida --set time.tolerance=5e-3 \
     --set time.max_order=3 || return 1
   has stderr.txt 'the energy grew by .* J although nothing put it in' && has stderr.txt 'node [0-9]* at (' &&
