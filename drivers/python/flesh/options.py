@@ -112,7 +112,7 @@ class SolveStats(Record):
     convergence_failures: int = Field("steps rejected because Newton did not converge")
     order: int = Field("order of the last step")
     impact_steps: int = Field("steps taken by backward Euler because an obstacle barred the way")
-    damped_steps: int = Field("steps by backward Euler or Runge-Kutta: out of a tangle, or after gains of energy or swings")
+    damped_steps: int = Field("steps by backward Euler or Runge-Kutta: out of a tangle, or after gains or swings")
     h_last: float = Field("length of the last step, s")
 
 
