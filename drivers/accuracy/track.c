@@ -94,7 +94,8 @@ int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
 int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_track *track)
 {
   int effects = flesh_system_effect_count(system);
-  double *zeros = calloc((size_t)track->unknowns + (size_t)effects, sizeof(double)), *energies = zeros + track->unknowns;
+  double *zeros = calloc((size_t)track->unknowns + (size_t)effects, sizeof(double));
+  double *energies = zeros ? zeros + track->unknowns : NULL;
   int status = zeros ? FLESH_OK : flesh_no_memory();
   for (int k = 0; k < track->times && !status; k++) {
     const double *x = track->x + (size_t)k * (size_t)track->unknowns;

@@ -140,8 +140,9 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
 {
   const flesh_system *system = flesh_scene_system(scene);
   int unknowns = flesh_system_unknowns(system);
-  double *zero = calloc((size_t)unknowns, 2 * sizeof *zero + 1), *r = zero + unknowns, sum = 0;
+  double *zero = calloc((size_t)unknowns, 2 * sizeof *zero + 1), sum = 0;
   if (!zero) return;
+  double *r = zero + unknowns;
   uint8_t *fixed = (uint8_t *)(r + unknowns); /* stands behind the doubles */
   gsl_vector *values = NULL;
   const flesh_point point = flesh_point_at(t, x, zero, zero);

@@ -112,9 +112,10 @@ const char *flesh_point_load(const flesh_scene *scene)
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const int n = flesh_system_unknowns(system);
   const char *found = NULL;
-  double *x = calloc((size_t)n, 3 * sizeof *x + 1), *zero = x + n, *r = zero + n; /* the marks stand behind the doubles */
+  double *x = calloc((size_t)n, 3 * sizeof *x + 1);
   if (!x) return NULL;
-  char *marked = (char *)(r + n);
+  double *zero = x + n, *r = zero + n;
+  char *marked = (char *)(r + n); /* the marks stand behind the doubles */
   /* The positions differ from the rest shape, so that springs are extended. */
   for (int d = 0; d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] * 1.01 + 1e-3;
   for (int k = 0; !found && k < flesh_system_effect_count(system); k++) {

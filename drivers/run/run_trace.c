@@ -130,8 +130,9 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double s
   const flesh_system *system = flesh_scene_system(scene);
   const int n = flesh_system_unknowns(system);
   const double *X = flesh_mesh_positions(flesh_scene_mesh(scene));
-  double *zeros = calloc((size_t)n, 3 * sizeof *zeros + 1), *own = zeros + n, *others = own + n, work = 0;
+  double *zeros = calloc((size_t)n, 3 * sizeof *zeros + 1), work = 0;
   if (!zeros) return 0;
+  double *own = zeros + n, *others = own + n;
   uint8_t *fixed = (uint8_t *)(others + n); /* the flags stand behind the doubles */
   flesh_point point = flesh_point_at(state->t, state->x, zeros, zeros);
   point.multipliers = state->multipliers;

@@ -224,6 +224,12 @@ static int clamps(const double *gram)
 /* Finds the held parts that may rotate, as on a line of pins; `fixed` [3*nodes]: the constrained dofs. */
 static void find_turning(flesh_part_weights *weights, const uint8_t *fixed)
 {
+  int held = 0;
+  for (int p = 0; p < weights->count; p++) {
+    weights->of[p].turns = 0;
+    held |= weights->of[p].held > 0;
+  }
+  if (!held) return;
   const flesh_rigid_parts *parts = weights->parts;
   const double *X = flesh_mesh_positions(parts->mesh);
   double centre[3];
@@ -356,7 +362,11 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   const int touches = flesh_system_has_role(system, FLESH_ROLE_CONTACT);
   double largest = 1, held = !touches, frame[3];
   weights->flies = 0;
-  for (int p = 0; p < weights->count; p++) held = fmin(held, weights->of[p].held - weights->of[p].turns);
+  for (int p = 0; p < weights->count; p++) {
+    weights->of[p].times = 1; /* what it counted before it was held, if it is, is over */
+    weights->of[p].flies = 0;
+    held = fmin(held, weights->of[p].held - weights->of[p].turns);
+  }
   if (held > 0) return 1;
   find_frame(weights, state->v, frame);
   clear_sums(weights, 0);
