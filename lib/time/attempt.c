@@ -371,9 +371,9 @@ static int judge_error(flesh_integrator *self, const trial *trial, const flesh_s
   flesh_error_control *control = &self->control;
   control->error = NAN;
   if (!is_controlled(self, trial)) return FLESH_OK;
-  const double *u = self->nonlinear->u;
-  if (!trial->row->error(&self->memory, state, u, trial->part->h, control->e)) return FLESH_OK;
-  control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, trial->part->h, &stage->shift, stats);
+  if (!trial->row->error(&self->memory, state, self->nonlinear->u, trial->part->h, control->e)) return FLESH_OK;
+  const double *momentum = trial->row->momentum ? trial->row->momentum(&self->memory, trial->part->h, self->room[1]) : NULL;
+  control->refusal = flesh_error_control_judge(control, self->prescribed.fixed, momentum, trial->part->h, &stage->shift, stats);
   const int status = control->refusal || !self->internals.count ? FLESH_OK : judge_change(self, trial, state, stage, stats);
   return status ? status : control->refusal ? FLESH_NOT_CONVERGED : FLESH_OK;
 }

@@ -21,7 +21,9 @@
  * errors of what is held do not count more often, its impulses count further down, by a quarter of what lies between the two:
  * with `local` a cantilever that falls onto a plane errs by 24 tolerances at 1e-4, so by 10.
  *
- * Errors of parts that nothing holds count as often as part_weights.c says.
+ * Errors of parts that nothing holds count as often as part_weights.c says, as they become momentum. A method of order 1 errs
+ * by h^2 a/2 in positions even if the acceleration a is constant and its velocities are exact: only the error of its
+ * velocities, times h, counts so, and as an impulse.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
  * of it. Their impulse counts like that of contact.
@@ -298,6 +300,20 @@ static double counted(const flesh_error_control *self, const double *e, int velo
   return size_of(self, self->force);
 }
 
+/* Lets the part of the error that `momentum` [n] is, h times an error of velocities, count as often as its parts do, and the
+ * rest once. Overwrites `force`. */
+static void count_momentum(flesh_error_control *self, const double *momentum)
+{
+  flesh_part_weights_count(&self->weights, momentum, 0, self->force);
+  for (int d = 0; d < self->n; d++) self->e[d] += self->force[d] - momentum[d];
+}
+
+/* Returns the size of an error e [n] of positions, whose momentum has been counted if it is told. Overwrites `force`. */
+static double counted_positions(const flesh_error_control *self, const double *e, const double *momentum)
+{
+  return momentum ? size_of(self, e) : counted(self, e, 0);
+}
+
 /* Returns how far the velocity error e/h of the nodes that touch something, and are not fixed, leads astray. Overwrites
  * `filtered`. */
 static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
@@ -320,8 +336,8 @@ static flesh_refusal refusal_of(const flesh_error_control *self)
   return self->error <= 1 ? FLESH_REFUSED_BY_NOTHING : FLESH_REFUSED_BY_ERROR;
 }
 
-flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, double h, const flesh_shift *shift,
-                                        flesh_solve_stats *stats)
+flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t *fixed, const double *momentum, double h,
+                                        const flesh_shift *shift, flesh_solve_stats *stats)
 {
   const double allowed = self->local * self->length;
   flesh_newton *newton = self->nonlinear->newton;
@@ -330,15 +346,17 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
     if (fixed[d]) self->e[d] *= of_prescribed;
   self->times = 1;
   self->swings = 0;
-  self->error = counted(self, self->e, 0) / allowed;
+  if (momentum && self->largest > 1) count_momentum(self, momentum);
+  self->error = counted_positions(self, self->e, momentum) / allowed;
   if (self->error > negligible && filter_error(self, fixed, shift, &product, stats)) {
     self->times = times_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
-    const double filtered = counted(self, self->filtered, 0) / allowed;
+    const double filtered = counted_positions(self, self->filtered, momentum) / allowed;
     self->swings = !self->touches && self->error > fmax(swung, swung_ratio * filtered);
     if (filtered < self->error) self->error = self->times * filtered;
   }
+  if (self->touches && momentum) memcpy(self->e, momentum, (size_t)self->n * sizeof *momentum);
   if (self->touches && self->error > 0) flesh_newton_keep_volumes(newton, self->nonlinear->u, self->e, stats);
   if (self->touches)
     self->error = hypot(self->error, drift_by_impulses(self, fixed, h) / (self->impulses * self->length));

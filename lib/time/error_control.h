@@ -88,9 +88,10 @@ void flesh_error_control_clear_contact(flesh_error_control *control);
 void flesh_error_control_touch(flesh_error_control *control, const double *forces);
 /* Judges the error in control->e [n] of a step of h whose last stage, with this shift, was the last one solved:
  * FLESH_REFUSED_BY_ERROR or _BY_NOTHING. `fixed` [n]: constrained dofs, whose error shows whether steps resolve their
- * motion. Adds what the filter's solve took to *stats. */
-flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, double h,
-                                        const flesh_shift *shift, flesh_solve_stats *stats);
+ * motion. `momentum` [n]: h times the error of velocities; NULL: e is like that. Adds what the filter's solve took to
+ * *stats. */
+flesh_refusal flesh_error_control_judge(flesh_error_control *control, const uint8_t *fixed, const double *momentum,
+                                        double h, const flesh_shift *shift, flesh_solve_stats *stats);
 /* Judges the step once more, whose end `point` changes internal variables to `next`: the forces that this changes may
  * have been wrong for all of the step. FLESH_REFUSED_BY_ERROR or _BY_NOTHING. Overwrites control->e. */
 flesh_refusal flesh_error_control_judge_change(flesh_error_control *control, const uint8_t *fixed, const flesh_point *point,

@@ -62,6 +62,9 @@ typedef struct flesh_method_row {
    * unknowns u: it falls with h^3, or h^2 if the method is of order 1. Returns whether the estimate is known for this
    * step. NULL: it never is. */
   int (*error)(const flesh_method_memory *memory, const flesh_state *state, const double *u, double h, double *e);
+  /* Estimates h times the local error of velocities, e [n], of a step of h whose error in positions is known. Returns e;
+   * NULL: the two errors are alike. NULL: they always are. */
+  const double *(*momentum)(const flesh_method_memory *memory, double h, double *e);
   int swings;    /* 1: accelerations that steps do not resolve return in each step with the opposite sign */
   double growth; /* largest ratio of a step to the last one that the memory serves; 0: any */
   /* The row with the same formulas and an estimate, which takes this one's place if errors choose steps; NULL: this

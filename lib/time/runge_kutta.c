@@ -163,6 +163,16 @@ static int runge_kutta_error(const flesh_method_memory *memory, const flesh_stat
   return 1;
 }
 
+/* The positions of a method of order 1 err even if its velocities do not. */
+static const double *runge_kutta_momentum(const flesh_method_memory *memory, double h, double *e)
+{
+  const flesh_butcher_table *table = table_of(memory);
+  if (table->order > 1) return NULL;
+  const double *before = memory->vectors[0], *after = A_of(memory, 1), weight = table->a[1][1] - table->embedded[1];
+  for (int d = 0; d < memory->n; d++) e[d] = weight * h * h * (after[d] - before[d]);
+  return e;
+}
+
 static double runge_kutta_weight(const flesh_method_memory *memory, int i)
 {
   const flesh_butcher_table *table = table_of(memory);
@@ -182,4 +192,5 @@ const flesh_method_row flesh_method_runge_kutta = {.vectors = FIRST + 2 * (FLESH
                                                    .finish = runge_kutta_finish,
                                                    .weight = runge_kutta_weight,
                                                    .order = runge_kutta_order,
-                                                   .error = runge_kutta_error};
+                                                   .error = runge_kutta_error,
+                                                   .momentum = runge_kutta_momentum};
