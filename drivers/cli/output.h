@@ -6,12 +6,6 @@
 #include "base/folder.h"
 #include "cli/inputs.h"
 
-/* Prepares a run's output before anything is written. Claims the run's folder `out` (NULL: none) and checks that
- * neither the run's files nor `save_state`, the copy of its state (NULL: none), would replace a file that the run reads
- * or, in the folder, one that no run has written. `scene_path` may be NULL. FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
-int flesh_run_output_claim(const flesh_scene *scene, const char *scene_path, const char *save_state, const char *out,
-                           flesh_folder_claim *claim);
-
 /* Claims a folder for a command; the lock file says `flesh COMMAND`, the process and the host. Waits 0.3 s for a
  * process that was just killed to release it. */
 int flesh_output_claim(const char *folder, const char *command, flesh_folder_claim *claim);

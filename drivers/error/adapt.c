@@ -18,7 +18,6 @@
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
 #include "output/resume.h"
-#include "run/runner.h"
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/sensitivity.h"

@@ -11,7 +11,6 @@
 #include "mesh/edges.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
-#include "run/runner.h"
 #include "scene/scene.h"
 
 /* Factors of bars, from data/results/error_bars.md. */

@@ -2,7 +2,7 @@
 #ifndef FLESH_ERROR_COMPANION_H
 #define FLESH_ERROR_COMPANION_H
 
-#include "run/runner_options.h"
+#include "run/runner.h"
 
 /* The sources of error. */
 typedef enum flesh_error_kind { FLESH_ERROR_MESH, FLESH_ERROR_STEP, FLESH_ERROR_KINDS } flesh_error_kind;

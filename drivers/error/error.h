@@ -4,7 +4,7 @@
 #define FLESH_ERROR_ERROR_H
 
 #include "cli/overrides.h"
-#include "run/runner_options.h"
+#include "run/runner.h"
 
 /* Returns whether the scene asks for error bars. */
 int flesh_error_wanted(const flesh_scene *scene);

@@ -212,7 +212,7 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
       continue;
     }
     report->shown[kept++] = shown;
-    few += runs[kept - 1].few;
+    few += runs[kept - 1].has_states;
     if (taken_of(report, runs[kept - 1].count) < runs[kept - 1].count)
       flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name,
                         report->most_frames);

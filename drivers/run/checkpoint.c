@@ -1,5 +1,5 @@
 /* checkpoint.c: writes and reads checkpoint.bin: two lines of text that name the format and the build of flesh, then an
- * archive of the parts that belong to the whole run, then one of each piece; the length and the checksum of an archive
+ * archive of what belongs to the whole run, then one of each piece; the length and the checksum of an archive
  * stand before it. */
 #include "run/checkpoint.h"
 
@@ -92,9 +92,9 @@ static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
   return FLESH_OK;
 }
 
-static int archive_parts(const flesh_checkpoint_parts *parts, flesh_archive *archive)
+static int archive_figures(flesh_figures *figures, flesh_run_trace *trace, flesh_archive *archive)
 {
-  flesh_figures *figures = parts->figures, copy = *figures;
+  flesh_figures copy = *figures;
   copy.energies = copy.probes = NULL;
   FLESH_ARCHIVE(archive, copy);
   copy.energies = figures->energies;
@@ -104,11 +104,11 @@ static int archive_parts(const flesh_checkpoint_parts *parts, flesh_archive *arc
   *figures = copy;
   flesh_archive_bytes(archive, figures->energies, (size_t)figures->effects * sizeof *figures->energies);
   flesh_archive_bytes(archive, figures->probes, FLESH_PROBE_FIGURES * (size_t)figures->probe_columns * sizeof(double));
-  return archive_trace(parts->trace, archive);
+  return archive_trace(trace, archive);
 }
 
 static int archive_all(const flesh_checkpoint_head *head, const char *digest, const char *notes,
-                       const flesh_checkpoint_parts *parts, flesh_archive *archive)
+                       flesh_figures *figures, flesh_run_trace *trace, flesh_archive *archive)
 {
   flesh_checkpoint_head copy = *head;
   char text[FLESH_DIGEST_SIZE], *words = (char *)notes; /* only read */
@@ -116,137 +116,131 @@ static int archive_all(const flesh_checkpoint_head *head, const char *digest, co
   FLESH_ARCHIVE(archive, text);
   archive_head(&copy, archive);
   int status = archive_text(&words, archive);
-  return status ? status : archive_parts(parts, archive);
+  return status ? status : archive_figures(figures, trace, archive);
 }
 
 /* Writes the length and the checksum of the bytes, then the bytes. */
-static void write_bytes(FILE *stream, size_t size, const uint8_t *bytes)
+int flesh_checkpoint_add(void *file, size_t size, const uint8_t *bytes)
 {
+  FILE *stream = ((flesh_file *)file)->stream;
   const uint64_t head[2] = {size, flesh_archive_sum(0, bytes, size)};
   fwrite(head, sizeof head, 1, stream);
   fwrite(bytes, 1, size, stream);
+  return FLESH_OK;
 }
 
 int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
-                           const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file)
+                           const char *notes, flesh_figures *figures, flesh_run_trace *trace, flesh_file *file)
 {
   flesh_archive archive = {.mode = FLESH_ARCHIVE_MEASURE};
   char identity[FLESH_IDENTITY_SIZE];
-  int status = archive_all(head, scene_digest, notes, parts, &archive);
+  int status = archive_all(head, scene_digest, notes, figures, trace, &archive);
   archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .size = archive.at, .data = status ? NULL : malloc(archive.at)};
   if (!status && !archive.data) status = flesh_no_memory_for(folder);
-  if (!status) status = archive_all(head, scene_digest, notes, parts, &archive);
+  if (!status) status = archive_all(head, scene_digest, notes, figures, trace, &archive);
   if (!status) status = flesh_file_open(path_in(folder), file);
   if (!status) {
     flesh_provenance_identity(identity);
     fprintf(file->stream, "%s%s\n", mark, identity);
-    write_bytes(file->stream, archive.size, archive.data);
+    flesh_checkpoint_add(file, archive.size, archive.data);
   }
   free(archive.data);
   return status;
 }
 
-void flesh_checkpoint_add(flesh_file *file, size_t size, const uint8_t *bytes) { write_bytes(file->stream, size, bytes); }
-
-int flesh_checkpoint_refuse(const char *folder)
+int flesh_checkpoint_refuse(const flesh_checkpoint *checkpoint)
 {
-  return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": the checkpoint is damaged", folder);
+  return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": the checkpoint is damaged", checkpoint->folder);
 }
 
 /* Reads the two lines of text; fails unless they are those of this build. */
-static int read_lines(const char *folder, FILE *file)
+static int read_lines(const flesh_checkpoint *checkpoint)
 {
   char identity[FLESH_IDENTITY_SIZE], line[2 * FLESH_IDENTITY_SIZE];
-  if (!fgets(line, sizeof line, file) || strcmp(line, mark))
+  if (!fgets(line, sizeof line, checkpoint->file) || strcmp(line, mark))
     return flesh_fail(FLESH_ERR_FILE, "%s/" FLESH_CHECKPOINT_NAME ": this is no checkpoint of flesh, or one of another "
-                                                                  "format", folder);
-  if (!fgets(line, sizeof line, file) || !strchr(line, '\n')) return flesh_checkpoint_refuse(folder);
+                                                                  "format", checkpoint->folder);
+  if (!fgets(line, sizeof line, checkpoint->file) || !strchr(line, '\n')) return flesh_checkpoint_refuse(checkpoint);
   line[strcspn(line, "\n")] = 0;
   flesh_provenance_identity(identity);
   if (!strcmp(identity, line)) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%s: the checkpoint was written by %.200s; this is %s, which goes on from its own only", folder, line,
-                    identity);
+                    "%s: the checkpoint was written by %.200s; this is %s, which goes on from its own only",
+                    checkpoint->folder, line, identity);
 }
 
-/* Reads the length, the checksum and the bytes at the file's current place; *bytes is new. */
-static int read_bytes(const char *folder, FILE *file, long end, uint8_t **bytes, size_t *size)
+/* Reads the length and the checksum of an archive at the file's current place, and checks that the archive can be in the
+ * file. */
+static int read_head(const flesh_checkpoint *checkpoint, uint64_t head[2])
+{
+  const long at = ftell(checkpoint->file), size = 2 * (long)sizeof *head;
+  return fread(head, (size_t)size, 1, checkpoint->file) != 1 || at < 0 ||
+                 head[0] > (uint64_t)(checkpoint->end - at - size)
+             ? flesh_checkpoint_refuse(checkpoint)
+             : FLESH_OK;
+}
+
+/* Reads an archive at the file's current place; *bytes is new. */
+static int read_bytes(const flesh_checkpoint *checkpoint, uint8_t **bytes, size_t *size)
 {
   uint64_t head[2];
-  const long at = ftell(file);
   *bytes = NULL;
-  if (fread(head, sizeof head, 1, file) != 1 || at < 0 || head[0] > (uint64_t)(end - at - (long)sizeof head))
-    return flesh_checkpoint_refuse(folder);
+  const int status = read_head(checkpoint, head);
+  if (status) return status;
   *size = (size_t)head[0];
   *bytes = malloc(*size + 1);
-  if (!*bytes) return flesh_no_memory_for(folder);
-  if (fread(*bytes, 1, *size, file) == *size && flesh_archive_sum(0, *bytes, *size) == head[1]) return FLESH_OK;
+  if (!*bytes) return flesh_no_memory_for(checkpoint->folder);
+  if (fread(*bytes, 1, *size, checkpoint->file) == *size && flesh_archive_sum(0, *bytes, *size) == head[1]) return FLESH_OK;
   free(*bytes);
   *bytes = NULL;
-  return flesh_checkpoint_refuse(folder);
+  return flesh_checkpoint_refuse(checkpoint);
 }
 
 /* Finds where each piece begins; the pieces fill the file from its current place to its end. */
-static int find_pieces(const char *folder, FILE *file, long end, flesh_checkpoint *checkpoint)
+static int find_pieces(flesh_checkpoint *checkpoint)
 {
   const int pieces = checkpoint->head.pieces;
-  long at = ftell(file);
-  if (pieces < 1 || (long)sizeof(uint64_t) * 2 > (end - at) / pieces) return flesh_checkpoint_refuse(folder);
+  uint64_t head[2];
+  long at = ftell(checkpoint->file);
+  if (pieces < 1 || (long)sizeof head > (checkpoint->end - at) / pieces) return flesh_checkpoint_refuse(checkpoint);
   checkpoint->places = malloc((size_t)pieces * sizeof *checkpoint->places);
-  if (!checkpoint->places) return flesh_no_memory_for(folder);
+  if (!checkpoint->places) return flesh_no_memory_for(checkpoint->folder);
   for (int k = 0; k < pieces; k++) {
-    uint64_t head[2];
     checkpoint->places[k] = at;
-    if (fseek(file, at, SEEK_SET) || fread(head, sizeof head, 1, file) != 1 ||
-        head[0] > (uint64_t)(end - at - (long)sizeof head))
-      return flesh_checkpoint_refuse(folder);
+    if (fseek(checkpoint->file, at, SEEK_SET)) return flesh_checkpoint_refuse(checkpoint);
+    const int status = read_head(checkpoint, head);
+    if (status) return status;
     at += (long)(sizeof head + head[0]);
   }
-  return at == end ? FLESH_OK : flesh_checkpoint_refuse(folder);
+  return at == checkpoint->end ? FLESH_OK : flesh_checkpoint_refuse(checkpoint);
 }
 
-static FILE *open_file(const char *folder, long *end)
+static int read_main(flesh_checkpoint *checkpoint, char digest[FLESH_DIGEST_SIZE])
 {
-  const char *path = path_in(folder);
-  FILE *file = NULL;
-  if (flesh_regular_open(path, &file))
-    flesh_fail_within(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with --checkpoint: ",
-                      folder);
-  if (file && (fseek(file, 0, SEEK_END) || (*end = ftell(file)) < 0 || fseek(file, 0, SEEK_SET))) {
-    flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
-    fclose(file);
-    file = NULL;
-  }
-  return file;
-}
-
-static flesh_archive archive_of(uint8_t *bytes, size_t size, size_t at)
-{
-  return (flesh_archive){.mode = FLESH_ARCHIVE_LOAD, .data = bytes, .size = size, .at = at};
-}
-
-static int read_main(const char *folder, FILE *file, long end, char digest[FLESH_DIGEST_SIZE], flesh_checkpoint *checkpoint)
-{
-  int status = read_lines(folder, file);
-  if (!status) status = read_bytes(folder, file, end, &checkpoint->main, &checkpoint->size);
+  int status = read_lines(checkpoint);
+  if (!status) status = read_bytes(checkpoint, &checkpoint->main, &checkpoint->size);
   if (status) return status;
-  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, 0);
+  flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = checkpoint->main, .size = checkpoint->size};
   flesh_archive_bytes(&archive, digest, FLESH_DIGEST_SIZE);
   archive_head(&checkpoint->head, &archive);
   status = archive_text(&checkpoint->notes, &archive);
-  if (archive.wrong) return flesh_checkpoint_refuse(folder);
-  checkpoint->parts = archive.at;
-  return status ? status : find_pieces(folder, file, end, checkpoint);
+  if (archive.wrong) return flesh_checkpoint_refuse(checkpoint);
+  checkpoint->figures = archive.at;
+  return status ? status : find_pieces(checkpoint);
 }
 
 int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
 {
   char digest[FLESH_DIGEST_SIZE] = "", now[FLESH_DIGEST_SIZE];
-  long end = 0;
-  FILE *file = open_file(folder, &end);
-  if (!file) return FLESH_ERR_FILE;
-  const int status = read_main(folder, file, end, digest, checkpoint);
-  fclose(file);
+  const char *path = path_in(folder);
+  checkpoint->folder = folder;
+  if (flesh_regular_open(path, &checkpoint->file))
+    return flesh_fail_within(FLESH_ERR_FILE, "%s: there is no checkpoint to go on from, as a run writes it with "
+                                             "--checkpoint: ", folder);
+  if (fseek(checkpoint->file, 0, SEEK_END) || (checkpoint->end = ftell(checkpoint->file)) < 0 ||
+      fseek(checkpoint->file, 0, SEEK_SET))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
+  const int status = read_main(checkpoint, digest);
   if (status) return status;
   flesh_checkpoint_digest(folder, now);
   if (!*now) return FLESH_ERR_FILE;
@@ -258,29 +252,25 @@ int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
 
 void flesh_checkpoint_close(flesh_checkpoint *checkpoint)
 {
+  if (checkpoint->file) fclose(checkpoint->file);
   free(checkpoint->notes);
   free(checkpoint->main);
   free(checkpoint->places);
   *checkpoint = (flesh_checkpoint){0};
 }
 
-int flesh_checkpoint_restore(const char *folder, flesh_checkpoint *checkpoint, const flesh_checkpoint_parts *parts)
+int flesh_checkpoint_restore(const flesh_checkpoint *checkpoint, flesh_figures *figures, flesh_run_trace *trace)
 {
-  flesh_archive archive = archive_of(checkpoint->main, checkpoint->size, checkpoint->parts);
-  int status = archive_parts(parts, &archive);
-  if (archive.wrong || (!status && archive.at != archive.size)) return flesh_checkpoint_refuse(folder);
+  flesh_archive archive = {.mode = FLESH_ARCHIVE_LOAD, .data = checkpoint->main, .size = checkpoint->size,
+                           .at = checkpoint->figures};
+  int status = archive_figures(figures, trace, &archive);
+  if (archive.wrong || (!status && archive.at != archive.size)) return flesh_checkpoint_refuse(checkpoint);
   return status;
 }
 
-int flesh_checkpoint_read_piece(const char *folder, const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes,
-                                size_t *size)
+int flesh_checkpoint_read_piece(const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes, size_t *size)
 {
-  long end = 0;
-  FILE *file = open_file(folder, &end);
   *bytes = NULL;
-  if (!file) return FLESH_ERR_FILE;
-  const int status = fseek(file, checkpoint->places[piece], SEEK_SET) ? flesh_checkpoint_refuse(folder)
-                                                                      : read_bytes(folder, file, end, bytes, size);
-  fclose(file);
-  return status;
+  return fseek(checkpoint->file, checkpoint->places[piece], SEEK_SET) ? flesh_checkpoint_refuse(checkpoint)
+                                                                      : read_bytes(checkpoint, bytes, size);
 }

@@ -32,13 +32,6 @@ typedef struct flesh_checkpoint_head {
   int64_t history, probes;     /* sizes of their files in bytes; probes is -1 if there is none */
 } flesh_checkpoint_head;
 
-/* The parts of a checkpoint that belong to the run as a whole; all borrowed. */
-typedef struct flesh_checkpoint_parts {
-  const flesh_scene *scene;
-  flesh_figures *figures;
-  flesh_run_trace *trace;
-} flesh_checkpoint_parts;
-
 /* The part of a checkpoint that belongs to one rank, or to a process without ranks; all borrowed. */
 typedef struct flesh_checkpoint_piece {
   const flesh_rank_part *part;   /* NULL: the whole */
@@ -51,20 +44,24 @@ typedef struct flesh_checkpoint_piece {
 int flesh_checkpoint_pack(const flesh_checkpoint_piece *piece, uint8_t **bytes, size_t *size);
 /* Opens folder/checkpoint.bin, which is written to the disk completely or not at all: call flesh_checkpoint_add for
  * each piece, by rising rank, then flesh_sync_commit, or flesh_file_abandon to give up. `scene_digest`: SHA-256 of the
- * folder's scene.yaml; `notes`: text. */
+ * folder's scene.yaml; `notes`: text. Figures and trace are only read. */
 int flesh_checkpoint_begin(const char *folder, const flesh_checkpoint_head *head, const char *scene_digest,
-                           const char *notes, const flesh_checkpoint_parts *parts, flesh_file *file);
-void flesh_checkpoint_add(flesh_file *file, size_t size, const uint8_t *bytes);
+                           const char *notes, flesh_figures *figures, flesh_run_trace *trace, flesh_file *file);
+/* Writes the next piece to the flesh_file; flesh_ranks_gather_bytes calls it. Errors are reported when it is committed. */
+int flesh_checkpoint_add(void *file, size_t size, const uint8_t *bytes);
 /* Computes the SHA-256 of a folder's scene.yaml as text; "" if there is none. */
 enum { FLESH_DIGEST_SIZE = 65 };
 void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE]);
 
-/* A folder's checkpoint as it was read, without its pieces. */
+/* A folder's checkpoint: the open file, and its content without the pieces. */
 typedef struct flesh_checkpoint {
+  const char *folder; /* borrowed */
+  FILE *file;
+  long end; /* size of the file */
   flesh_checkpoint_head head;
   char *notes;
   uint8_t *main;      /* bytes of the file without the pieces */
-  size_t parts, size; /* offset of the parts in `main`, and size of `main` */
+  size_t figures, size; /* offset of the figures in `main`, and size of `main` */
   long *places;       /* [pieces] offsets of the pieces in the file */
 } flesh_checkpoint;
 
@@ -73,20 +70,18 @@ typedef struct flesh_checkpoint {
  * wrote it, or scene.yaml has changed. */
 int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint);
 void flesh_checkpoint_close(flesh_checkpoint *checkpoint);
-/* Restores the parts from the checkpoint. */
-int flesh_checkpoint_restore(const char *folder, flesh_checkpoint *checkpoint, const flesh_checkpoint_parts *parts);
+/* Restores the figures and the trace from the checkpoint. */
+int flesh_checkpoint_restore(const flesh_checkpoint *checkpoint, flesh_figures *figures, flesh_run_trace *trace);
 /* Finds whether the checkpoint has as many pieces as there are `ranks`, and the one of `rank` has the nodes and tets of
  * this piece; the run then resumes with the same bits. */
-int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint, int rank, int ranks,
-                          const flesh_checkpoint_piece *piece, int *fits);
+int flesh_checkpoint_fits(const flesh_checkpoint *checkpoint, int rank, int ranks, const flesh_checkpoint_piece *piece,
+                          int *fits);
 /* Restores a piece from the checkpoint's piece of `rank`; with rank -1 from the data that any rank's piece has of its
  * nodes. Fails also with the status of flesh_integrator_load. */
-int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoint, int rank,
-                            const flesh_checkpoint_piece *piece);
+int flesh_checkpoint_unpack(const flesh_checkpoint *checkpoint, int rank, const flesh_checkpoint_piece *piece);
 /* Helpers of these two: reading the bytes of a piece, which are new, and failing with FLESH_ERR_FILE because the
  * checkpoint is damaged. */
-int flesh_checkpoint_read_piece(const char *folder, const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes,
-                                size_t *size);
-int flesh_checkpoint_refuse(const char *folder);
+int flesh_checkpoint_read_piece(const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes, size_t *size);
+int flesh_checkpoint_refuse(const flesh_checkpoint *checkpoint);
 
 #endif

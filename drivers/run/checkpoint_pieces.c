@@ -101,14 +101,14 @@ static void close_piece(piece_bytes *read)
   free(read->parts.tet_numbers);
 }
 
-static int open_piece(const char *folder, const flesh_checkpoint *checkpoint, int k, piece_bytes *read)
+static int open_piece(const flesh_checkpoint *checkpoint, int k, piece_bytes *read)
 {
   size_t size = 0;
   *read = (piece_bytes){0};
-  int status = flesh_checkpoint_read_piece(folder, checkpoint, k, &read->bytes, &size);
+  int status = flesh_checkpoint_read_piece(checkpoint, k, &read->bytes, &size);
   read->archive = (flesh_archive){.mode = FLESH_ARCHIVE_LOAD, .data = read->bytes, .size = size};
   if (!status) status = archive_parts(&read->parts, &read->archive);
-  return status || !read->archive.wrong ? status : flesh_checkpoint_refuse(folder);
+  return status || !read->archive.wrong ? status : flesh_checkpoint_refuse(checkpoint);
 }
 
 static int same_numbers(int count, const int *a, const int *b)
@@ -116,13 +116,13 @@ static int same_numbers(int count, const int *a, const int *b)
   return !a == !b && (!a || !count || !memcmp(a, b, (size_t)count * sizeof *a));
 }
 
-int flesh_checkpoint_fits(const char *folder, const flesh_checkpoint *checkpoint, int rank, int ranks,
-                          const flesh_checkpoint_piece *piece, int *fits)
+int flesh_checkpoint_fits(const flesh_checkpoint *checkpoint, int rank, int ranks, const flesh_checkpoint_piece *piece,
+                          int *fits)
 {
   piece_bytes read;
   *fits = 0;
   if (ranks != checkpoint->head.pieces) return FLESH_OK;
-  const int status = open_piece(folder, checkpoint, rank, &read);
+  const int status = open_piece(checkpoint, rank, &read);
   const piece_parts *from = &read.parts, here = parts_of(piece);
   *fits = !status && from->nodes == here.nodes && from->own == here.own && from->tets == here.tets &&
           same_numbers(here.nodes, from->node_numbers, here.node_numbers) &&
@@ -153,12 +153,12 @@ static int find_places(const piece_parts *from, const flesh_checkpoint_piece *pi
 }
 
 /* Takes over piece k: all of it if it is this rank's `own`, else the data of this rank's nodes. */
-static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, int own, const flesh_checkpoint_piece *piece)
+static int take(const flesh_checkpoint *checkpoint, int k, int own, const flesh_checkpoint_piece *piece)
 {
   piece_bytes read;
   flesh_archive_others others;
   size_t saved = 0;
-  int *places = NULL, status = open_piece(folder, checkpoint, k, &read);
+  int *places = NULL, status = open_piece(checkpoint, k, &read);
   flesh_archive *archive = &read.archive;
   if (!status && !own) {
     status = find_places(&read.parts, piece, &places, &others);
@@ -167,7 +167,7 @@ static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, i
   if (!status) {
     archive_state(piece, archive);
     FLESH_ARCHIVE(archive, saved);
-    if (archive->wrong || saved > archive->size - archive->at) status = flesh_checkpoint_refuse(folder);
+    if (archive->wrong || saved > archive->size - archive->at) status = flesh_checkpoint_refuse(checkpoint);
   }
   if (!status && piece->integrator && own)
     status = flesh_integrator_load(piece->integrator, archive->data + archive->at, saved);
@@ -178,12 +178,11 @@ static int take(const char *folder, const flesh_checkpoint *checkpoint, int k, i
   return status;
 }
 
-int flesh_checkpoint_unpack(const char *folder, const flesh_checkpoint *checkpoint, int rank,
-                            const flesh_checkpoint_piece *piece)
+int flesh_checkpoint_unpack(const flesh_checkpoint *checkpoint, int rank, const flesh_checkpoint_piece *piece)
 {
   int status = FLESH_OK;
-  if (rank >= 0) return take(folder, checkpoint, rank, 1, piece);
+  if (rank >= 0) return take(checkpoint, rank, 1, piece);
   /* For data that belong to no node, the last piece that is taken decides: the first rank's, as in result.json. */
-  for (int k = checkpoint->head.pieces - 1; k >= 0 && !status; k--) status = take(folder, checkpoint, k, 0, piece);
+  for (int k = checkpoint->head.pieces - 1; k >= 0 && !status; k--) status = take(checkpoint, k, 0, piece);
   return status;
 }

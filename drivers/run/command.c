@@ -118,7 +118,7 @@ static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
   flesh_time_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
   flesh_warn_of_locking(scene, stdout);
-  const char *preconditioner = flesh_preconditioner_used(scene, flesh_ranks_take_volumes_out(ranks, scene));
+  const char *preconditioner = flesh_ranks_preconditioner(ranks, scene);
   if (preconditioner) printf("preconditioner: %s\n", preconditioner);
   if (ranks) printf("ranks: %d\n", ranks->count);
   fflush(stdout);
@@ -213,7 +213,7 @@ static int is_complete(const char *folder)
 
 /* Opens the folder's checkpoint and its scene on every rank; *path, the scene's, is new text. Returns
  * FLESH_OPTIONS_GO_ON or the exit code. */
-static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
+static int open_resumed(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
 {
   flesh_runner_options *options = &g->options;
   *path = flesh_text_new("%s/scene.yaml", g->resume);
@@ -256,7 +256,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   if (outcome.has_failure && first) flesh_failure_print(stderr, &outcome, scene);
   if (!options->quiet && isfinite(figures.wall_s + figures.t)) report(&figures, &outcome, options->out);
   flesh_figures_close(&figures);
-  const int code = flesh_ranks_follow(options->ranks, outcome.exit_code);
+  const int code = flesh_ranks_broadcast(options->ranks, outcome.exit_code);
   flesh_pool_dismiss(options->ranks, code);
   const int status = code || !bars ? FLESH_OK : flesh_error_bars(options);
   return status ? flesh_command_fail("run", status) : code;
@@ -334,7 +334,7 @@ static int read_and_run(given *g, int argc, char **argv)
   double deadline = options->begun + options->max_seconds;
   if (options->max_seconds > 0) flesh_scene_set_stop(flesh_interrupt_asked, &deadline);
   if (g->resume) {
-    code = take_up(g, &checkpoint, &made, &scene);
+    code = open_resumed(g, &checkpoint, &made, &scene);
   } else {
     options->scene_path = argv[1];
     int status = read_given(g, argv[1], &scene);

@@ -103,11 +103,6 @@ static int add_pins(const flesh_scene *scene, trial *t)
   return status || any == 7 ? status : flesh_fail(FLESH_ERR_SOLVE, "nothing holds the body");
 }
 
-static int add_effect(trial *t, int status, flesh_effect **effect)
-{
-  return status ? status : flesh_system_add_effect(t->system, effect);
-}
-
 /* Finds a load per mass along the shortest side of the body's box that strains it by about 1e-5. */
 static void find_load(const trial *t, double load[3])
 {
@@ -135,8 +130,10 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   t->body.element = element;
   t->body.material_elements = NULL;
   t->body.mass = FLESH_MASS_LUMPED;
-  if (!status) status = add_effect(t, flesh_effect_elasticity(&t->body, &effect), &effect);
-  if (!status) status = add_effect(t, flesh_effect_gravity(&t->body, load, &effect), &effect);
+  if (!status) status = flesh_effect_elasticity(&t->body, &effect);
+  if (!status) status = flesh_system_add_effect(t->system, &effect);
+  if (!status) status = flesh_effect_gravity(&t->body, load, &effect);
+  if (!status) status = flesh_system_add_effect(t->system, &effect);
   if (!status) status = add_pins(scene, t);
   if (!status) status = flesh_system_finalize(t->system);
   const int nodes = flesh_mesh_node_count(t->body.mesh);

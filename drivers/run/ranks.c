@@ -116,7 +116,7 @@ int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage,
   return code;
 }
 
-int flesh_ranks_follow(const flesh_ranks *ranks, int number)
+int flesh_ranks_broadcast(const flesh_ranks *ranks, int number)
 {
   if (ranks) flesh_communicator_spread(ranks->working, 1, &number);
   return number;
@@ -196,9 +196,10 @@ const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_sce
   return ranks ? flesh_scene_share_system(ranks->share) : flesh_scene_system(scene);
 }
 
-int flesh_ranks_take_volumes_out(const flesh_ranks *ranks, const flesh_scene *scene)
+const char *flesh_ranks_preconditioner(const flesh_ranks *ranks, const flesh_scene *scene)
 {
-  return ranks ? ranks->takes_volumes_out : flesh_takes_volumes_out(scene, flesh_scene_system(scene));
+  return flesh_preconditioner_used(
+      scene, ranks ? ranks->takes_volumes_out : flesh_takes_volumes_out(scene, flesh_scene_system(scene)));
 }
 
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)
@@ -235,7 +236,7 @@ static int take_all(const flesh_ranks *ranks, const double *sizes, const uint8_t
   return status;
 }
 
-int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
+int flesh_ranks_gather_bytes(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
                           int (*take)(void *data, size_t size, const uint8_t *bytes), void *data)
 {
   if (!ranks) return take(data, size, bytes);

@@ -48,7 +48,7 @@ int flesh_ranks_refuse(const char *name);
 int flesh_ranks_read_options(const flesh_ranks *ranks, const flesh_usage *usage, int argc, char **argv, int *count,
                              int (*check)(void *data, int count), void *data);
 /* Returns the first rank's number on all ranks that work. */
-int flesh_ranks_follow(const flesh_ranks *ranks, int number);
+int flesh_ranks_broadcast(const flesh_ranks *ranks, int number);
 
 /* Returns the largest number of all ranks. */
 int flesh_ranks_largest(const flesh_ranks *ranks, int number);
@@ -63,15 +63,15 @@ int flesh_ranks_mesh_is_split(const flesh_scene *scene);
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
 
-/* Returns flesh_takes_volumes_out of the system that this process steps; not collective. */
-int flesh_ranks_take_volumes_out(const flesh_ranks *ranks, const flesh_scene *scene);
+/* Returns the name of the preconditioner of the solves; NULL: a direct solver. Not collective. */
+const char *flesh_ranks_preconditioner(const flesh_ranks *ranks, const flesh_scene *scene);
 
 /* Finds counts and volume of the scene's whole mesh. */
 void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);
 
 /* Gives the bytes of each rank, whose number is a multiple of 8, to `take` on the first rank, by rising rank. Returns
  * the worst status of all ranks, on each. */
-int flesh_ranks_hand_over(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
+int flesh_ranks_gather_bytes(const flesh_ranks *ranks, size_t size, const uint8_t *bytes,
                           int (*take)(void *data, size_t size, const uint8_t *bytes), void *data);
 
 /* Returns the ranks' figures for result.json: a new object on the first rank, NULL on the others. Every rank calls

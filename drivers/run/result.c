@@ -22,12 +22,8 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const
   int probes;
   const flesh_probe *probe = flesh_scene_probes(scene, &probes);
   flesh_probe_column columns[FLESH_PROBE_COLUMNS];
-  *figures = (flesh_figures){.t = NAN,
-                             .max_volume_drift = NAN,
-                             .final_volume_drift = NAN,
-                             .J_min = NAN,
-                             .J_min_t = NAN,
-                             .J_bound = NAN,
+#define UNKNOWN(member, key) .member = NAN,
+  *figures = (flesh_figures){FLESH_FIGURES_NUMBER_LIST(UNKNOWN)
                              .first_inverted_t = NAN,
                              .residual = NAN,
                              .residual_target = NAN,
@@ -35,6 +31,7 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const
                              .cpu_s = NAN,
                              .longest_step = {.t = NAN, .ratio = NAN},
                              .effects = flesh_system_effect_count(system)};
+#undef UNKNOWN
   for (int k = 0; k < probes; k++) figures->probe_columns += flesh_probe_columns(&probe[k], columns);
   const int count = figures->effects + FLESH_PROBE_FIGURES * figures->probe_columns;
   figures->energies = malloc(sizeof(double) * ((size_t)count + 1));
@@ -280,12 +277,9 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   json_t *object = json_object();
   double steps = figures->steps, newton = (double)figures->newton;
   set_integer(object, "steps", figures->steps);
-  set(object, "t_end", figures->t);
-  set(object, "max_volume_drift", figures->max_volume_drift);
-  set(object, "final_volume_drift", figures->final_volume_drift);
-  set(object, "J_min", figures->J_min);
-  set(object, "J_min_t", figures->J_min_t);
-  set(object, "J_bound", figures->J_bound);
+#define SET(member, key) set(object, key, figures->member);
+  FLESH_FIGURES_NUMBER_LIST(SET)
+#undef SET
   set_integer(object, "max_inverted", figures->max_inverted);
   set_integer(object, "final_inverted", figures->final_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);

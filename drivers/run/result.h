@@ -36,15 +36,20 @@
   COUNT(watchdog_steps, watchdog_steps, "watchdog_steps")
 #define FLESH_FIGURES_MEMBER(member, of_step, key) long member;
 
+/* NUMBER(member, key in result.json): what is observed at the end of steps. */
+#define FLESH_FIGURES_NUMBER_LIST(NUMBER) \
+  NUMBER(t, "t_end") /* s */ \
+  NUMBER(max_volume_drift, "max_volume_drift")     /* max over time of |V/V_rest - 1| */ \
+  NUMBER(final_volume_drift, "final_volume_drift") /* V/V_rest - 1 at the end, with its sign */ \
+  NUMBER(J_min, "J_min")     /* over the run, at points of quadrature */ \
+  NUMBER(J_min_t, "J_min_t") /* when */ \
+  NUMBER(J_bound, "J_bound") /* over the run, bound of J anywhere in a tet */
+#define FLESH_FIGURES_NUMBER(member, key) double member;
+
 /* The figures of a run, gathered by observing it; zero-initialise, then open. NaN where nothing was observed. */
 typedef struct flesh_figures {
   int steps;
-  double t;
-  double max_volume_drift;   /* max over time of |V/V_rest - 1| */
-  double final_volume_drift; /* V/V_rest - 1 at the end, with its sign */
-  double J_min;              /* over the run, at points of quadrature */
-  double J_min_t;            /* when */
-  double J_bound;            /* over the run, bound of J anywhere in a tet */
+  FLESH_FIGURES_NUMBER_LIST(FLESH_FIGURES_NUMBER)
   int max_inverted, final_inverted; /* number of tets with J <= 0 at a point of quadrature: largest at any time; at the end */
   double first_inverted_t; /* first time with such a tet; NaN: never */
   FLESH_FIGURES_COUNT_LIST(FLESH_FIGURES_MEMBER)

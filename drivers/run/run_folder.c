@@ -83,7 +83,7 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path)
   static const char *const names[] = {NULL, "worst_state.txt", "event_state.txt", "state.txt"};
   enum { MOST = sizeof names / sizeof *names };
   if (run->frames[0].file) return FLESH_OK;
-  run->few = 1;
+  run->has_states = 1;
   run->folder = flesh_arena_print(&run->memory, "%s", path);
   int status = run->folder ? make_room(run, MOST) : flesh_no_memory();
   for (int k = 0; k < MOST && !status; k++) {
@@ -125,7 +125,7 @@ void flesh_run_folder_close(flesh_run_folder *run)
 int flesh_run_folder_load(flesh_run_folder *run, int k)
 {
   const flesh_run_frame *frame = &run->frames[k];
-  if (run->few) return load_state(run, run->folder, frame->file);
+  if (run->has_states) return load_state(run, run->folder, frame->file);
   run->state.t = frame->time;
   if (!frame->file) return FLESH_OK; /* the only frame is already loaded */
   static const char *const names[] = {"Points", "velocity"};

@@ -17,7 +17,7 @@ typedef struct flesh_run_folder {
   const char *folder; /* folder of the frames; NULL for a scene */
   int count;    /* number of frames, at least 1 */
   flesh_run_frame *frames; /* [count], ascending */
-  int few;                 /* the run left no frames; its states are the frames */
+  int has_states;          /* the run left no frames; its states are the frames */
   flesh_state state;       /* the frame that was loaded last */
 } flesh_run_folder;
 

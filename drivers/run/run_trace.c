@@ -2,13 +2,13 @@
  * body at rest that is stressed without any load: a tangle, or another stable shape than that at rest. */
 #include "run/run_trace.h"
 
+#include <gsl/gsl_statistics_long.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/sort.h"
 #include "system/one_effect.h"
 
 int flesh_run_trace_observe(void *data, const flesh_step_record *record)
@@ -38,14 +38,13 @@ enum { LEAST_OF_MEDIAN = 3 }; /* number of steps of which a median is taken */
  * steps or out of memory. */
 static double median_of(const flesh_run_trace *trace, int all)
 {
-  long *sorted = malloc(sizeof *sorted * ((size_t)trace->count + 1));
+  long *iterations = malloc(sizeof *iterations * ((size_t)trace->count + 1));
   int count = 0;
-  if (!sorted) return NAN;
+  if (!iterations) return NAN;
   for (int k = 0; k < trace->count; k++)
-    if (trace->rows[k].newton > 0) sorted[count++] = trace->rows[k].newton + (all ? trace->rows[k].linear : 0);
-  qsort(sorted, (size_t)count, sizeof *sorted, flesh_compare_long);
-  const double median = count < LEAST_OF_MEDIAN ? NAN : 0.5 * (double)(sorted[(count - 1) / 2] + sorted[count / 2]);
-  free(sorted);
+    if (trace->rows[k].newton > 0) iterations[count++] = trace->rows[k].newton + (all ? trace->rows[k].linear : 0);
+  const double median = count < LEAST_OF_MEDIAN ? NAN : gsl_stats_long_median(iterations, 1, (size_t)count);
+  free(iterations);
   return median;
 }
 

@@ -50,11 +50,6 @@ static int sync_files(flesh_running *r)
   return status;
 }
 
-static flesh_checkpoint_parts parts_of(flesh_running *r, flesh_figures *figures)
-{
-  return (flesh_checkpoint_parts){r->scene, figures, &r->trace};
-}
-
 /* Returns the piece of the run that belongs to this rank, or all of it in a process without ranks. */
 static flesh_checkpoint_piece piece_of(flesh_running *r)
 {
@@ -69,24 +64,18 @@ static int begin_checkpoint(flesh_running *r, int step, flesh_file *file)
 {
   const double now = flesh_wall_seconds();
   const flesh_checkpoint_head head = {
-      .times = r->checkpoint.times, .no_frames = r->options->no_frames, .step = step, .max_seconds = r->options->max_seconds,
+      .times = r->options->checkpoint, .no_frames = r->options->no_frames, .step = step, .max_seconds = r->options->max_seconds,
       .exact = flesh_integrator_saves_all(r->integrator), .pieces = r->options->ranks ? r->options->ranks->count : 1,
       .start_t = r->start_t, .wall_s = now - r->started,
       .cpu_s = r->cpu_before + flesh_cpu_seconds() - r->cpu_begin,
       .history = flesh_history_length(r->history), .probes = r->probes ? flesh_probes_length(r->probes) : -1};
-  const flesh_checkpoint_parts parts = parts_of(r, r->figures);
   if (!*r->checkpoint.digest) flesh_checkpoint_digest(r->options->out, r->checkpoint.digest);
   char *notes = notes_of(r);
   int status = notes ? sync_files(r) : flesh_no_memory();
-  if (!status) status = flesh_checkpoint_begin(r->options->out, &head, r->checkpoint.digest, notes, &parts, file);
+  if (!status)
+    status = flesh_checkpoint_begin(r->options->out, &head, r->checkpoint.digest, notes, r->figures, &r->trace, file);
   free(notes);
   return status;
-}
-
-static int add_piece(void *file, size_t size, const uint8_t *bytes)
-{
-  flesh_checkpoint_add(file, size, bytes);
-  return FLESH_OK;
 }
 
 /* Writes a checkpoint: every rank packs its piece, and the first writes all of them. */
@@ -101,7 +90,7 @@ static int write_checkpoint(flesh_running *r, int step)
   if (!status) status = flesh_running_sync_parts(r);
   if (!status) status = flesh_checkpoint_pack(&piece, &bytes, &size);
   status = flesh_ranks_agree(ranks, status);
-  if (!status) status = flesh_ranks_hand_over(ranks, size, bytes, add_piece, &file);
+  if (!status) status = flesh_ranks_gather_bytes(ranks, size, bytes, flesh_checkpoint_add, &file);
   if (!status && flesh_ranks_first(ranks)) status = flesh_sync_commit(&file);
   else flesh_file_abandon(&file);
   free(bytes);
@@ -113,7 +102,7 @@ static int write_checkpoint(flesh_running *r, int step)
 int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record)
 {
   flesh_running *r = data;
-  const flesh_checkpoint_times *times = &r->checkpoint.times;
+  const flesh_checkpoint_times *times = &r->options->checkpoint;
   if (record->last) return FLESH_OK; /* a complete run needs no checkpoint */
   const int asked = flesh_running_asked_to_end(r);
   int due = asked || r->checkpoint.step < 0;
@@ -144,8 +133,9 @@ static int check_inputs(const flesh_running *r)
 }
 
 /* Records for result.json the step and time at which this part of the run begins. */
-static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
+static int note_place(flesh_running *r)
 {
+  const flesh_checkpoint_head *head = &r->options->resume->head;
   json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact && r->checkpoint.fits);
   if (!r->resumed) r->resumed = json_array();
   if (!place || json_array_append_new(r->resumed, place)) return flesh_no_memory();
@@ -160,36 +150,35 @@ static int restore_pieces(flesh_running *r)
   const int rank = ranks ? ranks->rank : 0, count = ranks ? ranks->count : 1;
   const flesh_checkpoint_piece piece = piece_of(r);
   flesh_checkpoint_piece whole = {.nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene)), .state = &r->state};
-  int status = flesh_checkpoint_fits(r->options->out, r->options->resume, rank, count, &piece, &r->checkpoint.fits);
+  const flesh_checkpoint *from = r->options->resume;
+  int status = flesh_checkpoint_fits(from, rank, count, &piece, &r->checkpoint.fits);
   r->checkpoint.fits = !flesh_ranks_largest(ranks, status || !r->checkpoint.fits);
-  if (!status) status = flesh_checkpoint_unpack(r->options->out, r->options->resume, r->checkpoint.fits ? rank : -1, &piece);
+  if (!status) status = flesh_checkpoint_unpack(from, r->checkpoint.fits ? rank : -1, &piece);
   if (ranks) r->state.t = r->own.t;
   if (!ranks || rank || status || flesh_running_is_split(r)) return status;
-  status = flesh_checkpoint_unpack(r->options->out, r->options->resume, -1, &whole);
+  status = flesh_checkpoint_unpack(from, -1, &whole);
   return status ? status : flesh_running_begin_whole(r);
 }
 
-int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkpoint_head *head)
+int flesh_running_restore(flesh_running *r)
 {
-  const flesh_checkpoint_parts parts = parts_of(r, figures);
-  flesh_checkpoint *from = r->options->resume;
+  const flesh_checkpoint *from = r->options->resume;
   json_t *notes = json_loads(from->notes, 0, NULL);
   r->inputs = json_incref(json_object_get(notes, "inputs"));
   r->resumed = json_incref(json_object_get(notes, "resumed"));
   r->warning = json_incref(json_object_get(notes, "warning"));
   json_decref(notes);
-  *head = from->head;
   int status = r->inputs ? check_inputs(r)
                          : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint lacks the list of the run's files", r->options->out);
   if (!status && flesh_ranks_first(r->options->ranks)) /* the other ranks have no figures */
-    status = flesh_checkpoint_restore(r->options->out, from, &parts);
+    status = flesh_checkpoint_restore(from, r->figures, &r->trace);
   status = flesh_ranks_agree(r->options->ranks, status); /* all fail here before they wait for each other */
   if (!status) status = restore_pieces(r);
-  if (!status) status = note_place(r, head);
+  if (!status) status = note_place(r);
   status = flesh_ranks_agree(r->options->ranks, status);
-  r->start_t = head->start_t;
-  r->step = r->checkpoint.step = head->step;
-  r->cpu_before = head->cpu_s;
+  r->start_t = from->head.start_t;
+  r->step = r->checkpoint.step = from->head.step;
+  r->cpu_before = from->head.cpu_s;
   return status;
 }
 

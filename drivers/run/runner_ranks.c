@@ -48,11 +48,9 @@ int flesh_running_open_parts(flesh_running *r)
   status = flesh_part_frames_create(folder, mesh, team, ranks->rank, ranks->count, every, &r->part_frames);
   if (!status && from) status = flesh_part_frames_resume(&r->part_frames, from->head.step);
   status = flesh_ranks_agree(ranks, status);
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  if (status) return status;
-  return flesh_frames_set_fields(r->part_frames, flesh_scene_share_body(ranks->share),
-                                 flesh_ranks_system(ranks, r->scene), flesh_scene_times(r->scene)->method, output->fields,
-                                 output->fields_at);
+  return status ? status
+                : flesh_running_set_fields(r, r->part_frames, flesh_scene_share_body(ranks->share),
+                                           flesh_ranks_system(ranks, r->scene));
 }
 
 /* A rank's part of a state that is written to a file. */

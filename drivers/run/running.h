@@ -1,12 +1,11 @@
-/* running.h: a run in progress: shared by its loop (runner.c), its files (runner_outputs.c), its ranks (runner_ranks.c)
+/* running.h: a run in progress: shared by its loop (running.c), its files (runner_outputs.c), its ranks (runner_ranks.c)
  * and its checkpoints (runner_checkpoint.c), and used by nothing else. */
 #ifndef FLESH_RUN_RUNNING_H
 #define FLESH_RUN_RUNNING_H
 
-
 #include "flesh/probe.h"
 #include "output/part_frames.h"
-#include "run/runner_options.h"
+#include "run/runner.h"
 #include "system/proximity.h"
 
 typedef struct flesh_running {
@@ -32,7 +31,7 @@ typedef struct flesh_running {
   double started; /* monotonic seconds */
   double set_up;  /* s that the command has taken before the run */
   double last_progress;
-  double last_step, next_word; /* monotonic seconds: end of the last step; when a long step is reported next */
+  double last_step, next_report; /* monotonic seconds: end of the last step; when a long step is reported next */
   int step;                    /* number of the last accepted step */
   double start_t;
   flesh_run_trace trace;
@@ -43,7 +42,6 @@ typedef struct flesh_running {
   double cpu_before, cpu_begin; /* s, of the run's earlier parts; of the process before its first step */
   struct {
     int on;             /* checkpoints are written */
-    flesh_checkpoint_times times;
     int step;           /* of the last checkpoint; -1: none yet */
     int fits;           /* every rank has found its own piece in the checkpoint from which the run resumes */
     double at;          /* monotonic seconds at which the last checkpoint was written */
@@ -55,15 +53,21 @@ typedef struct flesh_running {
 /* Returns the path out/name, valid for the next few calls (cli/path.h). */
 const char *flesh_running_path(const flesh_running *running, const char *name);
 /* Returns the object of result.json: the outcome (taken) and everything else. */
-json_t *flesh_running_result(flesh_running *running, json_t *outcome, const flesh_figures *figures);
+json_t *flesh_running_result(flesh_running *running, json_t *outcome);
 
-/* Creates the files of a run. Failures for want of a writable place happen here, before any solve. */
-int flesh_running_open(flesh_running *running, flesh_figures *figures);
-/* Reopens the files of a resumed run as they were at the checkpoint. */
-int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const flesh_checkpoint_head *head);
+/* Prepares the run's output before anything is written. Claims options->out (NULL: no folder) and checks that neither
+ * the run's files nor `save_state`, the copy of its state, would replace a file that the run reads or, in the folder,
+ * one that no run has written. FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
+int flesh_running_claim(const flesh_running *running, flesh_folder_claim *claim);
+/* Creates the files of a run, or reopens those of a resumed run as they were at the checkpoint. Failures for want of a
+ * writable place happen here, before any solve. */
+int flesh_running_open(flesh_running *running);
 
 /* Opens the file of probes, if there are any; every rank calls it, and the first writes. */
 int flesh_running_open_probes(flesh_running *running);
+/* Adds the fields that the scene asks for to the frames of a body: the whole, or a rank's part. */
+int flesh_running_set_fields(const flesh_running *running, flesh_frames *frames, const flesh_body *body,
+                             const flesh_system *system);
 
 /* Allocates this rank's part of the run, and sets it to the start. */
 int flesh_running_share(flesh_running *running);
@@ -85,8 +89,8 @@ int flesh_running_begin_whole(flesh_running *running);
 int flesh_running_observe_ranks(void *running, const flesh_step_record *record);
 
 /* Restores everything but the files from the checkpoint of options->resume; fails if a file that the scene names has
- * changed. *head becomes the checkpoint's. Every rank calls it. */
-int flesh_running_restore(flesh_running *running, flesh_figures *figures, flesh_checkpoint_head *head);
+ * changed. Every rank calls it. */
+int flesh_running_restore(flesh_running *running);
 /* Writes a checkpoint if one is due, and ends the run after it if the run was asked to end. The last observer on every
  * rank. */
 int flesh_running_observe_checkpoint(void *running, const flesh_step_record *record);
