@@ -148,9 +148,7 @@ static int check(const flesh_scene *scene, int *failed)
 int flesh_command_check(int argc, char **argv)
 {
   const char *start_state = NULL;
-  flesh_overrides overrides;
-  int status = flesh_overrides_open(&overrides, argc);
-  if (status) return flesh_command_fail("check", status);
+  flesh_overrides overrides = {0};
   const flesh_option rows[] = {
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state, "check at the state of this file"},
@@ -161,7 +159,7 @@ int flesh_command_check(int argc, char **argv)
   flesh_scene *scene = NULL;
   if (code == FLESH_OPTIONS_GO_ON) {
     if (start_state) flesh_overrides_add_text(&overrides, "start.state", start_state);
-    status = flesh_overrides_read(&overrides, argv[1], &scene);
+    int status = flesh_overrides_read(&overrides, argv[1], &scene);
     if (!status) status = check(scene, &failed);
     code = status ? flesh_command_fail("check", status) : failed ? 2 : 0;
     if (!status) printf(failed ? "%d of the effects FAILED\n" : "all fine\n", failed);

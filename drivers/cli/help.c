@@ -6,21 +6,23 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "flesh/status.h"
 #include "flesh/version.h"
 #include "scene/roff.h"
 
 const flesh_exit_row flesh_exit_rows[] = {
-    {"0", "fine", 0},
-    {"1", "out of memory or an internal failure", 0},
-    {"2", "bad usage or scene", 0},
-    {"3", "bad or unwritable file, or bad mesh", 0},
-    {"4", "a solve failed", FLESH_EXITS_OF_SOLVES},
-    {"5", "the time integrator failed", FLESH_EXITS_OF_SOLVES},
-    {"6", "the budget (--max-seconds) is spent", FLESH_EXITS_OF_BUDGETS},
-    {"7", "a number became non-finite", FLESH_EXITS_OF_SOLVES},
-    {"8", "the energy grew beyond the work put in (time.max_energy_gain)", FLESH_EXITS_OF_SOLVES},
-    {"130/143", "interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid", FLESH_EXITS_OF_INTERRUPTS},
-    {NULL, NULL, 0}};
+    {FLESH_OK, "0", "fine", 0},
+    {FLESH_ERR_MEMORY, "1", "out of memory or an internal failure", 0},
+    {FLESH_ERR_ARGUMENT, "2", "bad usage or scene", 0},
+    {FLESH_ERR_FILE, "3", "bad or unwritable file, or bad mesh", 0},
+    {FLESH_ERR_SOLVE, "4", "a solve failed", FLESH_EXITS_OF_SOLVES},
+    {FLESH_ERR_INTEGRATOR, "5", "the time integrator failed", FLESH_EXITS_OF_SOLVES},
+    {FLESH_ERR_BUDGET, "6", "the budget (--max-seconds) is spent", FLESH_EXITS_OF_BUDGETS},
+    {FLESH_ERR_NONFINITE, "7", "a number became non-finite", FLESH_EXITS_OF_SOLVES},
+    {FLESH_ERR_ENERGY, "8", "the energy grew beyond the work put in (time.max_energy_gain)", FLESH_EXITS_OF_SOLVES},
+    {FLESH_ERR_INTERRUPTED, "130/143", "interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid",
+     FLESH_EXITS_OF_INTERRUPTS},
+    {0}};
 
 const char *flesh_help_about = "";
 const flesh_subcommand *flesh_help_commands = NULL;
@@ -45,13 +47,6 @@ static void print_option(const char *name, const char *doc, const char *more)
     word += strspn(word, " \n");
   }
   putchar('\n');
-}
-
-void flesh_help_print_exits(unsigned exits)
-{
-  printf("Exit codes:\n");
-  for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++)
-    if (!row->exits || row->exits & exits) printf("  %-8s %s\n", row->code, row->doc);
 }
 
 /* Prints `text`, escaped for roff, between `before` and `after`, which are roff. */
@@ -87,13 +82,14 @@ void flesh_help_man_text(const char *text)
   if (as_is) printf(".fi\n");
 }
 
-void flesh_help_man_exits(unsigned exits)
+void flesh_help_print_exits(unsigned exits)
 {
-  printf(".SH EXIT STATUS\n");
+  const int man = chosen == FLESH_HELP_MAN;
+  printf(man ? ".SH EXIT STATUS\n" : "Exit codes:\n");
   for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++) {
     if (row->exits && !(row->exits & exits)) continue;
-    say(".TP\n", row->code, "\n");
-    say("", row->doc, "\n");
+    if (man) say(".TP\n", row->code, "\n"), say("", row->doc, "\n");
+    else printf("  %-8s %s\n", row->code, row->doc);
   }
 }
 
@@ -148,10 +144,8 @@ static void print_man(const flesh_usage *usage)
   printf(".SH OPTIONS\n");
   options(usage);
   commands(usage);
-  flesh_help_man_exits(usage->exits);
+  flesh_help_print_exits(usage->exits);
 }
-
-static void print_man_end(void) { printf(".SH SEE ALSO\n\\fBflesh\\fR(1), \\fBflesh\\-scene\\fR(5)\n"); }
 
 void flesh_help_quote(const char *word)
 {
@@ -284,15 +278,14 @@ void flesh_help_print_all(const flesh_subcommand *list)
 
 void flesh_help_print(const flesh_usage *usage)
 {
-  if (chosen == FLESH_HELP_TEXT) {
-    print_text(usage);
-    return;
-  }
-  if (chosen == FLESH_HELP_MAN) print_man(usage);
-  if (chosen == FLESH_HELP_BASH) print_bash(usage);
-  if (chosen == FLESH_HELP_ZSH) print_zsh_branch(usage);
-  flesh_help_print_all(usage->commands);
-  if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' ')) print_man_end();
+  static void (*const print[])(const flesh_usage *) = {[FLESH_HELP_TEXT] = print_text,
+                                                       [FLESH_HELP_MAN] = print_man,
+                                                       [FLESH_HELP_BASH] = print_bash,
+                                                       [FLESH_HELP_ZSH] = print_zsh_branch};
+  print[chosen](usage);
+  if (chosen != FLESH_HELP_TEXT) flesh_help_print_all(usage->commands);
+  if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' '))
+    printf(".SH SEE ALSO\n\\fBflesh\\fR(1), \\fBflesh\\-scene\\fR(5)\n");
 }
 
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list)

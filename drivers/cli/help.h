@@ -18,18 +18,18 @@ void flesh_help_print(const flesh_usage *usage);
 /* Prints the help of a command that is only a list of subcommands, as flesh_subcommand_run takes it. */
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list);
 
-/* Prints the exit codes of a command with these `exits` (flesh_exits, or'ed). */
+/* Prints the exit codes of a command with these `exits` (flesh_exits, or'ed): as a section if the format is a manual page,
+ * else as text. */
 void flesh_help_print_exits(unsigned exits);
 
 /* One line on what the program is, and its commands, for help on the whole program; set by main.c. */
 extern const char *flesh_help_about;
 extern const flesh_subcommand *flesh_help_commands;
 
-/* Print parts of a manual page in roff to stdout: its head, paragraphs (lines that begin with a space are kept as they
- * are), and the exit codes. */
+/* Print parts of a manual page in roff to stdout: its head, and paragraphs (lines that begin with a space are kept as
+ * they are). */
 void flesh_help_man_head(const char *page, const char *summary);
 void flesh_help_man_text(const char *text);
-void flesh_help_man_exits(unsigned exits); /* flesh_exits, or'ed */
 
 /* Prints the help of all commands of a list, in the format that is set. */
 void flesh_help_print_all(const flesh_subcommand *list);

@@ -18,7 +18,7 @@ struct flesh_input {
 
 static void add_one(flesh_inputs *inputs, const char *path)
 {
-  struct stat file, folder;
+  struct stat file, folder = {0};
   errno = 0;
   char *whole = realpath(path, NULL), *slash = whole ? strrchr(whole, '/') : NULL;
   inputs->failed |= !whole && errno == ENOMEM;
@@ -27,15 +27,14 @@ static void add_one(flesh_inputs *inputs, const char *path)
     return;
   }
   *slash = 0;
-  int found = !stat(slash == whole ? "/" : whole, &folder);
+  stat(slash == whole ? "/" : whole, &folder); /* zeros if there is none that can be seen */
   free(whole);
   if (!flesh_grow(&inputs->files, sizeof *inputs->files, inputs->count, &inputs->room)) {
     inputs->failed = 1;
     return;
   }
   inputs->files[inputs->count++] = (struct flesh_input){.device = file.st_dev, .number = file.st_ino,
-                                                        .folder_device = found ? folder.st_dev : 0,
-                                                        .folder = found ? folder.st_ino : 0};
+                                                        .folder_device = folder.st_dev, .folder = folder.st_ino};
 }
 
 const char *flesh_tetgen_partner(const char *path)
@@ -66,19 +65,15 @@ void flesh_inputs_close(flesh_inputs *inputs)
   *inputs = (flesh_inputs){0};
 }
 
-static int refuse(const char *path)
-{
-  return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%s: is read by this command, whose results would replace it; give another place for them", path);
-}
-
 int flesh_inputs_spare(const flesh_inputs *inputs, const char *path)
 {
   struct stat info;
   if (inputs->failed) return flesh_no_memory();
   if (stat(path, &info)) return FLESH_OK;
   for (int k = 0; k < inputs->count; k++)
-    if (inputs->files[k].device == info.st_dev && inputs->files[k].number == info.st_ino) return refuse(path);
+    if (inputs->files[k].device == info.st_dev && inputs->files[k].number == info.st_ino)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "%s: is read by this command, whose results would replace it; give another place for them", path);
   return FLESH_OK;
 }
 

@@ -3,9 +3,9 @@
 
 #include <errno.h>
 #include <signal.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/file.h"
 #include "flesh/scene.h"
@@ -57,10 +57,8 @@ void flesh_interrupt_tidy(void)
 
 int flesh_interrupt_asked(void *deadline)
 {
-  struct timespec now;
   if (remembered) return FLESH_ERR_INTERRUPTED;
-  if (!deadline || clock_gettime(CLOCK_MONOTONIC, &now)) return FLESH_OK;
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec > *(double *)deadline ? FLESH_ERR_BUDGET : FLESH_OK;
+  return deadline && flesh_wall_seconds() > *(double *)deadline ? FLESH_ERR_BUDGET : FLESH_OK;
 }
 
 void flesh_interrupt_adopt(int signal_number)

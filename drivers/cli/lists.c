@@ -10,17 +10,26 @@
 #include "cli/options.h"
 #include "material/form.h"
 
+/* Copies the next item, cut to its room, and moves *text behind it and its comma; returns 0 at the end. */
+static int next_item(const char **text, char item[FLESH_LIST_ITEM])
+{
+  const size_t length = strcspn(*text, ","), most = FLESH_LIST_ITEM - 1;
+  if (!**text) return 0;
+  snprintf(item, FLESH_LIST_ITEM, "%.*s", (int)(length < most ? length : most), *text);
+  *text += length + ((*text)[length] == ',');
+  return 1;
+}
+
+static int refuse_empty(const char *option, const char *text)
+{
+  return *text ? FLESH_OK : flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list with commas", option);
+}
+
 int flesh_list_each(const char *option, const char *text, int (*take)(void *data, const char *item), void *data)
 {
   char item[FLESH_LIST_ITEM];
-  int status = FLESH_OK;
-  if (!*text) return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list with commas", option);
-  while (*text && !status) {
-    const size_t length = strcspn(text, ","), most = sizeof item - 1;
-    snprintf(item, sizeof item, "%.*s", (int)(length < most ? length : most), text);
-    status = take(data, item);
-    text += length + (text[length] == ',');
-  }
+  int status = refuse_empty(option, text);
+  while (!status && next_item(&text, item)) status = take(data, item);
   return status;
 }
 
@@ -29,67 +38,43 @@ int flesh_list_fail_twice(const char *option, const char *item)
   return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has %.100s twice; once is enough", option, item);
 }
 
-typedef struct numbers {
-  const char *option;
-  flesh_list_range range;
-  int room, *count;
-  double *values;
-} numbers;
-
-static int take_number(void *data, const char *item)
-{
-  static const char *const valid[] = {"positive", "in (-1, 0.5]", "a whole number from 1 on"};
-  const numbers *n = data;
-  double value = NAN;
-  const int is_number = !flesh_option_number(item, &value);
-  const int fits = n->range == FLESH_LIST_POISSON  ? value > -1 && value <= 0.5
-                   : n->range == FLESH_LIST_COUNT ? value >= 1 && value == floor(value)
-                                                  : value > 0;
-  if (!is_number || !fits)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has '%.100s'; every value must be %s", n->option, item, valid[n->range]);
-  if (*n->count == n->room)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", n->option, n->room);
-  for (int k = 0; k < *n->count; k++)
-    if (n->values[k] == value) return flesh_list_fail_twice(n->option, item);
-  n->values[(*n->count)++] = value;
-  return FLESH_OK;
-}
-
 int flesh_list_numbers(const char *option, const char *text, flesh_list_range range, int room, double *values,
                        int *count)
 {
-  numbers n = {option, range, room, count, values};
-  *count = 0;
-  return flesh_list_each(option, text, take_number, &n);
-}
-
-typedef struct words {
-  const char *option;
-  const char *const *names;
-  int *chosen, *count;
-} words;
-
-static int take_word(void *data, const char *item)
-{
-  const words *w = data;
-  char known[512] = "";
-  int place = 0;
-  while (w->names[place] && strcmp(w->names[place], item)) place++;
-  if (!w->names[place]) {
-    for (int k = 0; w->names[k]; k++) flesh_text_add(known, sizeof known, "%s%s", k ? ", " : "", w->names[k]);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has '%.100s'; it must be a list of some of %s", w->option, item, known);
+  static const char *const valid[] = {"positive", "in (-1, 0.5]", "a whole number from 1 on"};
+  char item[FLESH_LIST_ITEM];
+  const int status = refuse_empty(option, text);
+  for (*count = 0; next_item(&text, item);) {
+    double value = NAN;
+    const int is_number = !flesh_option_number(item, &value);
+    const int fits = range == FLESH_LIST_POISSON  ? value > -1 && value <= 0.5
+                     : range == FLESH_LIST_COUNT ? value >= 1 && value == floor(value)
+                                                 : value > 0;
+    if (!is_number || !fits)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has '%.100s'; every value must be %s", option, item, valid[range]);
+    if (*count == room) return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", option, room);
+    for (int k = 0; k < *count; k++)
+      if (values[k] == value) return flesh_list_fail_twice(option, item);
+    values[(*count)++] = value;
   }
-  for (int k = 0; k < *w->count; k++)
-    if (w->chosen[k] == place) return flesh_list_fail_twice(w->option, item);
-  w->chosen[(*w->count)++] = place;
-  return FLESH_OK;
+  return status;
 }
 
 int flesh_list_words(const char *option, const char *text, const char *const *names, int *chosen, int *count)
 {
-  words w = {option, names, chosen, count};
-  *count = 0;
-  return flesh_list_each(option, text, take_word, &w);
+  char item[FLESH_LIST_ITEM], known[512] = "";
+  const int status = refuse_empty(option, text);
+  for (*count = 0; next_item(&text, item);) {
+    int place = 0;
+    while (names[place] && strcmp(names[place], item)) place++;
+    for (int k = 0; !names[place] && names[k]; k++) flesh_text_add(known, sizeof known, "%s%s", k ? ", " : "", names[k]);
+    if (!names[place])
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has '%.100s'; it must be a list of some of %s", option, item, known);
+    for (int k = 0; k < *count; k++)
+      if (chosen[k] == place) return flesh_list_fail_twice(option, item);
+    chosen[(*count)++] = place;
+  }
+  return status;
 }
 
 int flesh_list_elements(const char *option, const char *text, flesh_element *elements, int *count)
@@ -103,39 +88,27 @@ int flesh_list_elements(const char *option, const char *text, flesh_element *ele
   return status;
 }
 
-typedef struct energies {
-  int room, *count;
-  flesh_energy *energies;
-  flesh_constants *constants; /* NULL: items have no constants */
-} energies;
-
-static int take_energy(void *data, const char *item)
-{
-  const energies *e = data;
-  const char *dot = e->constants ? strchr(item, '.') : NULL;
-  char name[64];
-  flesh_energy energy;
-  snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : (int)sizeof name - 1, item);
-  int status = flesh_energy_from_name(name, &energy);
-  if (status) return flesh_fail_within(status, "--energies: ");
-  flesh_constants constants = flesh_form_default_constants(energy);
-  if (dot) status = flesh_constants_from_name(dot + 1, &constants);
-  for (int k = 0; k < *e->count && !status; k++)
-    if (e->energies[k] == energy && (!e->constants || e->constants[k] == constants))
-      status = flesh_list_fail_twice("energies", item);
-  if (!status && *e->count == e->room)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--energies has more than %d values", e->room);
-  if (status) return status;
-  if (e->constants) e->constants[*e->count] = constants;
-  e->energies[(*e->count)++] = energy;
-  return FLESH_OK;
-}
-
 int flesh_list_energies(const char *text, int room, flesh_energy *chosen, flesh_constants *constants, int *count)
 {
-  energies e = {room, count, chosen, constants};
-  *count = 0;
-  return flesh_list_each("energies", text, take_energy, &e);
+  char item[FLESH_LIST_ITEM], name[64];
+  int status = refuse_empty("energies", text);
+  for (*count = 0; !status && next_item(&text, item); ++*count) {
+    const char *dot = constants ? strchr(item, '.') : NULL;
+    flesh_energy energy;
+    snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : (int)sizeof name - 1, item);
+    status = flesh_energy_from_name(name, &energy);
+    if (status) return flesh_fail_within(status, "--energies: ");
+    flesh_constants given = flesh_form_default_constants(energy);
+    if (dot) status = flesh_constants_from_name(dot + 1, &given);
+    for (int k = 0; k < *count && !status; k++)
+      if (chosen[k] == energy && (!constants || constants[k] == given)) status = flesh_list_fail_twice("energies", item);
+    if (!status && *count == room)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "--energies has more than %d values", room);
+    if (status) return status;
+    if (constants) constants[*count] = given;
+    chosen[*count] = energy;
+  }
+  return status;
 }
 
 int flesh_list_parse(const char *text, int room, double *values)

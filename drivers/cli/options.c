@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
@@ -17,11 +18,9 @@ enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
 
 int flesh_exit_code(int status)
 {
-  static const int codes[][2] = {{FLESH_OK, 0}, {FLESH_ERR_ARGUMENT, 2}, {FLESH_ERR_FILE, 3}, {FLESH_ERR_SOLVE, 4},
-                                 {FLESH_ERR_INTEGRATOR, 5}, {FLESH_ERR_BUDGET, 6}, {FLESH_ERR_NONFINITE, 7}, {FLESH_ERR_ENERGY, 8}};
   if (status == FLESH_ERR_INTERRUPTED) return flesh_interrupt_exit_code();
-  for (size_t k = 0; k < sizeof codes / sizeof *codes; k++)
-    if (codes[k][0] == status) return codes[k][1];
+  for (const flesh_exit_row *row = flesh_exit_rows; row->code; row++)
+    if (row->status == status) return atoi(row->code);
   return status > 0 ? 4 : 1;
 }
 
@@ -116,6 +115,8 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
     *(const char **)option->target = text;
     return FLESH_OPTIONS_GO_ON;
   case FLESH_OPTION_LIST:
+    if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &texts->room))
+      return flesh_command_fail(usage->command, flesh_no_memory());
     texts->values[texts->count++] = text;
     return FLESH_OPTIONS_GO_ON;
   case FLESH_OPTION_CHOICE:
@@ -123,13 +124,6 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
   default:
     return take_number(usage, option, text);
   }
-}
-
-static int takes_values(const flesh_usage *usage)
-{
-  for (const flesh_option *option = usage->options; option && option->name; option++)
-    if (!strcmp(option->name, "set")) return 1;
-  return 0;
 }
 
 /* Returns whether the word is the name of an option. */
@@ -180,8 +174,9 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
   }
   if (*positional_count > usage->positional_max) {
     const char *first = argv[1 + usage->positional_max];
+    const int is_value = strchr(first, '=') && is_option(usage, "--set");
     return complain(usage, "too many arguments: '", first,
-                    strchr(first, '=') && takes_values(usage) ? "'; a value of the scene is given by --set KEY=VALUE" : "'");
+                    is_value ? "'; a value of the scene is given by --set KEY=VALUE" : "'");
   }
   return FLESH_OPTIONS_GO_ON;
 }

@@ -7,18 +7,12 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-int flesh_overrides_open(flesh_overrides *overrides, int argc)
-{
-  *overrides = (flesh_overrides){.room = argc + 1};
-  overrides->texts.values = calloc((size_t)argc + 1, sizeof *overrides->texts.values);
-  overrides->failed = !overrides->texts.values;
-  return overrides->failed ? flesh_no_memory() : FLESH_OK;
-}
-
 void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given)
 {
-  if (flesh_overrides_open(overrides, given->count)) return;
-  for (int k = 0; k < given->count; k++) overrides->texts.values[overrides->texts.count++] = given->values[k];
+  flesh_texts *texts = &overrides->texts;
+  *overrides = (flesh_overrides){0};
+  overrides->failed = !flesh_grow_to(&texts->values, sizeof *texts->values, given->count, &texts->room);
+  for (int k = 0; k < given->count && !overrides->failed; k++) texts->values[texts->count++] = given->values[k];
 }
 
 void flesh_overrides_close(flesh_overrides *overrides)
@@ -33,7 +27,7 @@ static void add(flesh_overrides *overrides, const char *key, const char *value, 
   flesh_texts *texts = &overrides->texts;
   char *text = flesh_arena_take(&overrides->arena, strlen(key) + 2 * strlen(value) + 4), *end = text;
   overrides->failed = overrides->failed || !text ||
-                      !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &overrides->room);
+                      !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &texts->room);
   if (overrides->failed) return;
   end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
   for (const char *c = value; *c; c++) {

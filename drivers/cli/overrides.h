@@ -7,14 +7,13 @@
 #include "flesh/scene.h"
 #include "scene/arena.h"
 
+/* Zero-initialise. */
 typedef struct flesh_overrides {
   flesh_texts texts; /* the target of a FLESH_OPTION_LIST */
   flesh_arena arena; /* of the texts that were added */
-  int room, failed;
+  int failed;
 } flesh_overrides;
 
-/* Makes room for `argc` texts of the command line; added ones enlarge it. FLESH_ERR_MEMORY. */
-int flesh_overrides_open(flesh_overrides *overrides, int argc);
 /* Starts with the texts of another list, which are borrowed. */
 void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given);
 void flesh_overrides_close(flesh_overrides *overrides);

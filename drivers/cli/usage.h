@@ -12,10 +12,11 @@ typedef enum flesh_option_kind {
   FLESH_OPTION_LIST      /* flesh_texts: may be given many times */
 } flesh_option_kind;
 
-/* Texts in the order given; `values` has room for argc texts. */
+/* Texts in the order given; zero-initialised before, freed by free(values). */
 typedef struct flesh_texts {
   int count;
   const char **values;
+  int room;
 } flesh_texts;
 
 typedef struct flesh_option {
@@ -50,8 +51,9 @@ typedef struct flesh_usage {
   unsigned exits; /* flesh_exits, or'ed */
 } flesh_usage;
 
-/* Descriptions of the exit codes; a row without `code` ends them. */
+/* The exit codes, of which a status has the first that names it; a row without `code` ends them. */
 typedef struct flesh_exit_row {
+  int status;
   const char *code, *doc;
   unsigned exits; /* commands that have one of these may end with it; 0: all commands */
 } flesh_exit_row;

@@ -42,7 +42,7 @@ void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, 
 {
   const flesh_fit_experiment *e = &fit->experiments[experiment];
   char number[FLESH_NUMBER_SIZE];
-  flesh_overrides_copy(overrides, &(flesh_texts){e->set.count, e->set.texts});
+  flesh_overrides_copy(overrides, &(flesh_texts){.count = e->set.count, .values = e->set.texts});
   if (fit->map) flesh_overrides_add(overrides, "body.material_map", flesh_path("%s/map.csv", fit->options.out));
   for (int k = 0; k < fit->key_count; k++)
     if (e->acts[k]) flesh_overrides_add(overrides, fit->parameters[k].key, flesh_number_text(p[k], number));

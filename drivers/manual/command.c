@@ -21,7 +21,7 @@ static void print_program(void)
   printf(".SH COMMANDS\n");
   for (const flesh_subcommand *c = flesh_help_commands; c->name; c++)
     printf(".TP\n\\fBflesh\\-%s\\fR(1)\n%s\n", c->name, c->summary);
-  flesh_help_man_exits(FLESH_EXITS_ALL);
+  flesh_help_print_exits(FLESH_EXITS_ALL);
   printf(".SH SEE ALSO\n\\fBflesh\\-scene\\fR(5)\n");
 }
 
@@ -41,6 +41,7 @@ int flesh_command_manual(int argc, char **argv)
   const flesh_usage usage = {"manual", "[COMMAND]", "Prints a manual page.", flesh_own_text("manual_help"), 0, 1, none, NULL, 0};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_help_set_format(FLESH_HELP_MAN);
   if (!count || !strcmp(argv[1], "flesh")) {
     print_program();
     return 0;
@@ -49,7 +50,6 @@ int flesh_command_manual(int argc, char **argv)
   for (const flesh_subcommand *c = flesh_help_commands; c->name; c++) {
     char help[] = "--help", *words[] = {argv[1], help, NULL};
     if (strcmp(c->name, argv[1])) continue;
-    flesh_help_set_format(FLESH_HELP_MAN);
     return c->run(2, words);
   }
   return flesh_command_refuse("manual", "'%.100s' has no page; `flesh --help` lists the commands, and there is scene", argv[1]);

@@ -356,9 +356,8 @@ int flesh_command_run(int argc, char **argv)
   given g = {0};
   int status = flesh_ranks_open(&g.ranks), code;
   if (status) return flesh_command_fail("run", status);
-  status = flesh_overrides_open(&g.overrides, argc);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* reading the options permutes argv */
-  if (!words && !status) status = flesh_no_memory();
+  if (!words) status = flesh_no_memory();
   for (int a = 0; a < argc && words; a++) words[a] = argv[a];
   g.options.argc = argc;
   g.options.argv = words;

@@ -304,7 +304,6 @@ int flesh_command_sensitivity(int argc, char **argv)
   study s = {0};
   int count, code = flesh_ranks_refuse("sensitivity");
   if (code) return code;
-  if (flesh_overrides_open(&s.overrides, argc)) return flesh_command_fail("sensitivity", FLESH_ERR_MEMORY);
   const flesh_option rows[] = {
       {"of", "PROBE.COLUMN[,...]", FLESH_OPTION_TEXT, &s.of, "what is differentiated: columns of output.probes"},
       {"to", "KEY[,...]", FLESH_OPTION_TEXT, &s.to, "by what: keys of the scene, such as body.material.young"},

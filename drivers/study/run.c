@@ -266,7 +266,6 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
 int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count)
 {
   int status = flesh_ranks_open(&options->ranks);
-  if (!status) status = flesh_overrides_open(&options->overrides, argc);
   options->argc = argc;
   options->argv = calloc((size_t)argc + 1, sizeof *argv);
   if (options->argv) memcpy(options->argv, argv, sizeof *argv * (size_t)argc);

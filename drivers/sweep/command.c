@@ -42,7 +42,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   char seed[16];
   *made = (flesh_study_case){.scene = sweep->scene};
   choose_values(sweep, number, made);
-  flesh_overrides_copy(&made->overrides, &(flesh_texts){sweep->set.count, sweep->set.texts});
+  flesh_overrides_copy(&made->overrides, &(flesh_texts){.count = sweep->set.count, .values = sweep->set.texts});
   for (int c = 0; c < sweep->column_count; c++)
     if (!strcmp(sweep->columns[c].key, "scene")) made->scene = made->values[c];
     else flesh_overrides_add(&made->overrides, sweep->columns[c].key, made->values[c]);
