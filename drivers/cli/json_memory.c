@@ -35,11 +35,7 @@ json_t *flesh_json_bytes(const char *bytes, size_t size)
   }
   memcpy(copy, bytes, size);
   copy[size] = 0;
-  for (size_t k = 0; k < size;) {
-    const int length = flesh_text_letter(copy + k);
-    if (!length) copy[k] = copy[k] ? '?' : ' ';
-    k += length ? (size_t)length : 1;
-  }
+  flesh_text_mend(copy, size);
   json_t *value = json_string(copy);
   free(copy);
   return value;

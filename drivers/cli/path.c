@@ -27,6 +27,15 @@ int flesh_text_letter(const char *text)
   return (int)flesh_letter_at((const unsigned char *)text, strnlen(text, 4), &code);
 }
 
+void flesh_text_mend(char *text, size_t size)
+{
+  for (size_t k = 0; k < size;) {
+    const int length = flesh_text_letter(text + k);
+    if (!length) text[k] = text[k] ? '?' : ' ';
+    k += length ? (size_t)length : 1;
+  }
+}
+
 void flesh_safe_name(char *name)
 {
   while (*name) {

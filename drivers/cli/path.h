@@ -18,6 +18,9 @@ int flesh_text_letter(const char *text);
 /* Returns whether the byte is a control character of ASCII. */
 int flesh_text_is_control(char byte);
 
+/* Replaces bytes of a text that are not UTF-8 by '?' and zero bytes by blanks. */
+void flesh_text_mend(char *text, size_t size);
+
 /* Makes `name` safe in place, as a part of a file's name, a field of CSV and a word of a plot: control characters,
  * bytes that are not UTF-8, and / \ , " become _. */
 void flesh_safe_name(char *name);

@@ -34,7 +34,8 @@ void flesh_picture_options_default(flesh_picture_options *options)
 
 void flesh_picture_fit_begin(const flesh_picture_options *options, flesh_picture_fit *fit)
 {
-  *fit = (flesh_picture_fit){.options = options, .low = INFINITY, .high = -INFINITY, .least = NAN, .most = NAN};
+  *fit = (flesh_picture_fit){
+      .options = options, .frame = {.low = INFINITY, .high = -INFINITY, .least = NAN, .most = NAN}};
   fit->shapes = options->height ? 1 : FLESH_PICTURE_SHAPES;
   for (int k = 0; k < fit->shapes; k++) {
     int height = options->height ? options->height : (int)(options->width * (0.4 + 0.08 * k));
@@ -54,15 +55,15 @@ static int add_values(flesh_picture_fit *fit, const flesh_picture_panel *panel)
   int nodes = flesh_mesh_node_count(panel->body->mesh), finite = 0;
   int status = flesh_picture_values(panel, fit->options->field, &values, extremes);
   if (status || !values) return status;
-  fit->inverted |= flesh_picture_is_inverted(panel);
-  fit->least = fmin(fit->least, extremes[0]);
-  fit->most = fmax(fit->most, extremes[1]);
+  fit->frame.inverted |= flesh_picture_is_inverted(panel);
+  fit->frame.least = fmin(fit->frame.least, extremes[0]);
+  fit->frame.most = fmax(fit->frame.most, extremes[1]);
   for (int i = 0; i < nodes; i++)
     if (isfinite(values[i])) values[finite++] = values[i];
   qsort(values, (size_t)finite, sizeof *values, flesh_compare_double);
   if (finite) {
-    fit->low = fmin(fit->low, values[finite / 100]);
-    fit->high = fmax(fit->high, values[finite - 1 - finite / 100]);
+    fit->frame.low = fmin(fit->frame.low, values[finite / 100]);
+    fit->frame.high = fmax(fit->frame.high, values[finite - 1 - finite / 100]);
   }
   free(values);
   return FLESH_OK;
@@ -82,17 +83,17 @@ static double size_of(int count, const double *x)
 int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *panel)
 {
   if (!panel->x) return FLESH_OK;
-  int nodes = flesh_mesh_node_count(panel->body->mesh), status = FLESH_OK;
-  double size = size_of(nodes, panel->x);
-  flesh_arena arena = {0};
+  const int nodes = flesh_mesh_node_count(panel->body->mesh);
+  const double size = size_of(nodes, panel->x);
+  flesh_picture_scene obstacles;
   add_points(fit, nodes, panel->x);
-  for (int k = 0; k < flesh_picture_obstacle_count(panel) && !status; k++) {
-    flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, NULL, &arena, &o);
+  const int status = flesh_picture_obstacles(panel, NULL, &obstacles);
+  for (int k = 1; k < obstacles.count && !status; k++) {
+    const flesh_render_surface *s = &obstacles.surfaces[k];
     /* A surface that is far larger than the body may extend beyond the picture. */
-    if (!status && size_of(o.vertices, o.x) < 4 * size) add_points(fit, o.vertices, o.x);
+    if (size_of(s->vertices, s->x) < 4 * size) add_points(fit, s->vertices, s->x);
   }
-  flesh_arena_free(&arena);
+  flesh_arena_free(&obstacles.arena);
   return status ? status : add_values(fit, panel);
 }
 
@@ -103,11 +104,9 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   double shape = flesh_view_fit_shape(&fit->bodies[0]); /* width over height */
   for (int k = 1; k < fit->shapes; k++) /* the flattest that is not flatter than the bodies */
     if (fit->bodies[k - 1].view.height_px < fit->bodies[k].view.width_px / shape) best = k;
+  *frame = fit->frame;
   flesh_view_fit_end(&fit->bodies[best], &options->camera, &frame->view);
-  frame->least = fit->least;
-  frame->most = fit->most;
-  frame->inverted = fit->inverted;
-  flesh_picture_range(options->field, fit->low, fit->high, &frame->low, &frame->high);
+  flesh_picture_range(options->field, fit->frame.low, fit->frame.high, &frame->low, &frame->high);
   if (!isnan(options->low)) frame->low = options->low;
   if (!isnan(options->high)) frame->high = options->high;
 }
@@ -145,22 +144,19 @@ static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsig
 static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel *panel,
                       const flesh_picture_options *options, const flesh_picture_frame *frame)
 {
+  const int width = frame->view.width_px;
   flesh_picture_scene scene;
-  flesh_image image;
   int status = flesh_picture_scene_make(panel, options, frame, &scene);
   if (status) return status;
-  status = flesh_render(&frame->view, scene.count, scene.surfaces, &options->style, &image);
+  cairo_surface_t *image = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, frame->view.height_px);
+  uint32_t *pixels = (uint32_t *)(void *)cairo_image_surface_get_data(image); /* without gaps between rows */
+  status = pixels ? flesh_render(&frame->view, scene.count, scene.surfaces, &options->style, pixels)
+                  : flesh_picture_no_memory();
   flesh_arena_free(&scene.arena);
-  if (!status) {
-    cairo_surface_t *pixels =
-        cairo_image_surface_create_for_data((unsigned char *)image.pixels, CAIRO_FORMAT_RGB24,
-                                            image.width, image.height, 4 * image.width);
-    cairo_set_source_surface(c, pixels, x, y);
-    cairo_paint(c);
-    cairo_surface_destroy(pixels);
-    flesh_image_free(&image);
-  }
-  const int width = frame->view.width_px;
+  cairo_surface_mark_dirty(image);
+  cairo_set_source_surface(c, image, x, y);
+  cairo_paint(c);
+  cairo_surface_destroy(image);
   const double middle = x + 0.5 * width;
   if (panel->title)
     write_heading(c, middle, y - (panel->subtitle && panel->x ? 26 : 9), 14, 0.1, width, panel->title);

@@ -17,8 +17,7 @@ typedef struct flesh_picture_fit {
   const flesh_picture_options *options;
   int shapes;
   flesh_view_fit bodies[FLESH_PICTURE_SHAPES];
-  double low, high, least, most;
-  int inverted;
+  flesh_picture_frame frame; /* of the panels so far, without the view; its range is that of the values */
 } flesh_picture_fit;
 void flesh_picture_fit_begin(const flesh_picture_options *options, flesh_picture_fit *fit);
 int flesh_picture_fit_add(flesh_picture_fit *fit, const flesh_picture_panel *panel);

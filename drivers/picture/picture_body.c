@@ -111,19 +111,14 @@ void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J)
   flesh_mesh_jacobians(mesh, x, J + flesh_mesh_tet_count(mesh), NULL, NULL);
 }
 
-static void measure_mean(const flesh_picture_panel *panel, double *J_mean)
-{
-  const flesh_mesh *mesh = panel->body->mesh;
-  if (panel->J) memcpy(J_mean, panel->J, sizeof *J_mean * (size_t)flesh_mesh_tet_count(mesh));
-  else flesh_mesh_mean_jacobians(mesh, panel->x, J_mean);
-}
-
-static void measure_least(const flesh_picture_panel *panel, double *J_min)
+/* Gives the mean of J in each tet or, with `least`, its least value there. */
+static void measure_J(const flesh_picture_panel *panel, int least, double *J)
 {
   const flesh_mesh *mesh = panel->body->mesh;
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
-  if (panel->J) memcpy(J_min, panel->J + tets, sizeof *J_min * tets);
-  else flesh_mesh_jacobians(mesh, panel->x, J_min, NULL, NULL);
+  if (panel->J) memcpy(J, panel->J + (least ? tets : 0), sizeof *J * tets);
+  else if (least) flesh_mesh_jacobians(mesh, panel->x, J, NULL, NULL);
+  else flesh_mesh_mean_jacobians(mesh, panel->x, J);
 }
 
 int flesh_picture_is_inverted(const flesh_picture_panel *panel)
@@ -166,7 +161,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
     }
     find_extremes(nodes, made, extremes);
   } else {
-    if (field == FLESH_PICTURE_J) measure_mean(panel, of_tets);
+    if (field == FLESH_PICTURE_J) measure_J(panel, 0, of_tets);
     else if (field == FLESH_PICTURE_YOUNG) measure_young(panel->body, of_tets);
     else if (field == FLESH_PICTURE_ERROR) status = measure_error(panel, of_tets);
     else status = measure_stress(panel, of_tets);
@@ -228,13 +223,12 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
   return FLESH_OK;
 }
 
-/* Adds the body's skin, or its boundary. */
-static int add_body(const flesh_picture_panel *panel, const flesh_picture_options *options,
-                    const flesh_picture_frame *frame, const double *values,
-                    flesh_picture_scene *scene)
+/* Makes the first surface: the body's skin, or its boundary. */
+static int make_body(const flesh_picture_panel *panel, const flesh_picture_options *options,
+                     const flesh_picture_frame *frame, const double *values, flesh_picture_scene *scene)
 {
   const flesh_mesh *mesh = panel->body->mesh;
-  flesh_render_surface *s = &scene->surfaces[scene->count];
+  flesh_render_surface *s = scene->surfaces;
   int nodes = flesh_mesh_node_count(mesh), skinned = panel->skin && panel->surface;
   *s = (flesh_render_surface){.vertices = nodes, .x = panel->x, .rest = flesh_mesh_positions(mesh)};
   linear(regions[0], s->plain);
@@ -249,7 +243,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   uint8_t *marked = flesh_arena_take(&scene->arena, (size_t)s->triangles);
   double *J = flesh_arena_take(&scene->arena, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
   if (!marked || !J) return flesh_picture_no_memory();
-  measure_least(panel, J);
+  measure_J(panel, 1, J);
   if (skinned) {
     s->vertices = flesh_surface_vertex_count(panel->surface);
     s->rest = flesh_surface_positions(panel->surface);
@@ -274,33 +268,21 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
     const int status = colour_regions(scene, mesh, behind, s);
     if (status) return status;
   }
-  scene->count++;
   return FLESH_OK;
 }
 
 int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
                              const flesh_picture_frame *frame, flesh_picture_scene *scene)
 {
-  const int obstacles = flesh_picture_obstacle_count(panel);
   double *values;
   *scene = (flesh_picture_scene){0};
   if (!panel->x) return FLESH_OK;
   int status = flesh_picture_values(panel, options->field, &values, NULL);
   if (status) return status;
-  scene->surfaces = flesh_arena_take(&scene->arena, ((size_t)obstacles + 1) * sizeof *scene->surfaces);
-  status = scene->surfaces ? add_body(panel, options, frame, values, scene) : flesh_picture_no_memory();
+  status = flesh_picture_obstacles(panel, &frame->view, scene);
+  if (!status) status = make_body(panel, options, frame, values, scene);
   free(values);
-  for (int k = 0; k < obstacles && !status; k++) {
-    flesh_render_surface *s = &scene->surfaces[scene->count];
-    flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, &frame->view, &scene->arena, &o);
-    if (status) break;
-    *s = (flesh_render_surface){.vertices = o.vertices, .triangles = o.triangles, .x = o.x, .corners = o.corners,
-                                .glass = 1, .ground = o.is_plane,
-                                .fade = o.is_plane ? flesh_picture_plane_extent(&frame->view) : 0};
-    linear(obstacle_colour, s->plain);
-    scene->count++;
-  }
+  for (int k = 1; k < scene->count; k++) linear(obstacle_colour, scene->surfaces[k].plain);
   if (status) flesh_arena_free(&scene->arena);
   return status;
 }

@@ -46,14 +46,6 @@ void flesh_picture_jacobians(const flesh_mesh *mesh, const double *x, double *J)
 /* Returns whether any tet has J <= 0 at a point of quadrature. */
 int flesh_picture_is_inverted(const flesh_picture_panel *panel);
 
-/* An obstacle as triangles, at a panel's time. */
-typedef struct flesh_picture_obstacle {
-  int vertices, triangles;
-  double *x;    /* [3*vertices], m */
-  int *corners; /* [3*triangles] */
-  int is_plane; /* a square that extends beyond the view, in small triangles */
-} flesh_picture_obstacle;
-
 /* The surfaces that a panel shows. */
 typedef struct flesh_picture_scene {
   int count; /* number of surfaces: the body, then its obstacles */
@@ -65,18 +57,15 @@ typedef struct flesh_picture_scene {
 int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
                              const flesh_picture_frame *frame, flesh_picture_scene *scene);
 
-/* Returns the number of obstacles of the panel's system. */
-int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
-/* Makes obstacle k, in the arena; a plane has no vertices if `view` is NULL. FLESH_ERR_MEMORY. */
-int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view, flesh_arena *arena,
-                                flesh_picture_obstacle *obstacle);
-/* Returns half the side of a plane's square. */
-double flesh_picture_plane_extent(const flesh_view *view);
+/* Makes the obstacles of the panel's system at its time, after an empty surface in place of the body. A plane is a square
+ * that extends beyond the view; it has no vertices if `view` is NULL. Whatever is returned, the caller frees the
+ * scene's arena. FLESH_ERR_MEMORY. */
+int flesh_picture_obstacles(const flesh_picture_panel *panel, const flesh_view *view, flesh_picture_scene *scene);
 
 /* Orients an obstacle's triangles [3*triangles] so that neighbours agree and each connected component faces the panel's
  * body: contact does not distinguish the sides of a mesh, but pictures do, which draw triangles seen from behind
  * transparent. Nodes at the same place must be one node. FLESH_ERR_MEMORY. */
-int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners);
+int flesh_picture_turn_to_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners);
 
 /* Computes the colour of a value, sRGB in [0, 1]; `part` is its place between low and high, in [0, 1]. */
 void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);

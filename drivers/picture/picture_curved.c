@@ -8,15 +8,6 @@
 
 enum { PARTS = 4, POINTS = 15, TRIANGLES = PARTS * PARTS };
 
-/* Finds the nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles, which follow
- * each other from `first`. */
-static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
-{
-  const int *s = mesh->surface + 3 * (size_t)first;
-  const int nodes[6] = {s[0], s[4], s[8], s[1], s[5], s[2]};
-  memcpy(n, nodes, sizeof nodes);
-}
-
 /* Returns the vertex a quarter of the way from corner `near` to `far`; every middle node belongs to one edge. */
 static int quarter(const flesh_mesh *mesh, int near, int middle, int far)
 {
@@ -77,16 +68,16 @@ static void add_vertices(const flesh_mesh *mesh, int f, const int n[6], flesh_cu
 /* Adds face f, whose first triangle in the mesh is `first`, in small triangles. */
 static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surface *s)
 {
-  const int tet = mesh->surface_tets[first];
-  int n[6];
+  const int tet = mesh->surface_tets[first], *own = mesh->surface + 3 * (size_t)first;
   if (flesh_mesh_face_parts(mesh, tet) == 1) {
     const int t = s->triangles++;
     s->tets[t] = tet;
     s->hidden[t] = 0;
-    memcpy(s->corners + 3 * (size_t)t, mesh->surface + 3 * (size_t)first, 3 * sizeof *s->corners);
+    memcpy(s->corners + 3 * (size_t)t, own, 3 * sizeof *s->corners);
     return;
   }
-  face_nodes(mesh, first, n);
+  /* Its corners a, b, c and the middles of ab, bc, ca, from its four triangles, which follow each other. */
+  const int n[6] = {own[0], own[4], own[8], own[1], own[5], own[2]};
   add_vertices(mesh, f, n, s);
   for (int j = 0; j < PARTS; j++)
     for (int k = 0; j + k < PARTS; k++) {

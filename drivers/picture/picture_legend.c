@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "picture/picture_body.h"
 #include "cli/path.h"
 
@@ -113,17 +114,12 @@ void flesh_picture_quantity(flesh_picture_field field, const flesh_picture_frame
 
 enum { LONGEST_TEXT = 512 };
 
-/* Returns the text with '?' for bytes that are not UTF-8, which cairo refuses to draw, cut to LONGEST_TEXT bytes. */
+/* Returns the text cut to LONGEST_TEXT bytes, without bytes that are not UTF-8, which cairo refuses to draw. */
 static const char *drawable(const char *text, char room[LONGEST_TEXT])
 {
-  size_t used = 0;
-  for (int size; *text && used + 4 < LONGEST_TEXT; text += size) {
-    const int letter = flesh_text_letter(text);
-    size = letter ? letter : 1;
-    memcpy(room + used, letter ? text : "?", (size_t)size);
-    used += (size_t)size;
-  }
-  room[used] = 0;
+  *room = 0;
+  flesh_text_add(room, LONGEST_TEXT, "%s", text);
+  flesh_text_mend(room, strlen(room));
   return room;
 }
 

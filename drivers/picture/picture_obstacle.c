@@ -11,41 +11,24 @@
 #include "picture/picture_body.h"
 #include "surface/surface.h"
 
-static const flesh_obstacle *find(const flesh_picture_panel *panel, int wanted, int *count)
+/* Makes room for the arrays of a surface. */
+static int allocate(flesh_arena *arena, int vertices, int triangles, flesh_render_surface *s, double **x, int **corners)
 {
-  const flesh_obstacle *found = NULL;
-  *count = 0;
-  for (int e = 0; panel->system && e < flesh_system_effect_count(panel->system); e++) {
-    const flesh_obstacle *obstacle =
-        flesh_effect_obstacle(flesh_system_effect(panel->system, e));
-    if (obstacle && (*count)++ == wanted) found = obstacle;
-  }
-  return found;
-}
-
-int flesh_picture_obstacle_count(const flesh_picture_panel *panel)
-{
-  int count;
-  find(panel, -1, &count);
-  return count;
-}
-
-static int allocate(flesh_arena *arena, flesh_picture_obstacle *o, int vertices, int triangles)
-{
-  *o = (flesh_picture_obstacle){vertices, triangles, flesh_arena_take(arena, 3 * (size_t)vertices * sizeof *o->x),
-                                flesh_arena_take(arena, 3 * (size_t)triangles * sizeof *o->corners), 0};
-  return o->x && o->corners ? FLESH_OK : flesh_picture_no_memory();
+  s->vertices = vertices, s->triangles = triangles;
+  s->x = *x = flesh_arena_take(arena, 3 * (size_t)vertices * sizeof **x);
+  s->corners = *corners = flesh_arena_take(arena, 3 * (size_t)triangles * sizeof **corners);
+  return *x && *corners ? FLESH_OK : flesh_picture_no_memory();
 }
 
 /* Makes a grid of a square, given by its corners in order, so that parts behind the eye can be left out triangle by
  * triangle. */
-static int cut_plane(const double *ring, flesh_arena *arena, flesh_picture_obstacle *o)
+static int cut_plane(const double *ring, flesh_arena *arena, flesh_render_surface *s)
 {
   enum { CELLS = 40 };
-  const int status = allocate(arena, o, (CELLS + 1) * (CELLS + 1), 2 * CELLS * CELLS);
+  double *x;
+  int *c;
+  const int status = allocate(arena, (CELLS + 1) * (CELLS + 1), 2 * CELLS * CELLS, s, &x, &c);
   if (status) return status;
-  double *x = o->x;
-  int *c = o->corners;
   for (int j = 0; j <= CELLS; j++)
     for (int i = 0; i <= CELLS; i++)
       for (int d = 0; d < 3; d++)
@@ -58,108 +41,113 @@ static int cut_plane(const double *ring, flesh_arena *arena, flesh_picture_obsta
   return FLESH_OK;
 }
 
-/* Merges corners at the same place into one node, so that the light is smooth over seams. */
-static int weld(flesh_arena *arena, flesh_picture_obstacle *o)
+/* Copies a surface. Corners at the same place become one node, so that the light is smooth over seams. Unless `panel` is
+ * NULL, triangles are turned towards its body. */
+static int copy_surface(const flesh_surface *surface, const flesh_picture_panel *panel, flesh_arena *arena,
+                        flesh_render_surface *s)
 {
-  int *first = flesh_arena_take(arena, sizeof *first * (size_t)o->vertices);
-  const int status = first ? flesh_surface_first_vertices(o->vertices, o->x, first) : flesh_picture_no_memory();
-  for (int c = 0; c < 3 * o->triangles && !status; c++) o->corners[c] = first[o->corners[c]];
-  return status;
-}
-
-double flesh_picture_plane_extent(const flesh_view *view)
-{
-  return 2.4 * view->height * fmax(1, (double)view->width_px / view->height_px);
-}
-
-static int copy_surface(const flesh_surface *surface, flesh_arena *arena, flesh_picture_obstacle *o)
-{
-  const int status = allocate(arena, o, flesh_surface_vertex_count(surface), flesh_surface_face_count(surface));
+  double *x;
+  int *corners, *first = flesh_arena_take(arena, sizeof *first * (size_t)flesh_surface_vertex_count(surface));
+  int status = allocate(arena, flesh_surface_vertex_count(surface), flesh_surface_face_count(surface), s, &x, &corners);
+  if (!status && !first) status = flesh_picture_no_memory();
   if (status) return status;
-  memcpy(o->x, flesh_surface_positions(surface), 3 * (size_t)o->vertices * sizeof *o->x);
-  memcpy(o->corners, flesh_surface_corners(surface), 3 * (size_t)o->triangles * sizeof *o->corners);
-  return FLESH_OK;
+  memcpy(x, flesh_surface_positions(surface), 3 * (size_t)s->vertices * sizeof *x);
+  status = flesh_surface_first_vertices(s->vertices, x, first);
+  for (int c = 0; c < 3 * s->triangles && !status; c++) corners[c] = first[flesh_surface_corners(surface)[c]];
+  return status || !panel ? status : flesh_picture_turn_to_body(panel, x, s->triangles, corners);
 }
 
-int flesh_picture_obstacle_make(const flesh_picture_panel *panel, int k, const flesh_view *view, flesh_arena *arena,
-                                flesh_picture_obstacle *o)
+static int make_obstacle(const flesh_picture_panel *panel, const flesh_obstacle *obstacle, const flesh_view *view,
+                         flesh_arena *arena, flesh_render_surface *s)
 {
-  int count;
-  const flesh_obstacle *obstacle = find(panel, k, &count);
-  double centre[3] = {0, 0, 0}, extent = view ? flesh_picture_plane_extent(view) : 1;
-  for (int d = 0; view && d < 3; d++) centre[d] = view->target[d];
+  /* A plane's square extends beyond the picture. */
+  const double extent = view ? 2.4 * view->height * fmax(1, (double)view->width_px / view->height_px) : 1;
+  double centre[3] = {0, 0, 0};
   flesh_surface *surface;
-  *o = (flesh_picture_obstacle){0};
+  if (view) memcpy(centre, view->target, sizeof centre);
   int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, &surface);
   if (status) return status;
-  const int is_plane = flesh_surface_vertex_count(surface) == 4 && flesh_surface_face_count(surface) == 2;
-  if (!is_plane) {
-    status = copy_surface(surface, arena, o);
-    if (!status) status = weld(arena, o);
-    if (!status && view) status = flesh_picture_face_body(panel, o->x, o->triangles, o->corners);
-  } else if (view) {
-    status = cut_plane(flesh_surface_positions(surface), arena, o);
+  s->glass = 1;
+  s->ground = flesh_surface_vertex_count(surface) == 4 && flesh_surface_face_count(surface) == 2; /* a plane */
+  if (s->ground && view) {
+    s->fade = extent;
+    status = cut_plane(flesh_surface_positions(surface), arena, s);
   }
+  if (!s->ground) status = copy_surface(surface, view ? panel : NULL, arena, s);
   flesh_surface_destroy(&surface);
-  o->is_plane = is_plane;
   return status;
 }
 
-/* An edge of a triangle, from its node `from` to another. */
-typedef struct edge {
-  int low, high; /* the two nodes, in ascending order */
-  int triangle, from;
-} edge;
-
-typedef struct sheet {
-  int triangles, *corners;
-  int *neighbours;      /* [3*triangles] triangle across side k; -1: none, or more than one */
-  signed char *alike;   /* [3*triangles] 1: both triangles have the same orientation */
-  int *component;       /* [triangles]; -1: not yet known */
-  signed char *turn;    /* [triangles] */
-  int *queue;
-} sheet;
-
-static int link_sides(sheet *s)
+int flesh_picture_obstacles(const flesh_picture_panel *panel, const flesh_view *view, flesh_picture_scene *scene)
 {
-  const size_t count = 3 * (size_t)s->triangles;
-  edge *edges = malloc((count + 1) * sizeof *edges);
-  if (!edges) return -1;
-  for (size_t c = 0; c < count; c++) {
-    int from = s->corners[c], to = s->corners[c % 3 == 2 ? c - 2 : c + 1];
-    edges[c] = (edge){from < to ? from : to, from < to ? to : from, (int)c, from};
-    s->neighbours[c] = -1;
+  const int effects = panel->system ? flesh_system_effect_count(panel->system) : 0;
+  int status = FLESH_OK;
+  *scene = (flesh_picture_scene){.count = 1};
+  scene->surfaces = flesh_arena_take(&scene->arena, ((size_t)effects + 1) * sizeof *scene->surfaces);
+  if (!scene->surfaces) return flesh_picture_no_memory();
+  for (int e = 0; e < effects && !status; e++) {
+    const flesh_obstacle *obstacle = flesh_effect_obstacle(flesh_system_effect(panel->system, e));
+    if (obstacle) status = make_obstacle(panel, obstacle, view, &scene->arena, &scene->surfaces[scene->count++]);
   }
-  qsort(edges, count, sizeof *edges, flesh_compare_two_ints);
-  for (size_t begin = 0, end; begin < count; begin = end) {
-    for (end = begin + 1; end < count && !flesh_compare_two_ints(&edges[begin], &edges[end]);) end++;
-    if (end - begin != 2) continue;
-    const edge *a = &edges[begin], *b = a + 1;
-    s->neighbours[a->triangle] = b->triangle / 3;
-    s->neighbours[b->triangle] = a->triangle / 3;
-    s->alike[a->triangle] = s->alike[b->triangle] = a->from != b->from;
-  }
-  free(edges);
-  return 0;
+  return status;
 }
 
-/* Visits the connected component of triangle t, numbers it `number`, and finds which of its triangles to turn. */
-static void spread(sheet *s, int t, int number)
+/* A side of a triangle, from its node `from` to another. */
+typedef struct side {
+  int low, high; /* the two nodes, in ascending order */
+  int triangle, from;
+} side;
+
+/* The connected components of a surface: sets of triangles as in disjoint_sets.h, each with whether it must be turned to
+ * agree with its parent. */
+typedef struct components {
+  int *parent;
+  signed char *turn;
+} components;
+
+/* Returns the lowest triangle of t's component; *turn: whether t must be turned to agree with it. */
+static int first_of(const components *c, int t, int *turn)
 {
-  int head = 0, tail = 0;
-  s->queue[tail++] = t;
-  s->component[t] = number;
-  s->turn[t] = 0;
-  while (head < tail) {
-    const int at = s->queue[head++];
-    for (int k = 0; k < 3; k++) {
-      const int other = s->neighbours[3 * at + k];
-      if (other < 0 || s->component[other] >= 0) continue;
-      s->component[other] = number;
-      s->turn[other] = (signed char)(s->alike[3 * at + k] ? s->turn[at] : !s->turn[at]);
-      s->queue[tail++] = other;
-    }
+  for (*turn = 0; c->parent[t] != t; t = c->parent[t]) {
+    const int above = c->parent[t];
+    c->turn[t] ^= c->turn[above];
+    c->parent[t] = c->parent[above];
+    *turn ^= c->turn[t];
   }
+  return t;
+}
+
+/* Joins the components of two triangles; `alike`: both have the same orientation. */
+static void join(const components *c, int a, int b, int alike)
+{
+  int turn_a, turn_b;
+  a = first_of(c, a, &turn_a);
+  b = first_of(c, b, &turn_b);
+  const int low = a < b ? a : b, high = a < b ? b : a;
+  if (a == b) return;
+  c->parent[high] = low;
+  c->turn[high] = (signed char)(turn_a ^ turn_b ^ !alike);
+}
+
+/* Finds the components. Triangles hang together across a side that just two of them have. */
+static int find_components(int triangles, const int *corners, const components *components)
+{
+  const size_t count = 3 * (size_t)triangles;
+  side *sides = malloc((count + 1) * sizeof *sides);
+  if (!sides) return -1;
+  for (int t = 0; t < triangles; t++) components->parent[t] = t, components->turn[t] = 0;
+  for (size_t c = 0; c < count; c++) {
+    int from = corners[c], to = corners[c % 3 == 2 ? c - 2 : c + 1];
+    sides[c] = (side){from < to ? from : to, from < to ? to : from, (int)(c / 3), from};
+  }
+  qsort(sides, count, sizeof *sides, flesh_compare_two_ints);
+  for (size_t begin = 0, end; begin < count; begin = end) {
+    for (end = begin + 1; end < count && !flesh_compare_two_ints(&sides[begin], &sides[end]);) end++;
+    const side *a = &sides[begin], *b = a + 1;
+    if (end - begin == 2) join(components, a->triangle, b->triangle, a->from != b->from);
+  }
+  free(sides);
+  return 0;
 }
 
 /* Returns the solid angle of the triangle seen from p, over 4 pi; positive if p sees its back (van Oosterom & Strackee
@@ -181,11 +169,9 @@ static double solid_angle(const double *x, const int *corners, const double p[3]
 /* Returns six times the volume between the triangle and the point `o`. */
 static double volume(const double *x, const int *corners, const double *o)
 {
-  double a[3][3], n[3];
-  for (int k = 0; k < 3; k++)
-    for (int d = 0; d < 3; d++) a[k][d] = x[3 * (size_t)corners[k] + (size_t)d] - o[d];
-  flesh_vec3_cross(a[1], a[2], n);
-  return flesh_vec3_dot(a[0], n);
+  double edges[9];
+  for (int k = 0; k < 9; k++) edges[k] = x[3 * (size_t)corners[k / 3] + (size_t)(k % 3)] - o[k % 3];
+  return flesh_mat3_determinant(edges);
 }
 
 static void swap(int *corners)
@@ -210,41 +196,39 @@ static int sample_nodes(const flesh_picture_panel *panel, int room, const double
 
 /* Orients each component by what the body's nodes see of it; if they see as much of either side, as of a closed surface
  * from outside, by the sign of its volume. */
-static int turn_components(const sheet *s, int components, const double *x, const flesh_picture_panel *panel)
+static int turn_components(const components *components, const double *x, const flesh_picture_panel *panel, int triangles,
+                           int *corners)
 {
   enum { SAMPLES = 16 };
   static const double SEEN = 1e-3;
   const double *points[SAMPLES];
   const int samples = sample_nodes(panel, SAMPLES, points);
-  double(*sums)[2] = calloc((size_t)components + 1, sizeof *sums);
+  double(*sums)[2] = calloc((size_t)triangles + 1, sizeof *sums); /* of each component, at its first triangle */
+  int turn;
   if (!sums) return -1;
-  for (int t = 0; t < s->triangles; t++) {
-    int *corners = s->corners + 3 * (size_t)t;
-    double *sum = sums[s->component[t]];
-    if (s->turn[t]) swap(corners);
-    for (int k = 0; k < samples; k++) sum[0] += solid_angle(x, corners, points[k]) / samples;
-    sum[1] += volume(x, corners, x + 3 * (size_t)s->corners[0]);
+  for (int t = 0; t < triangles; t++) {
+    int *own = corners + 3 * (size_t)t;
+    double *sum = sums[first_of(components, t, &turn)];
+    if (turn) swap(own);
+    for (int k = 0; k < samples; k++) sum[0] += solid_angle(x, own, points[k]) / samples;
+    sum[1] += volume(x, own, x + 3 * (size_t)corners[0]);
   }
-  for (int t = 0; t < s->triangles; t++) {
-    const double *sum = sums[s->component[t]];
-    if (fabs(sum[0]) > SEEN ? sum[0] > 0 : sum[1] < 0) swap(s->corners + 3 * (size_t)t);
+  for (int t = 0; t < triangles; t++) {
+    const double *sum = sums[first_of(components, t, &turn)];
+    if (fabs(sum[0]) > SEEN ? sum[0] > 0 : sum[1] < 0) swap(corners + 3 * (size_t)t);
   }
   free(sums);
   return 0;
 }
 
-int flesh_picture_face_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners)
+int flesh_picture_turn_to_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners)
 {
   const size_t count = (size_t)triangles + 1;
-  int *room = malloc(count * (5 * sizeof *room + 4)), components = 0; /* the bytes are behind the ints */
-  if (!room) return flesh_picture_no_memory();
-  signed char *alike = (signed char *)(room + 5 * count);
-  sheet s = {triangles, corners, room, alike, room + 3 * count, alike + 3 * count, room + 4 * count};
-  int failed = link_sides(&s);
-  for (int t = 0; t < triangles && !failed; t++) s.component[t] = -1;
-  for (int t = 0; t < triangles && !failed; t++)
-    if (s.component[t] < 0) spread(&s, t, components++);
-  if (!failed) failed = turn_components(&s, components, positions, panel);
-  free(room);
+  int *parents = malloc(count * (sizeof *parents + 1));
+  if (!parents) return flesh_picture_no_memory();
+  const components components = {parents, (signed char *)(parents + count)}; /* the bytes are behind the ints */
+  int failed = find_components(triangles, corners, &components);
+  if (!failed) failed = turn_components(&components, positions, panel, triangles, corners);
+  free(parents);
   return failed ? flesh_picture_no_memory() : FLESH_OK;
 }

@@ -16,11 +16,9 @@
 
 static int gnuplot_missing; /* the last plot failed because there is no gnuplot */
 
-int flesh_plot_draw(const char *folder, const char *name) { return flesh_plot_draw_as(folder, name, ".png"); }
-
 /* gnuplot draws into `drawn`, a name that this program makes: so gnuplot writes to no name from outside, and the
  * picture is complete or the old one is kept. */
-int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
+int flesh_plot_draw(const char *folder, const char *name, const char *suffix)
 {
   char picture[48], set[64];
   snprintf(picture, sizeof picture, ".picture.part-%ld%.8s", (long)getpid(), suffix);
@@ -59,7 +57,7 @@ void flesh_plot_note(flesh_plot_outcome *outcome, int status)
 void flesh_plot_draw_noted(void *outcome, const char *folder, const char *name)
 {
   ((flesh_plot_outcome *)outcome)->count++;
-  flesh_plot_note(outcome, flesh_plot_draw(folder, name));
+  flesh_plot_note(outcome, flesh_plot_draw(folder, name, ".png"));
 }
 
 int flesh_plot_ended(const flesh_plot_outcome *outcome)

@@ -9,11 +9,9 @@
 #include "base/file.h"
 #include "flesh/status.h"
 
-/* Runs `gnuplot NAME.gp` in `folder`. FLESH_ERR_FILE with a sentence if gnuplot is not installed or fails; the script
- * is kept. */
-int flesh_plot_draw(const char *folder, const char *name);
-/* Draws NAME.svg, .pdf or .png by the script, which flesh_plot_begin has begun with that suffix. */
-int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix);
+/* Draws NAME.svg, .pdf or .png by `gnuplot NAME.gp` in `folder`; flesh_plot_begin has begun that script with the suffix.
+ * FLESH_ERR_FILE with a sentence if gnuplot is not installed or fails; the script is kept. */
+int flesh_plot_draw(const char *folder, const char *name, const char *suffix);
 
 /* Returns the status of a command after its pictures, `drawn`. If gnuplot is not installed, prints that to stderr and
  * returns FLESH_OK, as the figures are valid without pictures; any other status is returned as it is. */
@@ -25,7 +23,7 @@ typedef struct flesh_plot_outcome {
   char words[1024];
 } flesh_plot_outcome;
 void flesh_plot_note(flesh_plot_outcome *outcome, int status);
-/* Draws one of several pictures (flesh_plot_draw) and notes its status in `outcome`. */
+/* Draws one of several pictures, a PNG, and notes its status in `outcome`. */
 void flesh_plot_draw_noted(void *outcome, const char *folder, const char *name);
 /* Returns the status of the first failure, after making its message the last error. */
 int flesh_plot_ended(const flesh_plot_outcome *outcome);

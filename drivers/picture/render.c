@@ -2,7 +2,6 @@
 #include "picture/render.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -188,7 +187,7 @@ static void light_up(const scene *s, const spot *at, int inside, double rgb[3])
 
 /* Returns how opaque a surface is at a point: fully in the middle of the picture, less and less outwards if it
  * fades. */
-static double presence(const scene *s, const spot *at)
+static double opacity(const scene *s, const spot *at)
 {
   static const double FULL = 0.45; /* fraction of the distance `fade` up to which it is opaque */
   if (!(at->surface->fade > 0)) return 1;
@@ -213,7 +212,7 @@ static void shade(const scene *s, int number, double x, double y, double rgb[3])
   base_colour(at.surface, at.triangle, at.b, rgb);
   /* The point is seen from behind if the triangle is: interpolated normals may turn earlier. */
   if (!s->style->flat) light_up(s, &at, flesh_projected_area(c) > 0, rgb);
-  const double there = presence(s, &at);
+  const double there = opacity(s, &at);
   if (there < 1) {
     double wall[3];
     backdrop(y / s->seen.height, wall);
@@ -226,11 +225,11 @@ static void shade(const scene *s, int number, double x, double y, double rgb[3])
     for (int d = 0; d < 3; d++) rgb[d] *= 0.62;
 }
 
-static void resolve(const scene *s, flesh_image *image)
+static void resolve(const scene *s, uint32_t *pixels)
 {
   const int samples = s->style->samples;
-  for (int y = 0; y < image->height; y++)
-    for (int x = 0; x < image->width; x++) {
+  for (int y = 0; y < s->seen.height / samples; y++)
+    for (int x = 0; x < s->seen.width / samples; x++) {
       double sum[3] = {0, 0, 0}, rgb[3];
       for (int j = 0; j < samples; j++)
         for (int i = 0; i < samples; i++) {
@@ -247,7 +246,7 @@ static void resolve(const scene *s, flesh_image *image)
       uint32_t packed = 0;
       for (int d = 0; d < 3; d++)
         packed = packed << 8 | (uint32_t)(255 * flesh_srgb_encode(sum[d] / (samples * samples)) + 0.5);
-      image->pixels[(size_t)y * (size_t)image->width + (size_t)x] = packed;
+      *pixels++ = packed;
     }
 }
 
@@ -265,7 +264,7 @@ static void lay_veil(scene *s, int k, const flesh_raster *glass)
               (double)(at / (size_t)s->seen.width) + 0.5, &spot);
     to_eye(&s->view, spot.p, eye);
     double tone = s->style->flat ? 1 : 0.65 + 0.35 * fabs(flesh_vec3_dot(spot.flat, eye));
-    const double hides = HIDES * presence(s, &spot);
+    const double hides = HIDES * opacity(s, &spot);
     for (int d = 0; d < 3; d++)
       s->veil[at][d] = (float)((1 - hides) * s->veil[at][d] + hides * tone * f->plain[d]);
     s->veil[at][3] *= (float)(1 - hides);
@@ -310,21 +309,20 @@ static int draw_seen(scene *s)
 static int cast_shadows(scene *s)
 {
   enum { LEAST = 256, MOST = 2048 };
-  flesh_shadow_window window;
   const int samples = s->style->samples;
   const double size = 1.5 * (s->seen.width > s->seen.height ? s->seen.width : s->seen.height);
   flesh_shadow_begin(&s->view, &s->shadow);
   if (s->style->flat || s->style->no_shadow) return FLESH_OK;
-  flesh_shadow_window_clear(&window);
+  flesh_view_fit seen = flesh_view_fit_along(&s->shadow.view);
   for (int y = samples / 2; y < s->seen.height; y += samples)
     for (int x = samples / 2; x < s->seen.width; x += samples) {
       int number = s->seen.triangle[(size_t)y * (size_t)s->seen.width + (size_t)x];
       spot at;
       if (number < 0) continue;
       find_spot(s, number, x + 0.5, y + 0.5, &at);
-      flesh_shadow_window_add(&s->shadow, at.p, &window);
+      flesh_view_fit_add(&seen, 1, at.p);
     }
-  return flesh_shadow_cast(&s->shadow, &window, (int)fmin(fmax(size, LEAST), MOST), s->count, s->surfaces);
+  return flesh_shadow_cast(&s->shadow, &seen, (int)fmin(fmax(size, LEAST), MOST), s->count, s->surfaces);
 }
 
 static int scene_open(scene *s, const flesh_view *view, int count, const flesh_render_surface *surfaces,
@@ -358,24 +356,13 @@ static void scene_close(scene *s)
 }
 
 int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
-                 const flesh_render_style *style, flesh_image *image)
+                 const flesh_render_style *style, uint32_t *pixels)
 {
   scene s;
-  *image = (flesh_image){view->width_px, view->height_px, NULL};
   int status = scene_open(&s, view, count, surfaces, style);
-  if (!status) {
-    image->pixels = malloc(sizeof *image->pixels * (size_t)image->width * (size_t)image->height);
-    if (!image->pixels) status = flesh_picture_no_memory();
-  }
   if (!status) status = draw_seen(&s);
   if (!status) status = cast_shadows(&s);
-  if (!status) resolve(&s, image);
+  if (!status) resolve(&s, pixels);
   scene_close(&s);
   return status;
-}
-
-void flesh_image_free(flesh_image *image)
-{
-  free(image->pixels);
-  image->pixels = NULL;
 }

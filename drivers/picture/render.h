@@ -6,12 +6,6 @@
 #include "picture/render_raster.h"
 #include "picture/view.h"
 
-/* Opaque pixels 0x00RRGGBB, rows from the top. */
-typedef struct flesh_image {
-  int width, height;
-  uint32_t *pixels;
-} flesh_image;
-
 /* Colour of inverted tets, linear light. */
 extern const float flesh_render_inverted[3];
 
@@ -21,11 +15,11 @@ typedef struct flesh_render_style {
   int no_shadow; /* draw with light, but without shadows */
 } flesh_render_style;
 
-/* Renders into a new image. Surfaces that are coloured by values are lit softly and do not shine, so that their colours
- * can be compared with the scale. FLESH_ERR_MEMORY. */
+/* Renders into pixels [width_px*height_px of the view], opaque, 0x00RRGGBB in rows from the top. Surfaces that are
+ * coloured by values are lit softly and do not shine, so that their colours can be compared with the scale.
+ * FLESH_ERR_MEMORY. */
 int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
-                 const flesh_render_style *style, flesh_image *image);
-void flesh_image_free(flesh_image *image);
+                 const flesh_render_style *style, uint32_t *pixels);
 
 /* Convert between linear light and its sRGB encoding (IEC 61966-2-1), both in [0, 1]. */
 double flesh_srgb_encode(double linear);

@@ -123,22 +123,6 @@ void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow)
   flesh_vec3_cross(lamp->back, lamp->right, lamp->up);
 }
 
-void flesh_shadow_window_clear(flesh_shadow_window *window)
-{
-  for (int k = 0; k < 3; k++) window->low[k] = INFINITY, window->high[k] = -INFINITY;
-}
-
-void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], flesh_shadow_window *window)
-{
-  const double *axes[3] = {shadow->view.right, shadow->view.up, shadow->view.back};
-  for (int k = 0; k < 3; k++) {
-    double at = flesh_vec3_dot(p, axes[k]);
-    if (!isfinite(at)) continue;
-    window->low[k] = fmin(window->low[k], at);
-    window->high[k] = fmax(window->high[k], at);
-  }
-}
-
 /* Returns whether the triangle casts a shadow: glass lets light through from behind. */
 static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, const int *corners)
 {
@@ -151,7 +135,7 @@ static int casts(const flesh_shadow *shadow, const flesh_render_surface *s, cons
 
 /* Fits the lamp's view to what is both seen and below a caster, with a margin for the filter. Returns 0 if there is
  * nothing. */
-static int fit(flesh_shadow *shadow, const flesh_shadow_window *seen, const flesh_shadow_window *casters, int size)
+static int fit(flesh_shadow *shadow, const flesh_view_fit *seen, const flesh_view_fit *casters, int size)
 {
   enum { EDGE = 4, LEAST = 16 };
   flesh_view *view = &shadow->view;
@@ -173,17 +157,15 @@ static int fit(flesh_shadow *shadow, const flesh_shadow_window *seen, const fles
   return 1;
 }
 
-int flesh_shadow_cast(flesh_shadow *shadow, const flesh_shadow_window *seen, int size, int count,
+int flesh_shadow_cast(flesh_shadow *shadow, const flesh_view_fit *seen, int size, int count,
                       const flesh_render_surface *surfaces)
 {
-  flesh_shadow_window casters;
-  flesh_shadow_window_clear(&casters);
+  flesh_view_fit casters = flesh_view_fit_along(&shadow->view);
   for (int k = 0; k < count; k++)
     for (int t = 0; t < surfaces[k].triangles; t++) {
       const int *corners = surfaces[k].corners + 3 * (size_t)t;
       if (!casts(shadow, &surfaces[k], corners)) continue;
-      for (int c = 0; c < 3; c++)
-        flesh_shadow_window_add(shadow, surfaces[k].x + 3 * (size_t)corners[c], &casters);
+      for (int c = 0; c < 3; c++) flesh_view_fit_add(&casters, 1, surfaces[k].x + 3 * (size_t)corners[c]);
     }
   if (!fit(shadow, seen, &casters, size)) return FLESH_OK;
   int status = flesh_raster_open(&shadow->map, shadow->view.width_px, shadow->view.height_px);

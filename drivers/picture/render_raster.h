@@ -64,19 +64,12 @@ typedef struct flesh_shadow {
   flesh_raster map;  /* without samples if nothing casts a shadow into the picture */
 } flesh_shadow;
 
-/* A box in the lamp's axes, m: across and up its picture, and towards the lamp. */
-typedef struct flesh_shadow_window {
-  double low[3], high[3];
-} flesh_shadow_window;
-
 /* Places the lamp over the camera's left shoulder. */
 void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow);
-void flesh_shadow_window_clear(flesh_shadow_window *window);
-void flesh_shadow_window_add(const flesh_shadow *shadow, const double p[3], flesh_shadow_window *window);
 
-/* Draws the surfaces that cast shadows into a map of at most `size` samples each way that covers the places `seen`.
- * FLESH_ERR_MEMORY. */
-int flesh_shadow_cast(flesh_shadow *shadow, const flesh_shadow_window *seen, int size, int count,
+/* Draws the surfaces that cast shadows into a map of at most `size` samples each way that covers the places `seen`, a
+ * fit along the lamp's view. FLESH_ERR_MEMORY. */
+int flesh_shadow_cast(flesh_shadow *shadow, const flesh_view_fit *seen, int size, int count,
                       const flesh_render_surface *surfaces);
 void flesh_shadow_close(flesh_shadow *shadow);
 

@@ -26,18 +26,25 @@ static void rotate_z_to(const double u[3], double a[3])
   for (int d = 0; d < 3; d++) a[d] += once[d] + twice[d] / (1 + u[2]);
 }
 
-void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_px,
-                          flesh_view_fit *fit)
+flesh_view_fit flesh_view_fit_along(const flesh_view *axes)
+{
+  flesh_view_fit fit = {.view = *axes};
+  for (int k = 0; k < 4; k++) fit.sides[k] = -INFINITY;
+  for (int k = 0; k < 3; k++) fit.low[k] = INFINITY, fit.high[k] = -INFINITY;
+  return fit;
+}
+
+void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_px, flesh_view_fit *fit)
 {
   const double degree = acos(-1) / 180;
   double ca = cos(camera->azimuth * degree), sa = sin(camera->azimuth * degree);
   double ce = cos(camera->elevation * degree), se = sin(camera->elevation * degree);
-  *fit = (flesh_view_fit){.view = {.right = {ca, sa, 0},
-                                   .up = {-sa * se, ca * se, ce},
-                                   .back = {sa * ce, -ca * ce, se},
-                                   .zenith = {0, 0, 1},
-                                   .width_px = width_px,
-                                   .height_px = height_px}};
+  *fit = flesh_view_fit_along(&(flesh_view){.right = {ca, sa, 0},
+                                            .up = {-sa * se, ca * se, ce},
+                                            .back = {sa * ce, -ca * ce, se},
+                                            .zenith = {0, 0, 1},
+                                            .width_px = width_px,
+                                            .height_px = height_px});
   double length = sqrt(flesh_vec3_dot(camera->up, camera->up));
   if (length > 0) { /* else z is up, also if the length is NaN */
     flesh_view *v = &fit->view;
@@ -48,8 +55,6 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
   }
   fit->slope[1] = tan(0.5 * camera->field_of_view * degree);
   fit->slope[0] = fit->slope[1] * width_px / height_px;
-  for (int k = 0; k < 4; k++) fit->sides[k] = -INFINITY;
-  for (int k = 0; k < 3; k++) fit->low[k] = INFINITY, fit->high[k] = -INFINITY;
 }
 
 /* An eye at (r, u, b) sees a point (x, y, z) if |x - r| <= slope (b - z) and the same holds upwards: these are four

@@ -27,9 +27,10 @@ typedef struct flesh_view_fit {
   double low[3], high[3];
 } flesh_view_fit;
 
+/* Returns a fit without points in the axes of a view, for parallel rays. */
+flesh_view_fit flesh_view_fit_along(const flesh_view *axes);
 /* Begins a fit for a camera and a picture of this size. */
-void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_px,
-                          flesh_view_fit *fit);
+void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_px, flesh_view_fit *fit);
 /* Adds points [3*count]; those that are not finite are left out. */
 void flesh_view_fit_add(flesh_view_fit *fit, int count, const double *points);
 /* Makes the view that shows all points, with a margin, except where the camera's values say otherwise. */

@@ -47,7 +47,7 @@ static int prepare(const char *out, const picture *p, int count, char *const *pa
 static void draw(void *data, const char *folder, const char *name)
 {
   picture *p = data;
-  flesh_plot_note(&p->outcome, flesh_plot_draw_as(folder, name, p->suffix));
+  flesh_plot_note(&p->outcome, flesh_plot_draw(folder, name, p->suffix));
 }
 
 static int plot(picture *p, int count, char *const *paths)

@@ -24,7 +24,6 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
   const flesh_mesh *mesh = panel->body->mesh;
   *b = (flesh_report_body){.nodes = flesh_mesh_node_count(mesh),
                            .tets = flesh_mesh_tet_count(mesh),
-                           .obstacle_count = flesh_picture_obstacle_count(panel),
                            .view = frames[0].view};
   b->quantum = diagonal(mesh) / PARTS;
   for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
@@ -32,12 +31,11 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
     b->steps[f] = frames[f].high > frames[f].low ? (frames[f].high - frames[f].low) / LEVELS : 1;
   }
   b->total = (3 + FLESH_REPORT_FIELDS) * (size_t)b->nodes;
-  for (int k = 0; k < b->obstacle_count; k++) {
-    flesh_picture_obstacle o;
-    const int status = flesh_picture_obstacle_make(panel, k, &b->view, &b->memory, &o);
-    if (status) return status;
-    b->total += 3 * (size_t)o.vertices;
-  }
+  flesh_picture_scene obstacles;
+  const int status = flesh_picture_obstacles(panel, &b->view, &obstacles);
+  for (int k = 1; k < obstacles.count && !status; k++) b->total += 3 * (size_t)obstacles.surfaces[k].vertices;
+  flesh_arena_free(&obstacles.arena);
+  if (status) return status;
   b->flag_bytes = ((size_t)b->tets + 7) / 8;
   for (int k = 0; k < 3; k++) b->numbers[k] = flesh_arena_take(&b->memory, b->total * sizeof **b->numbers);
   for (int k = 0; k < 2; k++) b->flags[k] = flesh_arena_take(&b->memory, b->flag_bytes);
@@ -143,32 +141,27 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
 int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
                                 FILE *numbers, json_t **made)
 {
-  flesh_arena arena = {0};
-  int status = FLESH_OK;
+  flesh_picture_scene obstacles;
+  const int status = flesh_picture_obstacles(panel, &b->view, &obstacles);
   *made = json_array();
-  for (int k = 0; k < b->obstacle_count && !status; k++) {
-    flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, &b->view, &arena, &o);
-    if (status) break;
-    const double fade = o.is_plane ? flesh_picture_plane_extent(&b->view) : 0;
-    json_array_append_new(*made, json_pack("{sisfso}", "vertices", o.vertices, "fade", fade, "corners",
-                                           add_list(numbers, 3 * (size_t)o.triangles, o.corners)));
+  for (int k = 1; k < obstacles.count && !status; k++) {
+    const flesh_render_surface *s = &obstacles.surfaces[k];
+    json_array_append_new(*made, json_pack("{sisfso}", "vertices", s->vertices, "fade", s->fade, "corners",
+                                           add_list(numbers, 3 * (size_t)s->triangles, s->corners)));
   }
-  flesh_arena_free(&arena);
+  flesh_arena_free(&obstacles.arena);
   return ferror(numbers) ? flesh_report_no_memory() : status;
 }
 
 /* Computes the numbers of a frame: positions of the body and of the obstacles, and the values of the fields. */
 static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
 {
-  flesh_arena arena = {0};
-  int status = FLESH_OK, *to = round_positions(b->nodes, panel->x, b->quantum, b->numbers[b->frames % 3]);
-  for (int k = 0; k < b->obstacle_count && !status; k++) {
-    flesh_picture_obstacle o;
-    status = flesh_picture_obstacle_make(panel, k, &b->view, &arena, &o);
-    if (!status) to = round_positions(o.vertices, o.x, b->quantum, to); /* the number of vertices does not change */
-  }
-  flesh_arena_free(&arena);
+  flesh_picture_scene obstacles;
+  int status = flesh_picture_obstacles(panel, &b->view, &obstacles);
+  int *to = round_positions(b->nodes, panel->x, b->quantum, b->numbers[b->frames % 3]);
+  for (int k = 1; k < obstacles.count && !status; k++) /* the number of vertices does not change */
+    to = round_positions(obstacles.surfaces[k].vertices, obstacles.surfaces[k].x, b->quantum, to);
+  flesh_arena_free(&obstacles.arena);
   for (int f = 0; f < FLESH_REPORT_FIELDS && !status; f++) {
     double *values;
     status = flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
@@ -196,8 +189,8 @@ int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *pan
   flag_inverted(b, panel);
   for (size_t k = 0; k < b->total; k++) {
     const int64_t one = last[k], two = before[k];
-    const int64_t told = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? now[k - 1] : 0;
-    add_number(numbers, now[k] - told);
+    const int64_t predicted = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? now[k - 1] : 0;
+    add_number(numbers, now[k] - predicted);
   }
   for (size_t k = 0; k < b->flag_bytes; k++) putc(b->flags[0][k] ^ b->flags[1][k], numbers);
   b->frames++;

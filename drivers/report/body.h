@@ -10,7 +10,6 @@ enum { FLESH_REPORT_FIELDS = 3 }; /* J, stress and speed */
 
 typedef struct flesh_report_body {
   int nodes, tets, frames;
-  int obstacle_count;
   double quantum;                                              /* unit of positions, m */
   double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* least value and unit of each field */
   flesh_view view;

@@ -35,17 +35,12 @@ static void add_column(json_t *columns, const char *name, json_t *values)
   json_array_append_new(columns, json_pack("{soso}", "name", flesh_json_text(name), "values", values));
 }
 
-/* Reads a table, which is left empty if there is no such file. */
-static int read_table(const char *path, flesh_csv *csv)
-{
-  const int status = flesh_path_check(path);
-  return status || !flesh_path_is_file(path) ? status : flesh_csv_read(path, FLESH_CSV_TORN, csv);
-}
-
 int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step)
 {
+  const char *path = flesh_report_path(folder, name);
   flesh_csv csv = {0};
-  int status = read_table(flesh_report_path(folder, name), &csv);
+  int status = flesh_path_check(path);
+  if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_TORN, &csv);
   const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
   if (step) *step = every;
   *columns = csv.columns ? json_array() : NULL;

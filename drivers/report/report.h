@@ -90,10 +90,7 @@ json_t *flesh_report_part(flesh_report *report, const char *title, const char *p
 void flesh_report_note(json_t *part, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Fills the part by the SQL text `sql` of data/studies on a database. `folder` is that of its files, or empty if paths
  * are complete. */
-int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
-/* Does the same on a database in memory that `fill_database` (NULL: none) fills first. */
-int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
-                      int (*fill_database)(sqlite3 *database, const void *data), const void *data);
+int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
 
 /* Appends a part about the folder of a study by the text `sql`, on a database with the table of report_runs.sql. */
 int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);

@@ -10,11 +10,6 @@
 #include "study/database.h"
 #include "study/study.h"
 
-typedef struct runs {
-  int count;
-  char *const *folders;
-} runs;
-
 static int insert_run(flesh_study_store *store, int number, const char *folder)
 {
   json_t *result = NULL;
@@ -32,19 +27,24 @@ static int insert_run(flesh_study_store *store, int number, const char *folder)
   return status;
 }
 
-static int fill(sqlite3 *database, const void *data)
+/* Fills the part by the text `sql` on a database in memory with the table of report_runs.sql. */
+static int tell(flesh_report *report, json_t *part, const char *folder, const char *sql, int count, char *const *folders)
 {
-  const runs *given = data;
-  flesh_study_store store = {.database = database, .path = "a report"};
+  flesh_study_store store = {.path = "a report"};
+  if (sqlite3_open(":memory:", &store.database)) {
+    sqlite3_close(store.database);
+    return flesh_report_no_memory();
+  }
   int status = flesh_study_store_execute(&store, "CREATE TABLE runs (number INTEGER PRIMARY KEY, folder, name, result)");
-  for (int r = 0; r < given->count && !status; r++) status = insert_run(&store, r, given->folders[r]);
+  for (int r = 0; r < count && !status; r++) status = insert_run(&store, r, folders[r]);
+  if (!status) status = flesh_report_tell(report, part, folder, sql, store.database);
+  sqlite3_close(store.database);
   return status;
 }
 
 int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder)
 {
-  const runs given = {1, (char *const[]){(char *)folder}};
-  return flesh_report_tell(report, flesh_report_part(report, title, folder), folder, sql, fill, &given);
+  return tell(report, flesh_report_part(report, title, folder), folder, sql, 1, (char *const[]){(char *)folder});
 }
 
 /* Returns the column to plot against time at first: the first of `wanted` that a table has, else the last of
@@ -62,9 +62,8 @@ static const char *first_column(const json_t *part, const char *const *wanted)
 int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
 {
   static const char *const motions[] = {"volume_ratio", "energy_total", "newton", NULL};
-  const runs given = {count, folders};
   json_t *part = flesh_report_part(report, count > 1 ? "Runs" : "Run", count > 1 ? "" : folders[0]);
-  const int status = flesh_report_tell(report, part, "", "report_runs", fill, &given);
+  const int status = tell(report, part, "", "report_runs", count, folders);
   const json_t *tables = json_object_get(part, "tables"), *plots = json_object_get(part, "plots");
   const json_t *last = json_object_get(json_array_get(tables, json_array_size(tables) - 1), "columns");
   const char *second = json_string_value(json_object_get(json_array_get(last, 1), "name"));
@@ -92,7 +91,7 @@ int flesh_report_add_sweep(flesh_report *report, const char *path)
   if (!status && sqlite3_prepare_v2(database, asked, -1, &query, NULL))
     status = flesh_database_fail(database, whole, "this is no database of a sweep");
   sqlite3_finalize(query);
-  if (!status) status = flesh_report_tell_of(report, part, whole, "report_sweep", database);
+  if (!status) status = flesh_report_tell(report, part, whole, "report_sweep", database);
   sqlite3_close(database);
   free(whole);
   return status;

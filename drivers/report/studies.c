@@ -270,22 +270,11 @@ static int execute(void *data, sqlite3_stmt *query, const char *name)
   return status || code == SQLITE_DONE ? status : fail(m);
 }
 
-int flesh_report_tell_of(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database)
+int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database)
 {
   maker m = {.report = report, .part = part, .folder = folder, .database = database};
   const int bad = sqlite3_create_function(database, "is_there", 1, SQLITE_UTF8, &m, test_file, NULL, NULL) ||
                   sqlite3_create_function(database, "colour_of", 1, SQLITE_UTF8, NULL, find_colour, NULL, NULL) ||
                   sqlite3_exec(database, "CREATE TEMP TABLE tables (name, number, columns)", NULL, NULL, NULL);
   return bad ? flesh_report_no_memory() : flesh_results_each(database, folder, flesh_own_text(sql), execute, &m);
-}
-
-int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql,
-                      int (*fill_database)(sqlite3 *database, const void *data), const void *data)
-{
-  sqlite3 *database = NULL;
-  int status = sqlite3_open(":memory:", &database) ? flesh_report_no_memory() : FLESH_OK;
-  if (!status && fill_database) status = fill_database(database, data);
-  if (!status) status = flesh_report_tell_of(report, part, folder, sql, database);
-  sqlite3_close(database);
-  return status;
 }

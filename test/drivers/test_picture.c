@@ -95,7 +95,7 @@ static void near_hides_far(void)
     flesh_camera camera = {.target = {0, 0, 0}, .height = 4, .field_of_view = perspective ? 40 : 0};
     flesh_view_fit fit;
     flesh_view view;
-    flesh_image image;
+    uint32_t image[200 * 200];
     flesh_view_fit_begin(&camera, 80, 80, &fit);
     flesh_view_fit_end(&fit, &camera, &view); /* along +y */
     static const double far[9] = {-1.5, 1, -1.5, 1.5, 1, -1.5, 0, 1, 1.5},
@@ -106,13 +106,12 @@ static void near_hides_far(void)
         {.vertices = 3, .triangles = 1, .x = near, .corners = corners, .plain = {0, 0.6f, 0}}};
     for (int order = 0; order < 2; order++) { /* whichever comes first */
       const flesh_render_surface turned[2] = {surfaces[order], surfaces[!order]};
-      CHECK_OK(flesh_render(&view, 2, turned, &(flesh_render_style){.samples = 2}, &image));
-      uint32_t middle = image.pixels[48 * 80 + 40], above = image.pixels[34 * 80 + 40];
-      uint32_t out = image.pixels[2 * 80 + 2];
+      CHECK_OK(flesh_render(&view, 2, turned, &(flesh_render_style){.samples = 2}, image));
+      uint32_t middle = image[48 * 80 + 40], above = image[34 * 80 + 40];
+      uint32_t out = image[2 * 80 + 2];
       CHECK((middle >> 8 & 255) > 2 * (middle >> 16 & 255)); /* green */
       CHECK((above >> 16 & 255) > 2 * (above >> 8 & 255));   /* red */
       CHECK((out & 255) > 200 && (out >> 8 & 255) > 200);    /* the wall behind */
-      flesh_image_free(&image);
     }
   }
 }
@@ -128,14 +127,13 @@ static void lines_and_points_are_drawn(void)
   static const double line[9] = {-1, 0, -1, 1, 0, 1, 0, 0, 0}, point[9] = {0};
   static const int corners[3] = {0, 1, 2};
   for (int k = 0; k < 2; k++) {
-    flesh_image image;
+    uint32_t image[200 * 200];
     int drawn = 0;
     const flesh_render_surface surface = {
         .vertices = 3, .triangles = 1, .x = k ? point : line, .corners = corners, .plain = {0.5f, 0.1f, 0.1f}};
-    CHECK_OK(flesh_render(&view, 1, &surface, &(flesh_render_style){.samples = 3}, &image));
-    for (int p = 0; p < 6400; p++) drawn += (image.pixels[p] >> 8 & 255) < 200;
+    CHECK_OK(flesh_render(&view, 1, &surface, &(flesh_render_style){.samples = 3}, image));
+    for (int p = 0; p < 6400; p++) drawn += (image[p] >> 8 & 255) < 200;
     CHECK(k ? drawn >= 1 && drawn <= 4 : drawn >= 40 && drawn <= 120); /* 40 pixels along either axis */
-    flesh_image_free(&image);
   }
 }
 
@@ -145,7 +143,7 @@ static void shadows_fall(void)
   flesh_camera camera = {.elevation = 90, .target = {0, 0, 0}, .height = 4};
   flesh_view_fit fit;
   flesh_view view;
-  flesh_image with, without;
+  uint32_t with[60 * 60], without[60 * 60];
   flesh_view_fit_begin(&camera, 60, 60, &fit);
   flesh_view_fit_end(&fit, &camera, &view);
   static const double floor_x[12] = {-2, -2, 0, 2, -2, 0, 2, 2, 0, -2, 2, 0},
@@ -154,17 +152,15 @@ static void shadows_fall(void)
   const flesh_render_surface surfaces[2] = {
       {.vertices = 4, .triangles = 2, .x = floor_x, .corners = corners, .plain = {0.5f, 0.5f, 0.5f}},
       {.vertices = 4, .triangles = 2, .x = plate, .corners = corners, .plain = {0.5f, 0.5f, 0.5f}}};
-  CHECK_OK(flesh_render(&view, 2, surfaces, &(flesh_render_style){.samples = 1}, &with));
-  CHECK_OK(flesh_render(&view, 1, surfaces, &(flesh_render_style){.samples = 1}, &without));
+  CHECK_OK(flesh_render(&view, 2, surfaces, &(flesh_render_style){.samples = 1}, with));
+  CHECK_OK(flesh_render(&view, 1, surfaces, &(flesh_render_style){.samples = 1}, without));
   int darker = 0, brighter = 0;
   for (int k = 0; k < 3600; k++) {
-    int change = (int)(with.pixels[k] & 255) - (int)(without.pixels[k] & 255);
+    int change = (int)(with[k] & 255) - (int)(without[k] & 255);
     darker += change < -25;
     brighter += change > 25;
   }
   CHECK(darker > 40 && darker < 1000 && !brighter);
-  flesh_image_free(&with);
-  flesh_image_free(&without);
 }
 
 /* A red glass plate before a green one hides it from its front, is transparent from behind, and also lets light
@@ -181,14 +177,13 @@ static void glass_is_seen_through_from_behind(void)
   static const int front[6] = {0, 1, 2, 0, 2, 3}, back[6] = {0, 2, 1, 0, 3, 2};
   uint32_t seen[4];
   for (int k = 0; k < 4; k++) { /* none; opaque; of glass from its front; of glass from behind */
-    flesh_image image;
+    uint32_t image[200 * 200];
     const flesh_render_surface surfaces[2] = {
         {.vertices = 4, .triangles = 2, .x = far, .corners = front, .plain = {0, 0.6f, 0}},
         {.vertices = 4, .triangles = 2, .x = near, .corners = k == 3 ? back : front, .glass = k > 1,
          .plain = {0.6f, 0, 0}}};
-    CHECK_OK(flesh_render(&view, k ? 2 : 1, surfaces, &(flesh_render_style){.samples = 2}, &image));
-    seen[k] = image.pixels[30 * 60 + 30];
-    flesh_image_free(&image);
+    CHECK_OK(flesh_render(&view, k ? 2 : 1, surfaces, &(flesh_render_style){.samples = 2}, image));
+    seen[k] = image[30 * 60 + 30];
   }
   CHECK((seen[0] >> 8 & 255) > 100 && (seen[0] >> 16 & 255) < 80);
   for (int k = 1; k < 3; k++) CHECK((seen[k] >> 8 & 255) < 80 && (seen[k] >> 16 & 255) > 100);
@@ -212,16 +207,15 @@ static void flat_and_unshadowed(void)
       {.vertices = 4, .triangles = 2, .x = plate, .corners = corners, .plain = {grey, grey, grey}}};
   int kinds[3] = {0};
   for (int k = 0; k < 3; k++) {
-    flesh_image image;
+    uint32_t image[200 * 200];
     const flesh_render_style style = {.samples = 2, .flat = k == 1, .no_shadow = k == 2};
-    CHECK_OK(flesh_render(&view, 2, surfaces, &style, &image));
-    uint32_t first = image.pixels[0];
+    CHECK_OK(flesh_render(&view, 2, surfaces, &style, image));
+    uint32_t first = image[0];
     for (int p = 0; p < 3600; p++) {
-      int change = (int)(image.pixels[p] & 255) - (int)(first & 255);
+      int change = (int)(image[p] & 255) - (int)(first & 255);
       kinds[k] += abs(change) > 20;
-      if (k == 1) CHECK(image.pixels[p] == 0x808080);
+      if (k == 1) CHECK(image[p] == 0x808080);
     }
-    flesh_image_free(&image);
   }
   CHECK(kinds[0] > 50 && !kinds[1] && !kinds[2]);
 }
@@ -234,7 +228,7 @@ static void shadows_have_straight_edges(void)
   flesh_camera camera = {.elevation = 70, .target = {0, 0, 0}, .height = 2};
   flesh_view_fit fit;
   flesh_view view;
-  flesh_image image;
+  uint32_t image[200 * 200];
   flesh_view_fit_begin(&camera, SIZE, SIZE, &fit);
   flesh_view_fit_end(&fit, &camera, &view);
   static const double floor_x[12] = {-30, -30, 0, 30, -30, 0, 30, 30, 0, -30, 30, 0},
@@ -243,10 +237,10 @@ static void shadows_have_straight_edges(void)
   const flesh_render_surface surfaces[2] = {
       {.vertices = 4, .triangles = 2, .x = floor_x, .corners = corners, .plain = {0.5f, 0.5f, 0.5f}},
       {.vertices = 4, .triangles = 2, .x = plate, .corners = corners, .plain = {0.5f, 0.5f, 0.5f}}};
-  CHECK_OK(flesh_render(&view, 2, surfaces, &(flesh_render_style){.samples = 3}, &image));
+  CHECK_OK(flesh_render(&view, 2, surfaces, &(flesh_render_style){.samples = 3}, image));
   double at[SIZE], sums[5] = {0}, worst = 0;
   for (int y = 0; y < SIZE; y++) { /* from the right, where it is light, to the shadow */
-    const uint32_t *row = image.pixels + (size_t)y * SIZE;
+    const uint32_t *row = image + (size_t)y * SIZE;
     int bright = (int)(row[SIZE - 1] & 255), x = SIZE - 1;
     while (x > 0 && (int)(row[x] & 255) > bright - 30) x--;
     const double right = row[x + 1] & 255, left = row[x] & 255;
@@ -260,7 +254,6 @@ static void shadows_have_straight_edges(void)
     if (isfinite(at[y])) worst = fmax(worst, fabs(at[y] - start - slope * y));
   printf("# edge over %g rows, slope %.3g, off the line by %.3g pixels\n", sums[0], slope, worst);
   CHECK(sums[0] > 150 && worst < 0.3);
-  flesh_image_free(&image);
 }
 
 /* Across the edge of a shadow light rises from none to all without jumps, even if the map is coarse. */
@@ -270,16 +263,15 @@ static void light_rises_smoothly(void)
   flesh_view_fit fit;
   flesh_view view;
   flesh_shadow shadow;
-  flesh_shadow_window window;
   static const double plate[12] = {-1, -1, .3, 1, -1.2, .3, 1, 1, .3, -1.1, 1, .3};
   static const int corners[6] = {0, 1, 2, 0, 2, 3};
   const flesh_render_surface surface = {.vertices = 4, .triangles = 2, .x = plate, .corners = corners};
   flesh_view_fit_begin(&camera, 100, 100, &fit);
   flesh_view_fit_end(&fit, &camera, &view);
   flesh_shadow_begin(&view, &shadow);
-  flesh_shadow_window_clear(&window);
+  flesh_view_fit window = flesh_view_fit_along(&shadow.view);
   for (int k = 0; k < 4; k++)
-    flesh_shadow_window_add(&shadow, (const double[]){k & 1 ? 3 : -3, k & 2 ? 3 : -3, 0}, &window);
+    flesh_view_fit_add(&window, 1, (const double[]){k & 1 ? 3 : -3, k & 2 ? 3 : -3, 0});
   CHECK_OK(flesh_shadow_cast(&shadow, &window, 64, 1, &surface));
   double before = -1, least = 1, most = 0, jump = 0;
   for (int k = 0; k <= 20000; k++) {
@@ -324,7 +316,7 @@ static void obstacles_face_the_body(void)
         p[0] = 0.5 + radius * cos(angle), p[1] = 0.5 + radius * sin(angle), p[2] = X[2];
       }
     }
-    CHECK_OK(flesh_picture_face_body(&(flesh_picture_panel){.body = &body, .x = x}, box, 12, corners));
+    CHECK_OK(flesh_picture_turn_to_body(&(flesh_picture_panel){.body = &body, .x = x}, box, 12, corners));
     int wrong = 0;
     for (int t = 0; t < 12; t++) {
       const double *a = box + 3 * corners[3 * t], *b = box + 3 * corners[3 * t + 1], *c = box + 3 * corners[3 * t + 2];
@@ -409,12 +401,11 @@ static void the_inside_is_darker(void)
   flesh_view_fit_begin(&camera, 40, 40, &fit);
   flesh_view_fit_end(&fit, &camera, &view);
   for (int k = 0; k < 3; k++) {
-    flesh_image image;
+    uint32_t image[200 * 200];
     const flesh_render_surface surface = {.vertices = 3, .triangles = 1, .x = x, .corners = k == 1 ? turned : facing,
                                           .marked = k == 2 ? marked : NULL, .plain = {0.5f, 0.5f, 0.5f}};
-    CHECK_OK(flesh_render(&view, 1, &surface, &(flesh_render_style){.samples = 1}, &image));
-    seen[k] = image.pixels[24 * 40 + 20] >> 8 & 255;
-    flesh_image_free(&image);
+    CHECK_OK(flesh_render(&view, 1, &surface, &(flesh_render_style){.samples = 1}, image));
+    seen[k] = image[24 * 40 + 20] >> 8 & 255;
   }
   CHECK(seen[1] < 0.8 * seen[0] && seen[2] < 0.5 * seen[0]);
 }

@@ -43,7 +43,7 @@ static int draw(const char *name, const char *text, const char *csv, const char 
   flesh_plot_quote(file.stream, text);
   putc('\n', file.stream);
   CHECK_OK(flesh_file_commit(&file));
-  return flesh_plot_draw(folder, name);
+  return flesh_plot_draw(folder, name, ".png");
 }
 
 static void lines_are_drawn(void)
@@ -123,7 +123,7 @@ static void no_picture_is_no_success(void)
   FILE *stream = fopen(in_folder("empty.gp"), "w");
   fputs("set terminal pngcairo\n", stream);
   fclose(stream);
-  CHECK(flesh_plot_draw(folder, "empty") == FLESH_ERR_FILE);
+  CHECK(flesh_plot_draw(folder, "empty", ".png") == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "is not drawn");
 }
 
@@ -171,8 +171,8 @@ static void the_first_failure_is_told(void)
   flesh_plot_outcome outcome = {0};
   flesh_plot_note(&outcome, FLESH_OK);
   CHECK_OK(flesh_plot_ended(&outcome));
-  flesh_plot_note(&outcome, flesh_plot_draw(folder, "nowhere"));
-  flesh_plot_note(&outcome, flesh_plot_draw(folder, "elsewhere"));
+  flesh_plot_note(&outcome, flesh_plot_draw(folder, "nowhere", ".png"));
+  flesh_plot_note(&outcome, flesh_plot_draw(folder, "elsewhere", ".png"));
   CHECK(flesh_plot_ended(&outcome) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "nowhere.png");
 }
@@ -181,7 +181,7 @@ static void a_missing_gnuplot_is_said(void)
 {
   char *path = strdup(getenv("PATH"));
   setenv("PATH", folder, 1);
-  int status = flesh_plot_draw(folder, "lines");
+  int status = flesh_plot_draw(folder, "lines", ".png");
   setenv("PATH", path, 1);
   free(path);
   CHECK(status == FLESH_ERR_FILE);
