@@ -2,6 +2,7 @@
  * and describes the rest state of each and where it breaks down. */
 #include "commands.h"
 
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -170,8 +171,7 @@ static void describe(const flesh_curve *curve)
   else if (soft > 0.999) printf("; the least flattening makes its Hessian indefinite");
   else printf("; its Hessian is indefinite below thickness %.4g", soft);
   if (!flesh_material_eigen(m, nothing, values, vectors)) {
-    double smallest = values[0];
-    for (int k = 1; k < 9; k++) smallest = fmin(smallest, values[k]);
+    const double smallest = gsl_stats_min(values, 1, 9);
     const int rests = !flesh_material_stress(m, nothing, P) && P[0] == 0 && P[4] == 0 && P[8] == 0;
     printf(smallest > 0                 ? "; F = 0 is a local minimum"
            : !rests                     ? "; F = 0 is no equilibrium"

@@ -290,14 +290,7 @@ static int claim_parts(const char *command, const char *folder, int inputs, char
   return status ? status : flesh_output_prepare_from(flesh_path("%s/index.txt", folder), inputs, input, NULL);
 }
 
-/* Releases the folder; after an error, removes it if it is empty. */
-static void let_go(int status, const char *folder, flesh_folder_claim *claim)
-{
-  flesh_folder_claim_release(claim);
-  if (status) flesh_path_remove_folder(folder); /* fails if there is anything in it */
-}
-
-static void say_parts(const char *folder, const flesh_split *split)
+static void print_parts(const char *folder, const flesh_split *split)
 {
   long long more = 0;
   int least = split->tets, most = 0;
@@ -313,18 +306,15 @@ static void say_parts(const char *folder, const flesh_split *split)
          100. * (double)more / split->tets);
 }
 
-/* Runs `flesh mesh box --parts N`. Returns the exit code. */
-static int box_in_parts(const int cells[3], const double size[3], const double origin[3], int parts,
-                            const char *folder)
+/* Prints and closes the parts that were written, and releases their folder. Returns the exit code. */
+static int finish_parts(const char *command, int status, const char *folder, flesh_split *split, flesh_folder_claim *claim)
 {
-  flesh_split split = {0};
-  flesh_folder_claim claimed = {.descriptor = -1};
-  int status = claim_parts("mesh box", folder, 0, NULL, &claimed);
-  if (!status) status = flesh_split_box(cells, size, origin, parts, folder, &split);
-  if (!status) say_parts(folder, &split);
-  flesh_split_close(&split);
-  let_go(status, folder, &claimed);
-  return status ? flesh_command_fail("mesh box", status) : 0;
+  if (!status) print_parts(folder, split);
+  flesh_split_close(split);
+  flesh_folder_claim_release(claim);
+  if (!status) return 0;
+  flesh_path_remove_folder(folder); /* fails if there is anything in it */
+  return flesh_command_fail(command, status);
 }
 
 /* Partitions the mesh by METIS and writes the parts into the folder. */
@@ -360,10 +350,7 @@ static int command_split(int argc, char **argv)
   if (!status) status = split_mesh(mesh, parts, out);
   flesh_mesh_destroy(&mesh);
   if (!status) status = flesh_split_open(flesh_path("%s/index.txt", out), &split);
-  if (!status) say_parts(out, &split);
-  flesh_split_close(&split);
-  let_go(status, out, &claimed);
-  return status ? flesh_command_fail(usage.command, status) : 0;
+  return finish_parts(usage.command, status, out, &split, &claimed);
 }
 
 static int command_box(int argc, char **argv)
@@ -400,9 +387,16 @@ static int command_box(int argc, char **argv)
   if (order > 2) return refuse_order(usage.command, order);
   if (parts && order == 2)
     return flesh_command_refuse(usage.command, "--order is 2; with --parts it must be 1 (or split what mesh box writes)");
-  if (parts) return box_in_parts(cells, size, origin, parts, out);
   flesh_mesh *mesh = NULL;
-  int status = flesh_output_prepare_from(out, 0, NULL, NULL);
+  int status;
+  if (parts) {
+    flesh_split split = {0};
+    flesh_folder_claim claimed = {.descriptor = -1};
+    status = claim_parts(usage.command, out, 0, NULL, &claimed);
+    if (!status) status = flesh_split_box(cells, size, origin, parts, out, &split);
+    return finish_parts(usage.command, status, out, &split, &claimed);
+  }
+  status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
   if (!status) status = set_order(&mesh, order);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, out);
