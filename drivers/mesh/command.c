@@ -73,7 +73,8 @@ static void show_histogram(const flesh_mesh *mesh)
 {
   static const double bounds[] = {0,   0.001, 0.01, 0.05, 0.1, 0.2, 0.3,
                                   0.4, 0.5,   0.6,  0.7,  0.8, 0.9, 1};
-  enum { BINS = sizeof bounds / sizeof *bounds - 1, WIDTH = 40 };
+  static const char bar[] = "########################################";
+  enum { BINS = sizeof bounds / sizeof *bounds - 1, WIDTH = sizeof bar - 1 };
   int count[BINS] = {0}, most = 1, tets = flesh_mesh_tet_count(mesh);
   for (int t = 0; t < tets; t++) {
     double ratio = flesh_mesh_radius_ratio(mesh, t);
@@ -86,10 +87,7 @@ static void show_histogram(const flesh_mesh *mesh)
     if (!count[b] && bounds[b] < 0.1) continue;
     printf("    %5g to %-5g %9d %5.1f %%", bounds[b], bounds[b + 1], count[b],
            100.0 * count[b] / tets);
-    int length = (int)ceil((double)count[b] * WIDTH / most);
-    if (length) fputs("  ", stdout);
-    for (int i = 0; i < length; i++) putchar('#');
-    putchar('\n');
+    printf(count[b] ? "  %.*s\n" : "\n", (int)ceil((double)count[b] * WIDTH / most), bar);
   }
 }
 

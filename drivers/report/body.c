@@ -115,13 +115,10 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
                            FILE *numbers, json_t **made)
 {
   const flesh_mesh *mesh = panel->body->mesh;
-  int triangles, status = FLESH_OK, *rest = malloc((3 * (size_t)b->nodes + 1) * sizeof *rest);
+  int triangles, status = FLESH_OK, *rest = b->numbers[0]; /* until the first frame is there */
   const int *corners = flesh_mesh_surface(mesh, &triangles);
-  *made = rest ? json_pack("{sisi}", "nodes", b->nodes, "tet_count", b->tets) : NULL;
-  if (!*made) {
-    free(rest);
-    return flesh_report_no_memory();
-  }
+  *made = json_pack("{sisi}", "nodes", b->nodes, "tet_count", b->tets);
+  if (!*made) return flesh_report_no_memory();
   round_positions(b->nodes, flesh_mesh_positions(mesh), b->quantum, rest);
   json_object_set_new(*made, "rest", add_list(numbers, 3 * (size_t)b->nodes, rest));
   json_object_set_new(*made, "tets", add_list(numbers, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
@@ -134,7 +131,6 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
     json_object_set_new(*made, "behind",
                         add_list(numbers, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
   }
-  free(rest);
   return ferror(numbers) ? flesh_report_no_memory() : status;
 }
 

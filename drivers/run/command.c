@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/archive.h"
 #include "base/confine.h"
@@ -196,8 +195,7 @@ static int check(void *data, int positionals)
  * stopped before all its files were on the disk; its last steps are repeated. */
 static int is_complete(const char *folder)
 {
-  struct stat info;
-  if (!flesh_path_stat(flesh_path("%s/" FLESH_CHECKPOINT_NAME, folder), &info)) return 0;
+  if (flesh_path_is_there(flesh_path("%s/" FLESH_CHECKPOINT_NAME, folder))) return 0;
   json_t *result;
   flesh_json_read(flesh_path("%s/result.json", folder), &result);
   const char *status = json_string_value(json_object_get(result, "status"));

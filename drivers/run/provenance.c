@@ -2,14 +2,12 @@
 #include "run/provenance.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/utsname.h>
 #include <time.h>
-#include <unistd.h>
 
 #include "build_info.h"
 #include "commit.h"
@@ -52,16 +50,13 @@ void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE])
            FLESH_COMPILER_FLAGS, FLESH_SUNDIALS_VERSION, FLESH_SUITESPARSE_VERSION);
 }
 
-static void cpu_model(char *text, size_t size)
+static void cpu_model(char text[256])
 {
-  char head[2048]; /* lines of the first processor */
-  int file = open("/proc/cpuinfo", O_RDONLY | O_CLOEXEC);
-  ssize_t got = file < 0 ? 0 : read(file, head, sizeof head - 1);
-  if (file >= 0) close(file);
-  head[got > 0 ? got : 0] = 0;
-  const char *line = strstr(head, "model name"), *colon = line ? strchr(line, ':') : NULL;
-  snprintf(text, size, "%s", colon ? colon + 1 + strspn(colon + 1, " \t") : "unknown");
-  text[strcspn(text, "\n")] = 0;
+  char line[1024];
+  FILE *file = fopen("/proc/cpuinfo", "re");
+  strcpy(text, "unknown");
+  while (file && fgets(line, sizeof line, file) && sscanf(line, "model name : %255[^\n]", text) != 1) continue;
+  if (file) fclose(file);
 }
 
 json_t *flesh_provenance_program(int argc, char **argv)
@@ -71,7 +66,7 @@ json_t *flesh_provenance_program(int argc, char **argv)
   struct tm utc;
   const time_t now = time(NULL);
   const int known = !uname(&system);
-  cpu_model(cpu, sizeof cpu);
+  cpu_model(cpu);
   strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
   if (known) snprintf(machine, sizeof machine, "%.60s %.60s %.60s", system.sysname, system.release, system.machine);
   json_t *words = json_array();

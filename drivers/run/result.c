@@ -97,15 +97,10 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
 
 const char *flesh_outcome_word(const flesh_outcome *outcome)
 {
-  switch (outcome->status) {
-  case FLESH_OK:
-    return "complete";
-  case FLESH_ERR_INTERRUPTED:
-    return "interrupted";
-  case FLESH_ERR_BUDGET:
-    return "out of budget";
-  }
-  return "failed";
+  return outcome->status == FLESH_OK                ? "complete"
+         : outcome->status == FLESH_ERR_INTERRUPTED ? "interrupted"
+         : outcome->status == FLESH_ERR_BUDGET      ? "out of budget"
+                                                    : "failed";
 }
 
 typedef struct small_strain {
