@@ -11,9 +11,10 @@
 #include "cli/path.h"
 #include "scene/scene.h"
 
+/* The file and its folder. */
 struct flesh_input {
-  dev_t device, folder_device;
-  ino_t number, folder; /* of the file and of its folder */
+  dev_t device[2];
+  ino_t number[2];
 };
 
 static void add_one(flesh_inputs *inputs, const char *path)
@@ -33,8 +34,8 @@ static void add_one(flesh_inputs *inputs, const char *path)
     inputs->failed = 1;
     return;
   }
-  inputs->files[inputs->count++] = (struct flesh_input){.device = file.st_dev, .number = file.st_ino,
-                                                        .folder_device = folder.st_dev, .folder = folder.st_ino};
+  inputs->files[inputs->count++] =
+      (struct flesh_input){{file.st_dev, folder.st_dev}, {file.st_ino, folder.st_ino}};
 }
 
 const char *flesh_tetgen_partner(const char *path)
@@ -65,44 +66,32 @@ void flesh_inputs_close(flesh_inputs *inputs)
   *inputs = (flesh_inputs){0};
 }
 
+/* Fails if the path is one of the inputs or, with `folder`, if it is the folder of one. */
+static int spare(const flesh_inputs *inputs, const char *path, int folder)
+{
+  struct stat info;
+  if (stat(path, &info) || (folder && !S_ISDIR(info.st_mode))) return FLESH_OK;
+  for (int k = 0; k < inputs->count; k++)
+    if (inputs->files[k].device[folder] == info.st_dev && inputs->files[k].number[folder] == info.st_ino)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        folder ? "%s: a file in it is read by this command, whose results would replace all that is there; "
+                                 "give another place for them"
+                               : "%s: is read by this command, whose results would replace it; give another place for them",
+                        path);
+  return FLESH_OK;
+}
+
 int flesh_inputs_spare(const flesh_inputs *inputs, const char *path)
 {
-  struct stat info;
-  if (inputs->failed) return flesh_no_memory();
-  if (stat(path, &info)) return FLESH_OK;
-  for (int k = 0; k < inputs->count; k++)
-    if (inputs->files[k].device == info.st_dev && inputs->files[k].number == info.st_ino)
-      return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "%s: is read by this command, whose results would replace it; give another place for them", path);
-  return FLESH_OK;
-}
-
-static int spare_all(const flesh_inputs *inputs, const char *folder)
-{
-  struct stat info;
-  if (stat(folder, &info) || !S_ISDIR(info.st_mode)) return FLESH_OK;
-  for (int k = 0; k < inputs->count; k++)
-    if (inputs->files[k].folder_device == info.st_dev && inputs->files[k].folder == info.st_ino)
-      return flesh_fail(FLESH_ERR_ARGUMENT,
-                        "%s: a file in it is read by this command, whose results would replace all that is there; give "
-                        "another place for them",
-                        folder);
-  return FLESH_OK;
-}
-
-/* Checks folder/name for every name by `spare`. */
-static int spare_each(const flesh_inputs *inputs, const char *folder, const char *const *names,
-                      int (*spare)(const flesh_inputs *inputs, const char *path))
-{
-  int status = FLESH_OK;
-  for (; names && *names && !status; names++) status = spare(inputs, flesh_path("%s/%s", folder, *names));
-  return status;
+  return inputs->failed ? flesh_no_memory() : spare(inputs, path, 0);
 }
 
 int flesh_inputs_spare_in(flesh_inputs *inputs, const char *folder, const char *const *names, const char *const *subfolders)
 {
-  int status = spare_each(inputs, folder, names, flesh_inputs_spare);
-  if (!status) status = spare_each(inputs, folder, subfolders, spare_all);
+  int status = FLESH_OK;
+  for (; names && *names && !status; names++) status = flesh_inputs_spare(inputs, flesh_path("%s/%s", folder, *names));
+  for (; subfolders && *subfolders && !status; subfolders++)
+    status = spare(inputs, flesh_path("%s/%s", folder, *subfolders), 1);
   flesh_inputs_close(inputs);
   return status;
 }

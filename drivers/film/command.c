@@ -155,18 +155,17 @@ static int make(film *f, int runs, char **paths)
  * picture or another kind of video. */
 static int choose_folder(film *f)
 {
-  static const char *const suffixes[] = {".mp4", ".mkv", ".webm", ".gif"};
-  static const char *const others[] = {".avi", ".mov", ".m4v", ".mpg", ".mpeg",
-                                       ".ogv", ".wmv", ".png", ".jpg", ".jpeg"};
+  enum { VIDEOS = 4 }; /* the suffixes of videos that are made come first */
+  static const char *const suffixes[] = {".mp4", ".mkv", ".webm", ".gif", ".avi", ".mov", ".m4v",
+                                         ".mpg", ".mpeg", ".ogv", ".wmv", ".png", ".jpg", ".jpeg"};
   size_t length = strlen(f->out);
   const char *dot = strrchr(f->out, '.');
-  for (size_t k = 0; k < sizeof suffixes / sizeof *suffixes && dot; k++)
-    if (!strcmp(dot, suffixes[k])) {
-      snprintf(f->folder, sizeof f->folder, "%.*s_frames", (int)(dot - f->out), f->out);
-      return 1;
-    }
-  for (size_t k = 0; k < sizeof others / sizeof *others && dot; k++)
-    if (!strcmp(dot, others[k])) return -1;
+  for (size_t k = 0; k < sizeof suffixes / sizeof *suffixes && dot; k++) {
+    if (strcmp(dot, suffixes[k])) continue;
+    if (k >= VIDEOS) return -1;
+    snprintf(f->folder, sizeof f->folder, "%.*s_frames", (int)(dot - f->out), f->out);
+    return 1;
+  }
   while (length > 1 && f->out[length - 1] == '/') length--;
   snprintf(f->folder, sizeof f->folder, "%.*s", (int)length, f->out);
   f->keep = 1;
