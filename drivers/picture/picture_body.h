@@ -10,18 +10,12 @@
 
 /* The boundary of a body of ten-node tets in small triangles, so that its curved faces and edges are drawn curved. */
 
-/* A vertex, given by the six nodes of a face that it is on: x = sum eighths_a / 8 x_a. A node's own
- * vertex has that node with 8 eighths. */
-typedef struct flesh_curved_vertex {
-  int nodes[6];
-  int eighths[6];
-} flesh_curved_vertex;
-
-/* Sixteen triangles per face; one for a face of a tet of four nodes. Vertices: the mesh's nodes, then two for each node
- * (on the halves of the edge whose middle it is), then three for each face. */
+/* Sixteen triangles per face; one for a face of a tet of four nodes. The first vertices are the mesh's nodes; the others
+ * are given by the six nodes of a face that they are on: x = sum eighths_a / 8 x_a. */
 typedef struct flesh_curved_surface {
-  int vertices, triangles;
-  flesh_curved_vertex *rows; /* [vertices]; zeros if there is no such vertex. The next arrays are in the same memory */
+  int nodes, vertices, triangles;
+  int *places;               /* [2*nodes] vertices on the halves of the edge whose middle the node is; 0: none. Owns all */
+  int *six, *eighths;        /* [6*(vertices-nodes)] */
   int *corners;              /* [3*triangles] */
   int *tets;                 /* [triangles] the tet behind each triangle */
   uint8_t *hidden;           /* [triangles] bit k: the side opposite to corner k is not an edge of the mesh */
@@ -31,7 +25,7 @@ typedef struct flesh_curved_surface {
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_arena *arena, flesh_curved_surface *surface);
 
 /* Computes values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces'
- * quadratic shape functions; 0 where there is no vertex. */
+ * quadratic shape functions. */
 void flesh_curved_surface_apply(const flesh_curved_surface *surface, int components, const double *nodal, double *values);
 
 /* Computes the field at the nodes: averages over the tets around them, weighted by volume; tets where the field is

@@ -76,36 +76,23 @@ static json_t *add_list(FILE *numbers, size_t count, const int *values)
   return place;
 }
 
-/* Writes the vertices beyond the nodes that triangles of curved faces have: six nodes for each, and their weights in
- * eighths. Renumbers the corners. */
+/* Writes the triangles of curved faces, and the vertices beyond the nodes that they have: six nodes for each, and their
+ * weights in eighths. */
 static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
 {
   flesh_curved_surface curved;
   flesh_arena arena = {0};
-  int status = flesh_curved_surface_make(mesh, &arena, &curved), further = 0;
-  if (status) return status;
-  const int nodes = flesh_mesh_node_count(mesh);
-  const size_t triangles = (size_t)curved.triangles, vertices = (size_t)curved.vertices;
-  int *places = flesh_arena_take(&arena, (13 * vertices + triangles) * sizeof *places);
-  int *six = places + vertices, *eighths = six + 6 * vertices, *hidden = eighths + 6 * vertices;
-  if (!places) status = flesh_report_no_memory();
-  for (size_t c = 0; c < 3 * triangles && !status; c++) {
-    int *v = &curved.corners[c];
-    if (*v < nodes) continue;
-    if (!places[*v]) {
-      for (int a = 0; a < 6; a++)
-        six[6 * further + a] = curved.rows[*v].nodes[a], eighths[6 * further + a] = curved.rows[*v].eighths[a];
-      places[*v] = nodes + further++;
-    }
-    *v = places[*v];
-  }
+  int status = flesh_curved_surface_make(mesh, &arena, &curved);
+  const size_t triangles = (size_t)curved.triangles, further = (size_t)(curved.vertices - curved.nodes);
+  int *hidden = flesh_arena_take(&arena, triangles * sizeof *hidden);
+  if (!status && !hidden) status = flesh_report_no_memory();
   for (size_t t = 0; t < triangles && !status; t++) hidden[t] = curved.hidden[t];
   if (!status) {
     json_object_set_new(made, "corners", add_list(numbers, 3 * triangles, curved.corners));
     json_object_set_new(made, "behind", add_list(numbers, triangles, curved.tets));
     json_object_set_new(made, "hidden", add_list(numbers, triangles, hidden));
-    json_object_set_new(made, "six", add_list(numbers, 6 * (size_t)further, six));
-    json_object_set_new(made, "eighths", add_list(numbers, 6 * (size_t)further, eighths));
+    json_object_set_new(made, "six", add_list(numbers, 6 * further, curved.six));
+    json_object_set_new(made, "eighths", add_list(numbers, 6 * further, curved.eighths));
   }
   flesh_arena_free(&arena);
   return status;
