@@ -2,12 +2,14 @@
 #include "run/provenance.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <sha256.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/utsname.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "build_info.h"
 #include "commit.h"
@@ -50,13 +52,16 @@ void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE])
            FLESH_COMPILER_FLAGS, FLESH_SUNDIALS_VERSION, FLESH_SUITESPARSE_VERSION);
 }
 
+/* Reads without a stream, for which memory might run out: the result would then say less. */
 static void cpu_model(char text[256])
 {
-  char line[1024];
-  FILE *file = fopen("/proc/cpuinfo", "re");
-  strcpy(text, "unknown");
-  while (file && fgets(line, sizeof line, file) && sscanf(line, "model name : %255[^\n]", text) != 1) continue;
-  if (file) fclose(file);
+  char head[2048]; /* lines of the first processor */
+  int file = open("/proc/cpuinfo", O_RDONLY | O_CLOEXEC);
+  ssize_t got = file < 0 ? 0 : read(file, head, sizeof head - 1);
+  if (file >= 0) close(file);
+  head[got > 0 ? got : 0] = 0;
+  const char *line = strstr(head, "model name");
+  if (!line || sscanf(line, "model name : %255[^\n]", text) != 1) strcpy(text, "unknown");
 }
 
 json_t *flesh_provenance_program(int argc, char **argv)
