@@ -113,15 +113,11 @@ int flesh_list_energies(const char *text, int room, flesh_energy *chosen, flesh_
 
 int flesh_list_parse(const char *text, int room, double *values)
 {
-  char part[64];
-  for (int count = 0; count < room; text++) {
-    size_t length = strcspn(text, ",");
-    if (length >= sizeof part) return 0;
-    memcpy(part, text, length);
-    part[length] = 0;
-    if (flesh_option_number(part, &values[count++])) return 0;
-    text += length;
-    if (!*text) return count;
-  }
-  return 0;
+  char item[FLESH_LIST_ITEM];
+  const size_t length = strlen(text);
+  int count = 0;
+  if (length && text[length - 1] == ',') return 0;
+  while (next_item(&text, item))
+    if (count == room || flesh_option_number(item, &values[count++])) return 0;
+  return count;
 }

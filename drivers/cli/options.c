@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
+#include "scene/words.h"
 
 enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
 
@@ -33,16 +34,8 @@ int flesh_command_fail(const char *command, int status)
 
 int flesh_option_number(const char *text, double *value)
 {
-  char *end;
-  double number = strtod(text, &end);
-  if (end == text) return -1;
-  if (*end == '/') {
-    const char *below = end + 1;
-    double divisor = strtod(below, &end);
-    if (end == below) return -1;
-    number /= divisor;
-  }
-  if (*end || !isfinite(number)) return -1;
+  double number;
+  if (!flesh_number_parse(text, &number) || !isfinite(number)) return -1;
   *value = number;
   return 0;
 }

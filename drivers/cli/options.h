@@ -12,7 +12,7 @@ enum { FLESH_OPTIONS_GO_ON = -1 };
  * to every command. */
 int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count);
 
-/* Reads a number, or a fraction a/b. Returns 0 if the whole text is one and its value is finite. */
+/* Reads a number, or a fraction a/b, as those of scenes are. Returns 0 if the whole text is one and its value is finite. */
 int flesh_option_number(const char *text, double *value);
 
 /* Returns the exit code of a status; flesh_exit_rows describes the codes. */

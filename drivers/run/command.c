@@ -267,22 +267,16 @@ static int run_to(const given *g)
   return status ? flesh_command_fail("run", status) : 0;
 }
 
-static uint64_t sum_text(uint64_t before, const char *text)
-{
-  return text ? flesh_archive_sum(before, text, strlen(text) + 1) : before + 1;
-}
-
 /* Fails unless all ranks have the same build and the same options beside the scene. */
 static int agree_on_options(const given *g)
 {
   const flesh_runner_options *options = &g->options;
   char identity[FLESH_IDENTITY_SIZE];
   flesh_provenance_identity(identity);
-  uint64_t sum = sum_text(0, identity);
-  sum = sum_text(sum, g->resume);
-  sum = sum_text(sum, g->checkpoint);
-  sum = sum_text(sum, options->out);
-  sum = sum_text(sum, options->save_state);
+  const char *const texts[] = {identity, g->resume, g->checkpoint, options->out, options->save_state};
+  uint64_t sum = 0;
+  for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
+    sum = texts[k] ? flesh_archive_sum(sum, texts[k], strlen(texts[k]) + 1) : sum + 1;
   sum = flesh_archive_sum(sum, &options->no_frames, sizeof options->no_frames);
   sum = flesh_archive_sum(sum, &options->max_seconds, sizeof options->max_seconds);
   return flesh_ranks_same(g->ranks, sum, "other options, or is another build,");
