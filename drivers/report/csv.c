@@ -52,18 +52,11 @@ int flesh_report_csv(const char *folder, const char *name, int most, json_t **co
 
 static json_t *cell(sqlite3_stmt *query, int column)
 {
-  switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER:
-    return json_integer(sqlite3_column_int64(query, column));
-  case SQLITE_FLOAT:
-    return flesh_json_number(sqlite3_column_double(query, column));
-  case SQLITE_NULL:
-    return json_null();
-  default: {
-    const char *text = (const char *)sqlite3_column_text(query, column);
-    return flesh_json_text(text ? text : "");
-  }
-  }
+  const int type = sqlite3_column_type(query, column);
+  if (type == SQLITE_INTEGER) return json_integer(sqlite3_column_int64(query, column));
+  if (type == SQLITE_FLOAT) return flesh_json_number(sqlite3_column_double(query, column));
+  const char *text = (const char *)sqlite3_column_text(query, column);
+  return type == SQLITE_NULL ? json_null() : flesh_json_text(text ? text : "");
 }
 
 json_t *flesh_report_query(sqlite3_stmt *query, int first)
