@@ -54,8 +54,8 @@ CREATE TEMP TABLE panels AS
 WITH solvers AS (SELECT solver, min(number) AS solver_at FROM runs GROUP BY solver),
   frames (frame, file) AS (VALUES (0, 'worst_state.txt'), (1, 'event_state.txt'), (2, 'state.txt'))
 SELECT iif(frame, printf('shapes_%s_%s', picture, solver), printf('worst_%s_%s_%s', scene, energy, constants)) AS picture,
-  iif(frame, frame, solver_at) AS at, row_number() OVER (ORDER BY iif(frame, frame, solver_at), number) AS place,
-  scenes.first AS number, NULL AS held, folder || '/' || file AS file, NULL AS otherwise,
+  iif(frame, frame, solver_at) AS at, row_number() OVER (ORDER BY iif(frame, frame, solver_at), number) AS position,
+  scenes.first AS number, NULL AS held, folder || '/' || file AS file, NULL AS fallback,
   printf('%s, ν = %s, %s', drawn.title, number('%g', poisson), solver) AS title,
   CASE WHEN frame < 2 THEN printf('t = %s s: volume %s %%%s', number('%.3g', iif(frame, event_t, worst_t)),
       number('%+.2f', 100 * iif(frame, event_drift, worst_drift)), iif(ended, '', '; later ' || status))
@@ -64,4 +64,4 @@ SELECT iif(frame, printf('shapes_%s_%s', picture, solver), printf('worst_%s_%s_%
 FROM drawn JOIN solvers USING (solver) JOIN scenes USING (scene), frames;
 CREATE TEMP TABLE pictures AS
 SELECT picture, count(*) / count(DISTINCT at) AS columns, 300 AS width, 0 AS height, 0 AS edges, NULL AS low, NULL AS high,
-  NULL AS view, 0 AS told FROM panels GROUP BY picture;
+  NULL AS view, 0 AS shows_scale FROM panels GROUP BY picture;

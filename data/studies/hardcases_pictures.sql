@@ -21,14 +21,14 @@ SELECT name, row_number() OVER (ORDER BY min(number)) AS line FROM runs GROUP BY
 
 CREATE TEMP TABLE pictures AS
 SELECT DISTINCT 'frames_' || grp AS picture, iif(strips > 1, 8, 4) AS columns, 190 AS width, 130 AS height, 1 AS edges,
-  0.5 AS low, 1.5 AS high, 1.5 AS view, 1 AS told FROM strips
+  0.5 AS low, 1.5 AS high, 1.5 AS view, 1 AS shows_scale FROM strips
 UNION ALL
 SELECT DISTINCT 'sheet_' || replace(sheet, ' ', '_'), columns, 112, 70, 0, 0.5, 1.5, 1.2, 0 FROM sheets WHERE columns > 1;
 CREATE TEMP TABLE panels AS
-WITH frames (frame, word, file, otherwise) AS (VALUES (0, 'start', 'start.txt', NULL), (1, 'first step', 'frame_first.txt', NULL),
+WITH frames (frame, word, file, fallback) AS (VALUES (0, 'start', 'start.txt', NULL), (1, 'first step', 'frame_first.txt', NULL),
   (2, 'a tenth', 'frame_early.txt', NULL), (3, 'end', 'release/state.txt', 'out/state.txt'))
-SELECT 'frames_' || grp AS picture, 4 * strip + frame AS place, number, iif(frame, '', name || ': ') || word AS title,
-  iif(frame = 3, outcome, '') AS subtitle, held, folder || '/' || file AS file, folder || '/' || otherwise AS otherwise
+SELECT 'frames_' || grp AS picture, 4 * strip + frame AS position, number, iif(frame, '', name || ': ') || word AS title,
+  iif(frame = 3, outcome, '') AS subtitle, held, folder || '/' || file AS file, folder || '/' || fallback AS fallback
 FROM strips, frames
 UNION ALL SELECT 'sheet_' || replace(sheet, ' ', '_'), at, number, iif(mesh = '', 'at rest', mesh), '', 0, NULL, NULL FROM sheets
 -- A run that is back at rest keeps no state.

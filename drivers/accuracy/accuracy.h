@@ -151,9 +151,7 @@ typedef struct flesh_accuracy_plan {
   int repeat, quick;
   double max_seconds, reference_seconds;
   const char *mass; /* the extra value of a row that the scene already has */
-  /* Hashes of the scenes as they stand; of the scene, the grid and the build together. */
-  char fingerprint[FLESH_STUDY_FINGERPRINT];
-  char study_fingerprint[160];
+  char fingerprint[160]; /* of the scene as it stands, the grid and the build together */
   flesh_accuracy_grid grid;
   flesh_accuracy_measure measure;
   flesh_accuracy_reference reference;
@@ -186,26 +184,20 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
 /* Returns the number of the first row of a group behind plan->run_count. */
 int flesh_accuracy_slot(const flesh_accuracy_plan *plan, flesh_accuracy_group group);
 
-/* The data that the rows' processes need. On ranks other than the first `reference` is NULL; they read it and the
- * tightly solved run from the folder. */
-typedef struct flesh_accuracy_work {
-  const flesh_accuracy_plan *plan;
-  const flesh_accuracy_track *reference, *tight;
-} flesh_accuracy_work;
-/* Returns the plan as a study, whose records it takes. Borrows both. */
-flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan);
-
-/* A comparison in progress, on the first rank. */
+/* A comparison in progress; data of its study. The store and the tracks are the first rank's: the processes of other ranks
+ * read the reference and the tightly solved run from the folder. */
 typedef struct flesh_accuracy_session {
   flesh_accuracy_plan *plan;
   flesh_study study;
   flesh_study_store store;
   flesh_accuracy_track reference, tight;
 } flesh_accuracy_session;
+/* Returns the plan as a study, whose records it takes. Borrows the session. */
+flesh_study flesh_accuracy_study(flesh_accuracy_session *session);
 
-/* Runs the unfinished rows of a flesh_accuracy_plan, one at a time on each rank, each in its own process, and writes
- * tables, texts and pictures; then runs the meshes. FLESH_ERR_INTERRUPTED after a signal; finished rows are kept. */
-int flesh_accuracy_run(void *plan);
+/* Runs the unfinished rows of the study's plan, one at a time on each rank, each in its own process, and writes tables,
+ * texts and pictures; then runs the meshes. FLESH_ERR_INTERRUPTED after a signal; finished rows are kept. */
+flesh_study_course flesh_accuracy_run;
 /* The first makes a row behind plan->run_count a case of the study and takes its record, if it has one; the second also
  * runs the row if it has none. */
 int flesh_accuracy_known(flesh_accuracy_session *session, int number);
@@ -218,7 +210,7 @@ int flesh_accuracy_make_reference(flesh_accuracy_session *session);
 int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number);
 int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *figures);
 int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number);
-int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *figures);
+int flesh_accuracy_do_row(flesh_accuracy_plan *plan, const flesh_accuracy_session *session, int number);
 
 extern const flesh_study_field flesh_accuracy_reference_fields[];
 /* Write and read accuracy.json: the reference, for people, reports and the other ranks; `words`: how it was made. */
@@ -242,25 +234,9 @@ json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_a
 int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number);
 int flesh_accuracy_find_limits(const flesh_accuracy_plan *plan, json_t *rows);
 
-typedef struct flesh_accuracy_sampler {
-  const flesh_mesh *mesh;      /* of the run */
-  const double *points;        /* [3*count] at rest */
-  int count;
-  double *weights;             /* [10*count] allocated with `nodes`, which stands behind it */
-  int *nodes;                  /* [10*count] nodes of the tet that contains the point */
-  flesh_accuracy_grid grid;    /* times that are kept */
-  int next;
-  flesh_accuracy_track track;  /* positions of the points at these times */
-} flesh_accuracy_sampler;
-
-/* Opens a sampler for the nodes of plan->measure and times of the plan's grid. The scene must outlive it. */
-int flesh_accuracy_sampler_open(const flesh_accuracy_plan *plan, const flesh_scene *scene,
-                                flesh_accuracy_sampler *sampler);
-void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler);
-
-/* Integrates the scene, or finds its equilibrium if it has no inertia; `sampler` may be NULL. Short runs are repeated;
- * *cpu_s is the least CPU time [s]. */
-int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_sampler *sampler,
+/* Integrates the scene, or finds its equilibrium if it has no inertia. Short runs are repeated; *cpu_s is the least CPU
+ * time [s]. The new track (NULL: none) has the positions of the nodes of plan->measure at times of the plan's grid. */
+int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_track *track,
                           double *cpu_s);
 
 #endif

@@ -14,7 +14,8 @@
 #include "study/study.h"
 #include "study/embedded.h"
 
-#define METHOD_NAME(name, ...) "," name
+#define METHOD_NAME(name, ...) name,
+#define METHOD_ITEM(name, ...) "," name
 
 /* Writes a step as its shortest text: 1/N if it is such a fraction. */
 static void value_text(double value, flesh_accuracy_value *to)
@@ -68,8 +69,7 @@ static int read_values(const char *option, const char *text, flesh_accuracy_valu
 
 static int read_methods(const char *text, flesh_accuracy_plan *plan)
 {
-  const char *names[FLESH_ACCURACY_METHODS + 1];
-  for (int m = 0; m <= FLESH_ACCURACY_METHODS; m++) names[m] = flesh_accuracy_methods[m].name;
+  static const char *const names[] = {FLESH_ACCURACY_METHOD_LIST(METHOD_NAME) NULL};
   return flesh_list_words("methods", text, names, plan->methods, &plan->method_count);
 }
 
@@ -101,13 +101,13 @@ static int check_steps(const flesh_accuracy_plan *plan, double duration)
  * has. Steps chosen by error control would hide the errors of the solves. */
 static void choose_representative(const flesh_scene_time *time, double duration, flesh_accuracy_plan *plan)
 {
-  plan->representative = -1;
-  for (int m = plan->method_count - 1; m >= 0; m--)
-    if (!flesh_accuracy_methods[plan->methods[m]].adaptive) plan->representative = plan->methods[m];
   const char *own = flesh_method_name(time->method);
-  for (int m = 0; m < plan->method_count; m++)
-    if (own && !flesh_accuracy_methods[plan->methods[m]].adaptive && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
+  plan->representative = -1;
+  for (int m = 0; m < plan->method_count; m++) {
+    const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
+    if (!method->adaptive && (plan->representative < 0 || (own && !strcmp(method->name, own))))
       plan->representative = plan->methods[m];
+  }
   value_text(fmin(time->step, duration), &plan->representative_step);
   value_text(duration, &plan->whole_run);
 }
@@ -209,15 +209,15 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
   if (!status) status = check_others(plan);
-  const flesh_accuracy_work given = {plan, NULL, NULL};
-  const flesh_study study = flesh_accuracy_study(&given, plan);
+  flesh_accuracy_session session = {.plan = plan, .store = {.lock = -1}};
+  session.study = flesh_accuracy_study(&session);
   plan->options.jobs = 1; /* times are compared */
-  return flesh_study_lead(&study, &plan->options, status, flesh_accuracy_run, plan);
+  return flesh_study_lead(&session.study, &plan->options, status, flesh_accuracy_run);
 }
 
 int flesh_command_accuracy(int argc, char **argv)
 {
-  const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
+  const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_ITEM))[1], *tolerances = NULL, *steps = NULL;
   flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
   plan.coarser.values = calloc((size_t)argc + 1, sizeof *plan.coarser.values);
   const flesh_option rows[] = {

@@ -18,31 +18,6 @@ static int is_finite(const flesh_state *state, int unknowns)
   return sum == 0;
 }
 
-int flesh_accuracy_keep_state(void *data, const flesh_state *state)
-{
-  flesh_accuracy_keeper *k = data;
-  const flesh_accuracy_grid *grid = k->grid;
-  int last = k->next == grid->count - 1;
-  double due = last ? grid->end : grid->start + k->next * grid->interval;
-  if (state->t < due - 1e-6 * fmin(grid->interval, grid->longest)) return FLESH_OK;
-  size_t size = sizeof(double) * (size_t)k->track->unknowns, at = (size_t)k->next * (size_t)k->track->unknowns;
-  k->track->t[k->next] = state->t;
-  memcpy(k->track->x + at, state->x, size);
-  memcpy(k->track->v + at, state->v, size);
-  k->next += !last;
-  return FLESH_OK;
-}
-
-static void add(const flesh_solve_stats *stats, flesh_accuracy_cost *cost)
-{
-  cost->steps += stats->steps; /* none if IDA was already past the time */
-  cost->rejected += stats->rejected + stats->convergence_failures;
-  cost->residuals += stats->residuals;
-  cost->assemblies += stats->assemblies;
-  cost->newton += stats->newton;
-  cost->linear += stats->linear;
-}
-
 /* Data of the test that stops a run; it is made between steps, including those that the adaptive method chooses. */
 typedef struct limit {
   const flesh_state *state;
@@ -131,9 +106,7 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
     done = target > grid->end - 1e-3 * h;
     if (done) target = grid->end;
     if (fabs(target - state->t - h) > 1e-9 * h) length = target - state->t;
-    flesh_solve_stats stats = {0};
-    status = flesh_integrator_step(integrator, state, length, &stats);
-    add(&stats, cost);
+    status = flesh_integrator_step(integrator, state, length, &cost->counts);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_SOLVE, "the step from t = %g s failed: %s", state->t,
                           flesh_status_text(status));
@@ -142,6 +115,7 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
     status = show(a, state);
     if (!status && !done) status = ask(&l);
   }
+  cost->rejected = cost->counts.rejected + cost->counts.convergence_failures;
   cost->wall_s = flesh_wall_seconds() - l.started - a->wall_s;
   cost->cpu_s = flesh_cpu_seconds() - cpu - a->cpu_s;
   return status;
@@ -169,4 +143,34 @@ int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid
   flesh_integrator_destroy(&integrator);
   free(state.x);
   return status;
+}
+
+/* An observer that keeps states. */
+typedef struct keeper {
+  const flesh_accuracy_grid *grid;
+  flesh_accuracy_track *track; /* with grid->count times */
+  int next;
+} keeper;
+
+static int keep_state(void *data, const flesh_state *state)
+{
+  keeper *k = data;
+  const flesh_accuracy_grid *grid = k->grid;
+  int last = k->next == grid->count - 1;
+  double due = last ? grid->end : grid->start + k->next * grid->interval;
+  if (state->t < due - 1e-6 * fmin(grid->interval, grid->longest)) return FLESH_OK;
+  size_t size = sizeof(double) * (size_t)k->track->unknowns, at = (size_t)k->next * (size_t)k->track->unknowns;
+  k->track->t[k->next] = state->t;
+  memcpy(k->track->x + at, state->x, size);
+  memcpy(k->track->v + at, state->v, size);
+  k->next += !last;
+  return FLESH_OK;
+}
+
+int flesh_accuracy_integrate_into(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,
+                                  const flesh_accuracy_grid *keep, flesh_accuracy_track *track, flesh_accuracy_cost *cost)
+{
+  keeper kept = {keep, track, 0};
+  const flesh_accuracy_watch watch = {keep_state, &kept, 0};
+  return flesh_accuracy_integrate(scene, grid, max_seconds, NULL, &watch, cost);
 }

@@ -33,13 +33,12 @@ int flesh_accuracy_run_mesh(const flesh_accuracy_plan *plan, int number)
   flesh_accuracy_row *row = &plan->rows[number];
   const int keep = row->group == FLESH_ACCURACY_RESOLUTION;
   flesh_scene *scene = NULL;
-  flesh_accuracy_sampler sampler = {0};
+  flesh_accuracy_track track = {0};
   int status = flesh_accuracy_read(plan, row, &scene);
   if (!status) describe(scene, &row->figures);
-  if (!status && keep) status = flesh_accuracy_sampler_open(plan, scene, &sampler);
-  if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &sampler : NULL, &row->figures.cost.cpu_s);
-  if (!status && keep) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &sampler.track);
-  flesh_accuracy_sampler_close(&sampler);
+  if (!status) status = flesh_accuracy_sample(plan, scene, keep ? &track : NULL, &row->figures.cost.cpu_s);
+  if (!status && keep) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &track);
+  flesh_accuracy_track_close(&track);
   flesh_scene_destroy(&scene);
   row->figures.took_s = flesh_wall_seconds() - started;
   return status;
@@ -62,15 +61,15 @@ static const flesh_accuracy_row *shared_row(const flesh_accuracy_plan *plan)
   return plan->meshes.shared < 0 ? NULL : &plan->rows[plan->meshes.shared];
 }
 
-/* Adds a row, and takes its record or runs it; *took is its wall time in seconds. */
-static int add(flesh_accuracy_session *s, int source, int element, int refine, double *took)
+/* Adds a row, and takes its record or runs it; adds its wall time in seconds to *spent. */
+static int add(flesh_accuracy_session *s, int source, int element, int refine, double *spent)
 {
   flesh_accuracy_plan *plan = s->plan;
   const int number = first_of(plan) + plan->meshes.row_count++;
   flesh_accuracy_row *row = &plan->rows[number];
   *row = make_row(plan, FLESH_ACCURACY_RESOLUTION, source, element, refine, shared_row(plan));
   const int status = flesh_accuracy_do(s, number);
-  *took = row->figures.took_s;
+  *spent += row->figures.took_s;
   return status;
 }
 
@@ -81,14 +80,11 @@ static int run_all(flesh_accuracy_session *s)
   enum { MOST = 5 };
   const double growth = 12; /* factor in time: eight times the tets, and more iterations */
   flesh_accuracy_plan *plan = s->plan;
-  double took, spent = 0, last[FLESH_ELEMENT_COUNT] = {0};
+  double spent = 0, last[FLESH_ELEMENT_COUNT] = {0};
   int status = FLESH_OK, ended[FLESH_ELEMENT_COUNT] = {0};
   for (int k = 1; k < plan->meshes.source_count && !status; k++)
     for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT && !status; e++)
-      if (plan->meshes.row_count < FLESH_ACCURACY_MESHES - MOST * FLESH_ELEMENT_COUNT) {
-        status = add(s, k, e, 0, &took);
-        spent += took;
-      }
+      if (plan->meshes.row_count < FLESH_ACCURACY_MESHES - MOST * FLESH_ELEMENT_COUNT) status = add(s, k, e, 0, &spent);
   for (int refine = 0; refine < MOST && !status; refine++)
     for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4 && !status; e--) {
       const int needed = refine < 2 && e != FLESH_ELEMENT_TET4;
@@ -96,10 +92,10 @@ static int run_all(flesh_accuracy_session *s)
         ended[e] = 1;
         continue;
       }
-      status = add(s, 0, e, refine, &took);
-      ended[e] = !is_complete(row_of(plan, plan->meshes.row_count - 1));
-      last[e] = took;
-      spent += took;
+      status = add(s, 0, e, refine, &spent);
+      const flesh_accuracy_row *row = row_of(plan, plan->meshes.row_count - 1);
+      ended[e] = !is_complete(row);
+      last[e] = row->figures.took_s;
     }
   return status;
 }

@@ -10,8 +10,19 @@
 #include "run/start.h"
 #include "skin/locator.h"
 
+typedef struct sampler {
+  const flesh_mesh *mesh;      /* of the run */
+  const double *points;        /* [3*count] at rest */
+  int count;
+  double *weights;             /* [10*count] allocated with `nodes`, which stands behind it */
+  int *nodes;                  /* [10*count] nodes of the tet that contains the point */
+  flesh_accuracy_grid grid;    /* times that are kept */
+  int next;
+  flesh_accuracy_track *track; /* positions of the points at these times */
+} sampler;
+
 /* Finds for every point the tet that contains it, and weights. */
-static int locate(flesh_accuracy_sampler *s)
+static int locate(sampler *s)
 {
   flesh_locator *locator = NULL;
   int status = flesh_locator_create(s->mesh, &locator), hint = -1;
@@ -39,33 +50,26 @@ static void choose_times(const flesh_accuracy_plan *plan, int points, flesh_accu
   grid->count = (int)ceil((grid->end - grid->start) / grid->interval - 1e-6) + 1;
 }
 
-int flesh_accuracy_sampler_open(const flesh_accuracy_plan *plan, const flesh_scene *scene,
-                                flesh_accuracy_sampler *sampler)
+/* Opens a sampler for the nodes of plan->measure, and its track, for times of the plan's grid. The scene must outlive it. */
+static int open_sampler(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_track *track, sampler *s)
 {
   const size_t count = (size_t)plan->measure.nodes;
-  *sampler = (flesh_accuracy_sampler){.mesh = flesh_scene_mesh(scene), .points = plan->measure.rest, .count = (int)count};
-  choose_times(plan, (int)count, &sampler->grid);
-  sampler->weights = malloc(10 * count * (sizeof *sampler->weights + sizeof *sampler->nodes));
-  if (!sampler->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu points", count);
-  sampler->nodes = (int *)(sampler->weights + 10 * count);
-  int status = flesh_accuracy_track_open(sampler->grid.count, 3 * (int)count, &sampler->track);
-  return status ? status : locate(sampler);
-}
-
-void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler)
-{
-  free(sampler->weights);
-  flesh_accuracy_track_close(&sampler->track);
-  *sampler = (flesh_accuracy_sampler){0};
+  *s = (sampler){.mesh = flesh_scene_mesh(scene), .points = plan->measure.rest, .count = (int)count, .track = track};
+  choose_times(plan, (int)count, &s->grid);
+  s->weights = malloc(10 * count * (sizeof *s->weights + sizeof *s->nodes));
+  if (!s->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu points", count);
+  s->nodes = (int *)(s->weights + 10 * count);
+  const int status = flesh_accuracy_track_open(s->grid.count, 3 * (int)count, track);
+  return status ? status : locate(s);
 }
 
 /* Records the points' positions at the time with index `at`: the position at rest plus the mesh's displacement
  * there. */
-static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
+static void keep(sampler *s, int at, double t, const double *x)
 {
   const double *X = flesh_mesh_positions(s->mesh);
-  double *to = s->track.x + (size_t)at * (size_t)s->track.unknowns;
-  s->track.t[at] = t;
+  double *to = s->track->x + (size_t)at * (size_t)s->track->unknowns;
+  s->track->t[at] = t;
   for (int p = 0; p < s->count; p++)
     for (int c = 0; c < 3; c++) {
       double moved = s->points[3 * p + c];
@@ -80,7 +84,7 @@ static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
 /* Records the first state at or after each time; the fixed steps of all meshes meet the same times. */
 static int see(void *data, const flesh_state *state)
 {
-  flesh_accuracy_sampler *s = data;
+  sampler *s = data;
   while (s->next < s->grid.count) {
     const int last = s->next == s->grid.count - 1;
     const double due = last ? s->grid.end : s->grid.start + s->next * s->grid.interval;
@@ -90,7 +94,7 @@ static int see(void *data, const flesh_state *state)
   return FLESH_OK;
 }
 
-static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, double *cpu_s)
+static int solve(const flesh_scene *scene, sampler *s, double *cpu_s)
 {
   const flesh_system *system = flesh_scene_system(scene);
   flesh_state state = {0};
@@ -101,29 +105,31 @@ static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, doub
   if (!status) status = flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL);
   *cpu_s = flesh_cpu_seconds() - started;
   if (status > 0) status = flesh_fail(FLESH_ERR_SOLVE, "no equilibrium was found: %s", flesh_status_text(status));
-  if (!status && sampler) keep(sampler, 0, 0, state.x);
+  if (!status && s) keep(s, 0, 0, state.x);
   flesh_integrator_destroy(&integrator);
   free(state.x);
   return status;
 }
 
-int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_sampler *sampler,
+int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_track *track,
                           double *cpu_s)
 {
   enum { MOST = 5 };
   const int in_time = flesh_scene_times(scene)->method != FLESH_METHOD_STATIC;
   double spent = 0;
-  int status = FLESH_OK;
-  *cpu_s = INFINITY;
+  sampler s = {0};
+  const flesh_accuracy_watch watch = {see, &s, 0};
+  int status = track ? open_sampler(plan, scene, track, &s) : FLESH_OK;
+  *cpu_s = status ? NAN : INFINITY;
   for (int k = 0; k < MOST && !status && (!k || spent < 0.2); k++) {
-    const flesh_accuracy_watch watch = {see, sampler, 0};
     flesh_accuracy_cost cost = {0};
-    flesh_accuracy_sampler *first = k ? NULL : sampler;
+    const int first = track && !k;
     if (in_time)
       status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, first ? &watch : NULL, &cost);
-    else status = solve(scene, first, &cost.cpu_s);
+    else status = solve(scene, first ? &s : NULL, &cost.cpu_s);
     spent += cost.cpu_s;
     *cpu_s = fmin(*cpu_s, cost.cpu_s);
   }
+  free(s.weights);
   return status;
 }

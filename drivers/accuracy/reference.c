@@ -32,10 +32,10 @@ static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_
 }
 
 /* Integrates a source once, at a level of refinement. */
-static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, int level, double max_seconds,
+static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_source *source, int level, double max_seconds,
                      flesh_accuracy_track *track, flesh_accuracy_row *row, flesh_accuracy_cost *cost)
 {
-  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(way->method), .tight = 1};
+  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(source->method), .tight = 1};
   int adaptive = flesh_accuracy_methods[row->method].adaptive;
   /* Fixed steps begin with a quarter of the interval between the times, or of the longest of --steps if that is
    * shorter; each level halves them. */
@@ -43,86 +43,77 @@ static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_sourc
   snprintf(row->step.text, sizeof row->step.text, "%.17g", row->step.value);
   if (adaptive) snprintf(row->tolerance.text, sizeof row->tolerance.text, "1e-%d", 5 + level);
   flesh_scene *scene = NULL;
-  flesh_accuracy_keeper keeper = {&plan->grid, track, 0};
-  const flesh_accuracy_watch watch = {flesh_accuracy_keep_state, &keeper, 0};
   int status = flesh_accuracy_read(plan, row, &scene);
-  if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, max_seconds, NULL, &watch, cost);
+  if (!status) status = flesh_accuracy_integrate_into(scene, &plan->grid, max_seconds, &plan->grid, track, cost);
   flesh_scene_destroy(&scene);
   return status;
 }
 
-/* Memory for the tableau: a row, the row before it, and the best state so far. */
+/* Memory for the tableau: two rows, of which levels use one in turn, and the best state so far. */
 typedef struct room {
-  flesh_accuracy_track row[COLUMNS], before[COLUMNS], best;
+  flesh_accuracy_track rows[2][COLUMNS], best;
 } room;
 
 static int open_room(const flesh_accuracy_plan *plan, int columns, room *r)
 {
-  int unknowns = 3 * plan->measure.nodes, status = FLESH_OK;
-  for (int c = 0; c < columns && !status; c++) {
-    status = flesh_accuracy_track_open(plan->grid.count, unknowns, &r->row[c]);
-    if (!status) status = flesh_accuracy_track_open(plan->grid.count, unknowns, &r->before[c]);
-  }
-  if (!status) status = flesh_accuracy_track_open(plan->grid.count, unknowns, &r->best);
+  const int unknowns = 3 * plan->measure.nodes;
+  int status = flesh_accuracy_track_open(plan->grid.count, unknowns, &r->best);
+  for (int k = 0; k < 2 * columns && !status; k++)
+    status = flesh_accuracy_track_open(plan->grid.count, unknowns, &r->rows[k % 2][k / 2]);
   return status;
 }
 
 static void close_room(room *r)
 {
-  for (int c = 0; c < COLUMNS; c++) {
-    flesh_accuracy_track_close(&r->row[c]);
-    flesh_accuracy_track_close(&r->before[c]);
-  }
+  for (int k = 0; k < 2 * COLUMNS; k++) flesh_accuracy_track_close(&r->rows[k % 2][k / 2]);
   flesh_accuracy_track_close(&r->best);
 }
 
+/* Computes the columns of a level from the level before it. Returns that with the least change from there, if the change is
+ * less than the estimate, which it becomes; else -1. */
+static int fill_row(const flesh_accuracy_plan *plan, const flesh_accuracy_source *source, int level, int columns, room *r,
+                    double *estimate)
+{
+  flesh_accuracy_track *finer = r->rows[level % 2], *coarser = r->rows[1 - level % 2];
+  int best = -1;
+  for (int c = 0; c < columns && c <= level; c++) {
+    if (c) extrapolate(&finer[c - 1], &coarser[c - 1], source->first + (c - 1) * source->stride, &finer[c]);
+    if (c == level) continue; /* nothing to compare with yet */
+    double change = flesh_accuracy_apart(&plan->measure, &finer[c], &coarser[c]);
+    if (change < *estimate) *estimate = change, best = c;
+  }
+  if (best >= 0) flesh_accuracy_track_copy(&finer[best], &r->best);
+  return best;
+}
+
 /* Refines until the change is below the target or increases again (rounding), or until the time is spent. */
-static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *way, room *r, flesh_accuracy_figures *result)
+static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *source, room *r, flesh_accuracy_figures *result)
 {
   double started = flesh_wall_seconds(), last = 0;
   /* The target is a thousandth of the smallest error that is asked for. */
   double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
   double target = 1e-3 * finest * plan->reference.scale.length;
-  int columns = way->stride ? COLUMNS : 1, worse = 0, status = FLESH_OK;
+  const int columns = source->stride ? COLUMNS : 1;
+  int worse = 0, status = FLESH_OK;
   result->estimate = INFINITY;
-  for (int level = 0; level < LEVELS && worse < 2; level++) {
+  for (int level = 0; level < LEVELS && worse < 2 && !(result->estimate < target); level++) {
     double left = plan->reference_seconds - (flesh_wall_seconds() - started);
     if (level >= 2 && (left <= 0 || (columns > 1 && 1.5 * last > left))) break;
     flesh_accuracy_row row;
     flesh_accuracy_cost cost;
     /* An estimate needs two levels, whose time is not limited by reference_seconds. */
     double most = level < 2 ? plan->max_seconds : left + plan->reference_seconds;
-    status = run_level(plan, way, level, most, &r->row[0], &row, &cost);
+    status = run_level(plan, source, level, most, &r->rows[level % 2][0], &row, &cost);
     if (status) break;
     last = cost.wall_s;
-    int best = -1;
-    for (int c = 0; c < columns && c <= level; c++) {
-      if (c)
-        extrapolate(&r->row[c - 1], &r->before[c - 1], way->first + (c - 1) * way->stride,
-                    &r->row[c]);
-      if (c == level) continue; /* nothing to compare with yet */
-      double change = flesh_accuracy_apart(&plan->measure, &r->row[c], &r->before[c]);
-      if (change < result->estimate) result->estimate = change, best = c;
-    }
-    if (best >= 0) {
-      flesh_accuracy_track_copy(&r->row[best], &r->best);
-      if (way->stride && !best)
-        snprintf(result->message, sizeof result->message, "%s, step %.3g s", way->method,
-                 row.step.value);
-      else if (way->stride)
-        snprintf(result->message, sizeof result->message, "%s, step %.3g s extrapolated %d times",
-                 way->method, row.step.value, best);
-      else
-        snprintf(result->message, sizeof result->message, "%s, tolerance %s, %ld steps", way->method,
-                 row.tolerance.text, cost.steps);
-    }
+    const int best = fill_row(plan, source, level, columns, r, &result->estimate);
     worse = level && best < 0 ? worse + 1 : 0;
-    if (result->estimate < target) break;
-    for (int c = 0; c < columns && c <= level; c++) {
-      flesh_accuracy_track swap = r->before[c];
-      r->before[c] = r->row[c];
-      r->row[c] = swap;
-    }
+    if (best < 0) continue;
+    snprintf(result->message, sizeof result->message, "%s, ", source->method);
+    if (source->stride) flesh_text_add(result->message, sizeof result->message, "step %.3g s", row.step.value);
+    else
+      flesh_text_add(result->message, sizeof result->message, "tolerance %s, %d steps", row.tolerance.text, cost.counts.steps);
+    if (best) flesh_text_add(result->message, sizeof result->message, " extrapolated %d times", best);
   }
   /* If a level fails, the results of earlier levels stay valid. */
   if (status && status != FLESH_ERR_INTERRUPTED && isfinite(result->estimate)) status = FLESH_OK;
@@ -142,11 +133,11 @@ static int finish(const flesh_accuracy_plan *plan, int number, room *r)
 
 int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number)
 {
-  const flesh_accuracy_source *way = &flesh_accuracy_sources[number - flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE)];
+  const flesh_accuracy_source *source = &flesh_accuracy_sources[number - flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE)];
   flesh_accuracy_figures *f = &plan->rows[number].figures;
   room r = {0};
-  int status = open_room(plan, way->stride ? COLUMNS : 1, &r);
-  if (!status) status = refine(plan, way, &r, f);
+  int status = open_room(plan, source->stride ? COLUMNS : 1, &r);
+  if (!status) status = refine(plan, source, &r, f);
   if (!status && !isfinite(f->estimate))
     status = flesh_fail(FLESH_ERR_BUDGET, "%g s do not suffice for two levels of refinement; --reference-seconds gives more",
                         plan->max_seconds);

@@ -124,11 +124,9 @@ int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number)
   flesh_accuracy_cost cost;
   flesh_accuracy_track track = {0};
   const flesh_accuracy_grid keep = tight_times(plan);
-  flesh_accuracy_keeper keeper = {&keep, &track, 0};
-  const flesh_accuracy_watch watch = {flesh_accuracy_keep_state, &keeper, 0};
   int status = flesh_accuracy_read(plan, &plan->rows[number], &scene);
   if (!status) status = flesh_accuracy_track_open(keep.count, 3 * plan->measure.nodes, &track);
-  if (!status) status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, &watch, &cost);
+  if (!status) status = flesh_accuracy_integrate_into(scene, &plan->grid, plan->max_seconds, &keep, &track, &cost);
   if (!status) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &track);
   flesh_accuracy_track_close(&track);
   flesh_scene_destroy(&scene);
@@ -140,44 +138,33 @@ static int read_track(const flesh_accuracy_plan *plan, flesh_accuracy_group grou
   return flesh_accuracy_track_read(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, group)), track);
 }
 
-/* Reads, on a rank other than the first, the reference and the tight run that the first rank has made. */
-static int read_made(flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_accuracy_track *reference,
-                     flesh_accuracy_track *tight)
-{
-  int status = flesh_accuracy_load(plan);
-  if (!status) status = read_track(plan, FLESH_ACCURACY_REFERENCE, reference);
-  if (!status && row->group != FLESH_ACCURACY_WORK) status = read_track(plan, FLESH_ACCURACY_TIGHT, tight);
-  return status;
-}
-
-static int run_and_judge(const flesh_accuracy_work *given, const flesh_accuracy_row *row, flesh_accuracy_figures *f)
+static int run_and_judge(const flesh_accuracy_plan *plan, const flesh_accuracy_track *reference,
+                         const flesh_accuracy_track *tight, const flesh_accuracy_row *row, flesh_accuracy_figures *f)
 {
   flesh_scene *scene = NULL;
   judge_of_run judged = {0};
   const flesh_accuracy_watch watch = {judge_see, &judged, 1};
-  int status = flesh_accuracy_read(given->plan, row, &scene);
-  if (!status) status = judge_open(given->plan, given->reference, given->tight, scene, &judged);
-  if (!status) status = run_repeats(given->plan, row, scene, &watch, f);
-  if (!status) judge(given->plan, &judged, f);
+  int status = flesh_accuracy_read(plan, row, &scene);
+  if (!status) status = judge_open(plan, reference, tight, scene, &judged);
+  if (!status) status = run_repeats(plan, row, scene, &watch, f);
+  if (!status) judge(plan, &judged, f);
   judge_close(&judged);
   flesh_scene_destroy(&scene);
   return status;
 }
 
-int flesh_accuracy_do_row(const flesh_accuracy_work *given, int number, flesh_accuracy_figures *f)
+int flesh_accuracy_do_row(flesh_accuracy_plan *plan, const flesh_accuracy_session *session, int number)
 {
-  flesh_accuracy_plan plan = *given->plan; /* this process's own copy */
-  const flesh_accuracy_row *row = &given->plan->rows[number];
-  flesh_accuracy_track reference = {0}, tight = {0};
-  flesh_accuracy_work own = {&plan, given->reference, given->tight};
+  flesh_accuracy_row *row = &plan->rows[number];
+  const int is_price = row->group != FLESH_ACCURACY_WORK;
+  flesh_accuracy_track reference = session->reference, tight = session->tight;
   int status = FLESH_OK;
-  if (!given->reference) {
-    status = read_made(&plan, row, &reference, &tight);
-    own.reference = &reference, own.tight = &tight;
+  if (!reference.t) { /* on a rank other than the first, which has made the files */
+    status = flesh_accuracy_load(plan);
+    if (!status) status = read_track(plan, FLESH_ACCURACY_REFERENCE, &reference);
+    if (!status && is_price) status = read_track(plan, FLESH_ACCURACY_TIGHT, &tight);
   }
-  if (row->group == FLESH_ACCURACY_WORK) own.tight = NULL;
-  if (!status) status = run_and_judge(&own, row, f);
-  flesh_accuracy_track_close(&reference);
-  flesh_accuracy_track_close(&tight);
+  if (!status) status = run_and_judge(plan, &reference, is_price ? &tight : NULL, row, &row->figures);
+  if (!session->reference.t) flesh_accuracy_track_close(&reference), flesh_accuracy_track_close(&tight);
   return status;
 }

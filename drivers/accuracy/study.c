@@ -18,9 +18,9 @@
 
 #define FIGURE(kind, name, member) {name, FLESH_FIELD_##kind, offsetof(flesh_accuracy_figures, member)}
 static const flesh_study_field fields[] = {
-    FIGURE(INT, "status_code", status), FIGURE(LONG, "steps", cost.steps), FIGURE(LONG, "rejected", cost.rejected),
-    FIGURE(LONG, "residual_evaluations", cost.residuals), FIGURE(LONG, "hessian_assemblies", cost.assemblies),
-    FIGURE(LONG, "newton", cost.newton), FIGURE(LONG, "linear_iterations", cost.linear), FIGURE(DOUBLE, "cpu_s", cost.cpu_s),
+    FIGURE(INT, "status_code", status), FIGURE(INT, "steps", cost.counts.steps), FIGURE(INT, "rejected", cost.rejected),
+    FIGURE(INT, "residual_evaluations", cost.counts.residuals), FIGURE(INT, "hessian_assemblies", cost.counts.assemblies),
+    FIGURE(INT, "newton", cost.counts.newton), FIGURE(INT, "linear_iterations", cost.counts.linear), FIGURE(DOUBLE, "cpu_s", cost.cpu_s),
     FIGURE(DOUBLE, "wall_s_median", wall_s_median), FIGURE(DOUBLE, "wall_s_min", wall_s_min),
     FIGURE(DOUBLE, "error_position_rms", errors.position_rms), FIGURE(DOUBLE, "error_position_max", errors.position_max),
     FIGURE(DOUBLE, "error_tip", errors.tip), FIGURE(DOUBLE, "error_volume", errors.volume),
@@ -35,7 +35,7 @@ static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "scene_sha256", .key = "--coarser"},
                                              {0}};
 
-static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_work *)data)->plan; }
+static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_session *)data)->plan; }
 
 static json_t *names(const void *data)
 {
@@ -119,7 +119,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
     status = flesh_accuracy_find_limits(&plan, rows);
     break;
   default:
-    status = flesh_accuracy_do_row(data, number, f);
+    status = flesh_accuracy_do_row(&plan, data, number);
   }
   f->status = status;
   if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
@@ -133,7 +133,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
 
 static int take(void *data, int number, const json_t *record)
 {
-  flesh_accuracy_plan *plan = data;
+  flesh_accuracy_plan *plan = ((flesh_accuracy_session *)data)->plan;
   flesh_accuracy_row *row = &plan->rows[number];
   flesh_accuracy_figures *f = &row->figures;
   int crashed_by = 0, status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &crashed_by);
@@ -154,12 +154,13 @@ static void title(const void *data, int number, char *text, size_t size)
   snprintf(text, size, "%s: %s, %s", flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting);
 }
 
-flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accuracy_plan *plan)
+flesh_study flesh_accuracy_study(flesh_accuracy_session *session)
 {
+  const flesh_accuracy_plan *plan = session->plan;
   const int repeats = plan->repeat ? plan->repeat : 3; /* number for a long run */
   const double grace = 2;
   return (flesh_study){.name = "accuracy",
-                       .fingerprint = plan->study_fingerprint,
+                       .fingerprint = plan->fingerprint,
                        .different = "its scene or --set values, the longest of --steps or the build of flesh, whose times would "
                                     "not compare, were others; leave out --resume to begin anew",
                        .columns = columns,
@@ -170,42 +171,27 @@ flesh_study flesh_accuracy_study(const flesh_accuracy_work *given, flesh_accurac
                        .results = {flesh_own_text("runs"),
                                    flesh_own_text("accuracy")},
                        .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
-                       .data = given,
+                       .data = session,
                        .make = make_case,
                        .figures = names,
                        .work = do_case,
                        .take = take,
                        .title = title,
-                       .taker = plan};
+                       .taker = session};
 }
 
-/* Returns one text that identifies the build. */
-static json_t *build_json(void)
+/* Computes the fingerprint: of everything that affects all figures. */
+static int make_fingerprint(flesh_accuracy_plan *plan)
 {
-  static const char *const parts[] = {"flesh",          "commit",          "compiler",
-                                      "compiler_flags", "instruction_set", "libraries"};
-  char *words[1] = {NULL};
-  json_t *program = flesh_provenance_program(0, words), *build = json_object();
-  for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++)
-    json_object_set(build, parts[p], json_object_get(program, parts[p]));
-  json_decref(program);
-  return build;
-}
-
-/* Computes the fingerprints: of everything that affects all figures. */
-static int make_fingerprints(flesh_accuracy_plan *plan)
-{
-  char build[FLESH_STUDY_FINGERPRINT];
-  int status = flesh_accuracy_fingerprint(plan, plan->scene, plan->fingerprint);
-  json_t *object = build_json();
-  char *text = json_dumps(object, JSON_COMPACT | JSON_SORT_KEYS);
-  json_decref(object);
-  if (!status && !text) status = flesh_no_memory();
-  if (!status) flesh_accuracy_hash(1, (const char *const[]){text}, build);
-  free(text);
+  char identity[FLESH_IDENTITY_SIZE], build[FLESH_STUDY_FINGERPRINT], scene[FLESH_STUDY_FINGERPRINT];
+  flesh_instructions used = FLESH_INSTRUCTIONS_AUTO;
+  flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &used);
+  flesh_provenance_identity(identity);
+  flesh_accuracy_hash(2, (const char *const[]){identity, flesh_instructions_name(used)}, build);
+  const int status = flesh_accuracy_fingerprint(plan, plan->scene, scene);
   if (!status)
-    snprintf(plan->study_fingerprint, sizeof plan->study_fingerprint, "scene %s, longest step %.15g s, build %.16s",
-             plan->fingerprint, plan->grid.longest, build);
+    snprintf(plan->fingerprint, sizeof plan->fingerprint, "scene %s, longest step %.15g s, build %.16s",
+             scene, plan->grid.longest, build);
   return status;
 }
 
@@ -238,19 +224,17 @@ static int run_prices(flesh_accuracy_session *s, int first)
 
 static int run_all(flesh_accuracy_session *s)
 {
-  char words[1024];
   const flesh_accuracy_plan *plan = s->plan;
   int work_rows = 0, status = FLESH_OK;
   while (work_rows < plan->run_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
   s->store.first = 0, s->store.end = work_rows;
   status = flesh_study_run(&s->study, &s->store, &plan->options);
   if (!status) status = run_prices(s, work_rows);
-  snprintf(words, sizeof words, "%s", flesh_error_text());
   flesh_path_unlink(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT)));
   if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others",
                       count_done(plan), plan->run_count);
-  return status ? flesh_fail(status, "%s", words) : FLESH_OK;
+  return status;
 }
 
 /* Runs the methods and reports them; without a reference there is nothing to report. */
@@ -268,20 +252,18 @@ static int run_methods(flesh_accuracy_session *s)
   return flesh_study_conclude(&s->study, &s->store, &plan->options, status);
 }
 
-int flesh_accuracy_run(void *data)
+int flesh_accuracy_run(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_accuracy_plan *plan = data;
-  flesh_accuracy_session s = {.plan = plan, .store = {.lock = -1}};
-  const flesh_accuracy_work given = {plan, &s.reference, &s.tight};
-  int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", plan->options.out)) : FLESH_OK;
-  if (!status) status = make_fingerprints(plan);
-  s.study = flesh_accuracy_study(&given, plan);
-  if (!status) status = flesh_study_store_open(&s.study, &plan->options, &s.store);
-  if (!status) status = flesh_study_store_load(&s.store, &s.study);
-  if (!status && plan->run_count) status = run_methods(&s);
-  if (!status && plan->mesh) status = flesh_accuracy_run_meshes(&s);
-  flesh_study_store_close(&s.store);
-  flesh_accuracy_track_close(&s.reference);
-  flesh_accuracy_track_close(&s.tight);
+  flesh_accuracy_session *s = study->taker;
+  flesh_accuracy_plan *plan = s->plan;
+  int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", options->out)) : FLESH_OK;
+  if (!status) status = make_fingerprint(plan);
+  if (!status) status = flesh_study_store_open(study, options, &s->store);
+  if (!status) status = flesh_study_store_load(&s->store, study);
+  if (!status && plan->run_count) status = run_methods(s);
+  if (!status && plan->mesh) status = flesh_accuracy_run_meshes(s);
+  flesh_study_store_close(&s->store);
+  flesh_accuracy_track_close(&s->reference);
+  flesh_accuracy_track_close(&s->tight);
   return status;
 }

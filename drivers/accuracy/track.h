@@ -114,7 +114,8 @@ double flesh_accuracy_order(const double h[3], double first, double second);
 
 /* The cost of an integration. */
 typedef struct flesh_accuracy_cost {
-  long steps, rejected, residuals, assemblies, newton, linear;
+  flesh_solve_stats counts;
+  int rejected; /* steps, by their error or because their solve failed */
   double cpu_s, wall_s;
   double gain; /* of flesh_energy_balance */
 } flesh_accuracy_cost;
@@ -134,12 +135,8 @@ typedef struct flesh_accuracy_watch {
 int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,
                              const char *steps_file, const flesh_accuracy_watch *watch, flesh_accuracy_cost *cost);
 
-/* An observer that keeps the states at the grid's times, for a run whose steps end there. */
-typedef struct flesh_accuracy_keeper {
-  const flesh_accuracy_grid *grid;
-  flesh_accuracy_track *track; /* with grid->count times */
-  int next;
-} flesh_accuracy_keeper;
-int flesh_accuracy_keep_state(void *keeper, const flesh_state *state);
+/* Integrates in the same way and keeps the states at the times of `keep`, at which the run's steps end, in the track. */
+int flesh_accuracy_integrate_into(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,
+                                  const flesh_accuracy_grid *keep, flesh_accuracy_track *track, flesh_accuracy_cost *cost);
 
 #endif

@@ -44,9 +44,9 @@ typedef struct flesh_bench_plan {
   flesh_energy energies[FLESH_BENCH_LIST];
   int poisson_count;
   double poissons[FLESH_BENCH_LIST];
-  int thread_count, threads[FLESH_BENCH_LIST];
-  int part_count;
-  const char *parts[FLESH_BENCH_LIST]; /* some of flesh_bench_parts */
+  int thread_count;
+  double threads[FLESH_BENCH_LIST]; /* whole */
+  int part_count, parts[FLESH_BENCH_LIST]; /* indices into flesh_bench_parts */
   int repeats, steps;
   double tolerance;
   flesh_instructions instructions;

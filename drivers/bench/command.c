@@ -58,31 +58,18 @@ static int take_size(void *data, const char *item)
   return FLESH_OK;
 }
 
-static int read_numbers(flesh_bench_plan *plan, const char *poissons, const char *threads)
+/* Checks the lists against each other and against this machine. */
+static int check_lists(const flesh_bench_plan *plan)
 {
-  double counts[FLESH_BENCH_LIST];
-  int status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_BENCH_LIST, plan->poissons,
-                                  &plan->poisson_count);
-  if (!status)
-    status = flesh_list_numbers("threads", threads, FLESH_LIST_COUNT, FLESH_BENCH_LIST, counts, &plan->thread_count);
-  for (int k = 0; k < plan->poisson_count && !status; k++)
+  flesh_instructions usable;
+  for (int k = 0; k < plan->poisson_count; k++)
     if (plan->poissons[k] == 0.5 && plan->element != FLESH_ELEMENT_TET10_MEAN)
-      status = flesh_fail(FLESH_ERR_ARGUMENT,
-                          "--poisson: 0.5 needs --element tet10-mean, which alone keeps the volume of tets");
-  for (int k = 0; k < plan->thread_count && !status; k++) {
-    if (counts[k] > FLESH_THREADS_MAX)
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "--threads: %g is more than %d", counts[k], FLESH_THREADS_MAX);
-    else plan->threads[k] = (int)counts[k];
-  }
-  return status;
-}
-
-static int read_parts(flesh_bench_plan *plan, const char *text)
-{
-  int chosen[FLESH_BENCH_LIST];
-  const int status = flesh_list_words("cases", text, flesh_bench_parts, chosen, &plan->part_count);
-  for (int k = 0; k < plan->part_count; k++) plan->parts[k] = flesh_bench_parts[chosen[k]];
-  return status;
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "--poisson: 0.5 needs --element tet10-mean, which alone keeps the volume of tets");
+  for (int k = 0; k < plan->thread_count; k++)
+    if (plan->threads[k] > FLESH_THREADS_MAX)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--threads: %g is more than %d", plan->threads[k], FLESH_THREADS_MAX);
+  return flesh_instructions_find(plan->instructions, &usable);
 }
 
 /* The only field of every case; its measurements are in its rows. */
@@ -104,16 +91,17 @@ static int make_cases(flesh_bench_plan *plan)
   flesh_bench_case *c = plan->cases = calloc((size_t)most, sizeof *c);
   if (!c) return flesh_no_memory();
   for (int t = 0; t < plan->thread_count; t++)
-    *c++ = (flesh_bench_case){.part = "machine", .threads = plan->threads[t]};
+    *c++ = (flesh_bench_case){.part = "machine", .threads = (int)plan->threads[t]};
   for (int e = 0; e < plan->energy_count; e++)
     for (int r = 0; r < plan->poisson_count; r++)
       for (int s = 0; s < plan->size_count; s++)
         for (int p = 0; p < plan->part_count; p++) {
+          const char *part = flesh_bench_parts[plan->parts[p]];
           /* A kernel's work does not depend on Poisson's ratio. */
-          if (!strcmp(plan->parts[p], "kernels") && (r || plan->element != FLESH_ELEMENT_TET4)) continue;
+          if (!strcmp(part, "kernels") && (r || plan->element != FLESH_ELEMENT_TET4)) continue;
           for (int t = 0; t < plan->thread_count; t++)
-            *c++ = (flesh_bench_case){.part = plan->parts[p], .energy = plan->energies[e], .poisson = plan->poissons[r],
-                                      .cells = plan->sizes[s], .threads = plan->threads[t]};
+            *c++ = (flesh_bench_case){.part = part, .energy = plan->energies[e], .poisson = plan->poissons[r],
+                                      .cells = plan->sizes[s], .threads = (int)plan->threads[t]};
         }
   plan->case_count = (int)(c - plan->cases);
   return FLESH_OK;
@@ -123,16 +111,13 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_bench_plan *plan = data;
   const flesh_bench_case *c = &plan->cases[number];
-  struct {
-    char poisson[FLESH_NUMBER_SIZE], cells[40], threads[16];
-  } *texts = calloc(1, sizeof *texts);
-  if (!texts) return flesh_no_memory();
-  *made = (flesh_study_case){.owned = texts,
-                             .values = {c->part, c->cells ? flesh_energy_name(c->energy) : "", texts->poisson, texts->cells,
-                                        c->cells ? flesh_element_name(plan->element) : "", texts->threads}};
-  if (c->cells) flesh_number_text(c->poisson, texts->poisson);
-  if (c->cells) snprintf(texts->cells, sizeof texts->cells, "%dx%dx%d", c->cells[0], c->cells[1], c->cells[2]);
-  snprintf(texts->threads, sizeof texts->threads, "%d", c->threads);
+  *made = (flesh_study_case){.values = {c->part, "", "", "", "", NULL}};
+  made->values[5] = flesh_arena_print(&made->arena, "%d", c->threads);
+  if (!c->cells) return FLESH_OK; /* the machine alone */
+  made->values[1] = flesh_energy_name(c->energy);
+  made->values[2] = flesh_study_case_number(made, c->poisson);
+  made->values[3] = flesh_arena_print(&made->arena, "%dx%dx%d", c->cells[0], c->cells[1], c->cells[2]);
+  made->values[4] = flesh_element_name(plan->element);
   return FLESH_OK;
 }
 
@@ -224,15 +209,13 @@ static flesh_study describe_study(flesh_bench_plan *plan)
 }
 
 /* Runs the study, and prints bench.json if asked to; called on the first rank. */
-static int compare(void *data)
+static int measure_all(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_bench_plan *plan = data;
-  const flesh_study study = describe_study(plan);
-  int status = flesh_study_do(&study, &plan->options);
-  if (status || !plan->json) return status;
+  const flesh_bench_plan *plan = study->data;
   json_t *all;
-  status = flesh_json_read(flesh_path("%s/bench.json", plan->options.out), &all);
-  if (status) return status;
+  int status = flesh_study_do(study, options);
+  if (!status && plan->json) status = flesh_json_read(flesh_path("%s/bench.json", options->out), &all);
+  if (status || !plan->json) return status;
   json_dumpf(all, stdout, JSON_INDENT(2));
   putchar('\n');
   json_decref(all);
@@ -263,26 +246,26 @@ int flesh_command_bench(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", flesh_own_text("bench_help"),
                              0, 0, rows, NULL, FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
-  flesh_instructions usable;
   int count, status = FLESH_OK, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
-  if (code != FLESH_OPTIONS_GO_ON) {
-    flesh_study_close(&plan.options);
-    return code;
+  if (code == FLESH_OPTIONS_GO_ON) {
+    plan.options.quiet = plan.json;
+    plan.element = (flesh_element)(FLESH_ELEMENT_TET4 + element);
+    plan.instructions = (flesh_instructions)instructions;
+    if (plan.repeats > FLESH_BENCH_MOST_REPEATS)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "--repeats is %d; it must be 1 to %d", plan.repeats, FLESH_BENCH_MOST_REPEATS);
+    if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
+    if (!status) status = flesh_list_energies(energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
+    if (!status)
+      status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_BENCH_LIST, plan.poissons, &plan.poisson_count);
+    if (!status)
+      status = flesh_list_numbers("threads", threads, FLESH_LIST_COUNT, FLESH_BENCH_LIST, plan.threads, &plan.thread_count);
+    if (!status) status = flesh_list_words("cases", cases, flesh_bench_parts, plan.parts, &plan.part_count);
+    if (!status) status = check_lists(&plan);
+    if (!status) status = make_cases(&plan);
+    flesh_interrupt_watch();
+    const flesh_study study = describe_study(&plan);
+    code = flesh_study_lead(&study, &plan.options, status, measure_all);
   }
-  plan.options.quiet = plan.json;
-  plan.element = (flesh_element)(FLESH_ELEMENT_TET4 + element);
-  plan.instructions = (flesh_instructions)instructions;
-  if (plan.repeats > FLESH_BENCH_MOST_REPEATS)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--repeats is %d; it must be 1 to %d", plan.repeats, FLESH_BENCH_MOST_REPEATS);
-  if (!status) status = flesh_list_each("cells", sizes, take_size, &plan);
-  if (!status) status = flesh_list_energies(energies, FLESH_BENCH_LIST, plan.energies, NULL, &plan.energy_count);
-  if (!status) status = read_numbers(&plan, poissons, threads);
-  if (!status) status = read_parts(&plan, cases);
-  if (!status) status = flesh_instructions_find(plan.instructions, &usable);
-  if (!status) status = make_cases(&plan);
-  flesh_interrupt_watch();
-  const flesh_study study = describe_study(&plan);
-  code = flesh_study_lead(&study, &plan.options, status, compare, &plan);
   flesh_study_close(&plan.options);
   free(plan.cases);
   return code;

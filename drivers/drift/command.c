@@ -3,9 +3,11 @@
 #include "commands.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "drift/drift.h"
@@ -20,6 +22,48 @@
 #include "run/ranks.h"
 #include "material/form.h"
 #include "study/embedded.h"
+
+/* Writes the scene's file name without suffix, with its number if `clash`; it becomes part of file names, and a field. */
+static void name_scene(const char *path, int index, int clash, char name[64])
+{
+  const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path, *dot = strrchr(base, '.');
+  int length = dot && dot != base ? (int)(dot - base) : (int)strlen(base);
+  if (length > 48) length = 48;
+  snprintf(name, 64, "%.*s", length, base);
+  if (clash) flesh_text_add(name, 64, "_%d", index + 1);
+  flesh_safe_name(name);
+}
+
+/* Makes plan->scenes of the files, with every element and refinement of the lists, which may be empty. */
+static int make_scenes(int count, char *const *paths, const char *elements, const char *refine, flesh_drift_plan *plan)
+{
+  static const char *const times[] = {"0", "1", "2", "3", "4", NULL};
+  flesh_element chosen[FLESH_ELEMENT_COUNT];
+  char names[64][64];
+  int refined[sizeof times / sizeof *times], element_count = 0, times_count = 0, status = FLESH_OK;
+  if (*elements) status = flesh_list_elements("elements", elements, chosen, &element_count);
+  if (!status && *refine) status = flesh_list_words("refine", refine, times, refined, &times_count);
+  if (status) return status;
+  for (int s = 0; s < count; s++) {
+    name_scene(paths[s], s, 0, names[s]);
+    for (int other = 0; other < s; other++)
+      if (!strcmp(names[s], names[other])) name_scene(paths[s], s, 1, names[s]);
+  }
+  const int cuts = times_count ? times_count : 1, meshes = cuts * (element_count ? element_count : 1); /* of each file */
+  plan->scenes = calloc((size_t)(count * meshes), sizeof *plan->scenes);
+  if (!plan->scenes) return flesh_no_memory();
+  for (plan->scene_count = 0; plan->scene_count < count * meshes; plan->scene_count++) {
+    const int k = plan->scene_count;
+    flesh_drift_scene *to = &plan->scenes[k];
+    *to = (flesh_drift_scene){.path = paths[k / meshes],
+                              .element = element_count ? flesh_element_name(chosen[k % meshes / cuts]) : "",
+                              .refine = times_count ? times[refined[k % cuts]] : ""};
+    snprintf(to->name, sizeof to->name, "%.63s", names[k / meshes]);
+    if (element_count > 1) flesh_text_add(to->name, sizeof to->name, "_%s", to->element);
+    if (times_count > 1) flesh_text_add(to->name, sizeof to->name, "_refined%s", to->refine);
+  }
+  return FLESH_OK;
+}
 
 /* Reads energies, and combines them with the constants that they can have. */
 static int read_energies(const char *text, flesh_drift_plan *plan)
@@ -36,27 +80,10 @@ static int read_energies(const char *text, flesh_drift_plan *plan)
 
 static int read_solvers(const char *text, flesh_drift_plan *plan)
 {
-  const char *const names[] = {flesh_drift_solver_name(FLESH_DRIFT_GUARDED), flesh_drift_solver_name(FLESH_DRIFT_PLAIN),
-                               NULL};
   int chosen[FLESH_DRIFT_SOLVERS];
-  const int status = flesh_list_words("solvers", text, names, chosen, &plan->solver_count);
+  const int status = flesh_list_words("solvers", text, flesh_drift_solver_names, chosen, &plan->solver_count);
   for (int k = 0; k < plan->solver_count; k++) plan->solvers[k] = (flesh_drift_solver)chosen[k];
   return status;
-}
-
-/* Makes the cases in the order of the table. */
-static int make_cases(flesh_drift_plan *plan)
-{
-  plan->case_count = plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
-  plan->cases = calloc((size_t)plan->case_count, sizeof *plan->cases);
-  if (!plan->cases) return flesh_no_memory();
-  flesh_drift_case *c = plan->cases;
-  for (int s = 0; s < plan->scene_count; s++)
-    for (int p = 0; p < plan->poisson_count; p++)
-      for (int v = 0; v < plan->variant_count; v++)
-        for (int g = 0; g < plan->solver_count; g++)
-          *c++ = (flesh_drift_case){.scene = s, .variant = v, .poisson = p, .solver = plan->solvers[g]};
-  return FLESH_OK;
 }
 
 /* Checks every scene, before hours are spent; the constants are checked by the cases. */
@@ -66,7 +93,7 @@ static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
     flesh_scene *scene = NULL;
     const char *path = plan->scenes[s].path;
     const int again = s && path == plan->scenes[s - 1].path;
-    int status = flesh_drift_read(plan, s, &scene);
+    int status = flesh_drift_read(plan, &plan->scenes[s], &scene);
     if (!status && !flesh_scene_body(scene)->materials)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", path);
     if (!status && flesh_scene_material_count(scene) > 1 && !again && flesh_ranks_first(plan->options.ranks))
@@ -108,18 +135,12 @@ static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCEN
 
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
-  const flesh_drift_plan *plan = data;
-  const flesh_drift_case *c = &plan->cases[number];
-  const flesh_drift_scene *scene = &plan->scenes[c->scene];
-  const flesh_drift_variant *v = &plan->variants[c->variant];
-  char *poisson = malloc(FLESH_NUMBER_SIZE);
-  *made = (flesh_study_case){.scene = scene->path,
-                             .owned = poisson,
-                             .values = {scene->name, scene->element, scene->refine, poisson, flesh_energy_name(v->energy),
-                                        flesh_constants_name(v->constants), flesh_drift_solver_name(c->solver),
-                                        scene->fingerprint}};
-  if (!poisson) return flesh_no_memory();
-  flesh_number_text(plan->poissons[c->poisson], poisson);
+  const flesh_drift_case c = flesh_drift_case_of(data, number);
+  *made = (flesh_study_case){.scene = c.scene->path,
+                             .values = {c.scene->name, c.scene->element, c.scene->refine, NULL,
+                                        flesh_energy_name(c.variant.energy), flesh_constants_name(c.variant.constants),
+                                        flesh_drift_solver_names[c.solver], c.scene->fingerprint}};
+  made->values[3] = flesh_study_case_number(made, c.poisson);
   return FLESH_OK;
 }
 
@@ -134,17 +155,16 @@ static const char *status_word(const figures *f)
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
-  const flesh_drift_plan *plan = data;
+  const flesh_drift_case c = flesh_drift_case_of(data, number);
   figures f;
-  flesh_drift_run_case(plan, &plan->cases[number], &f);
+  flesh_drift_run_case(data, &c, &f);
   return flesh_fields_record(status_word(&f), f.exit_code, f.message, flesh_fields_json(fields, &f));
 }
 
 static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)
 {
-  const flesh_drift_plan *plan = data;
   flesh_scene *scene = NULL;
-  int status = flesh_drift_read(plan, plan->cases[number].scene, &scene);
+  int status = flesh_drift_read(data, flesh_drift_case_of(data, number).scene, &scene);
   if (status) return status;
   *camera = flesh_scene_outputs(scene)->camera;
   flesh_scene_up(scene, camera->up);
@@ -158,12 +178,10 @@ static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_came
 
 static void title(const void *data, int number, char *text, size_t size)
 {
-  const flesh_drift_plan *plan = data;
-  const flesh_drift_case *c = &plan->cases[number];
-  char variant[16];
-  flesh_drift_variant_title(plan->variants[c->variant], variant);
-  snprintf(text, size, "%s, %s, poisson %g, %s", plan->scenes[c->scene].name, variant, plan->poissons[c->poisson],
-           flesh_drift_solver_name(c->solver));
+  const flesh_drift_case c = flesh_drift_case_of(data, number);
+  const int named = c.variant.constants != FLESH_CONSTANTS_MATCHED; /* the form alone does not imply its constants */
+  snprintf(text, size, "%s, %s%s%s, poisson %g, %s", c.scene->name, flesh_energy_name(c.variant.energy), named ? " " : "",
+           named ? flesh_constants_name(c.variant.constants) : "", c.poisson, flesh_drift_solver_names[c.solver]);
 }
 
 /* Adds to `facts` the volume over that of the mesh at the times in a case's history; adds nothing for a case without a
@@ -186,13 +204,11 @@ static void add_history(const char *folder, json_t *facts)
 static json_t *facts_of(const void *data, int number)
 {
   const flesh_drift_plan *plan = data;
-  const flesh_drift_case *c = &plan->cases[number];
-  const flesh_drift_variant *v = &plan->variants[c->variant];
-  char folder[256];
-  flesh_drift_case_folder(plan, c, folder);
+  const flesh_drift_case c = flesh_drift_case_of(plan, number);
+  const char *folder = flesh_drift_case_folder(&c);
   /* D with constants as_e has a lighter shade of D's colour: the two differ by their deflation. */
   json_t *facts = json_pack("{ssss}", "folder", folder, "colour",
-                            v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[v->energy].colour);
+                            c.variant.constants == FLESH_CONSTANTS_AS_E ? "#d08ac8" : flesh_forms[c.variant.energy].colour);
   add_history(flesh_path("%s/%s", plan->options.out, folder), facts);
   return facts;
 }
@@ -208,7 +224,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                        .different = "its runs had another --max-seconds, or were made by another version of flesh; give "
                                     "it as it was, leave out --resume to begin anew",
                        .columns = columns,
-                       .case_count = plan->case_count,
+                       .case_count = flesh_drift_case_count(plan),
                        .budget = plan->max_seconds,
                        .again = "exit_code = 3", /* the case could not write its files */
                        .data = plan,
@@ -224,24 +240,22 @@ static flesh_study describe_study(flesh_drift_plan *plan)
 }
 
 /* Runs the comparison on the first rank. */
-static int compare(void *data)
+static int compare(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_drift_plan *plan = data;
-  printf("runs: %d; scenes: %d, energies: %d, Poisson's ratios: %d, solvers: %d; %d at a time\n", plan->case_count,
+  const flesh_drift_plan *plan = study->data;
+  printf("runs: %d; scenes: %d, energies: %d, Poisson's ratios: %d, solvers: %d; %d at a time\n", study->case_count,
          plan->scene_count, plan->variant_count, plan->poisson_count, plan->solver_count,
-         flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->case_count));
+         flesh_pool_slots(options->ranks, options->jobs, study->case_count));
   fflush(stdout);
-  const flesh_study study = describe_study(plan);
-  return flesh_study_do(&study, &plan->options);
+  return flesh_study_do(study, options);
 }
 
-/* Checks the scenes and makes the cases, on every rank. */
+/* Checks the scenes, on every rank. */
 static int prepare(flesh_drift_plan *plan)
 {
   static const char *const names[] = {"drift.csv", "verdict.txt", NULL};
   flesh_inputs inputs = {0};
   int status = check_scenes(plan, &inputs);
-  if (!status) status = make_cases(plan);
   if (!status) status = flesh_inputs_spare_in(&inputs, plan->options.out, names, NULL);
   flesh_inputs_close(&inputs);
   return status;
@@ -267,23 +281,20 @@ int flesh_command_drift(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
                              flesh_own_text("drift_help"), 1, 64, rows, NULL, FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
-  if (code != FLESH_OPTIONS_GO_ON) {
-    flesh_study_close(&plan.options);
-    return code;
+  int count, status, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) {
+    status = make_scenes(count, argv + 1, elements, refine, &plan);
+    if (!status) status = read_energies(energies, &plan);
+    if (!status)
+      status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,
+                                  &plan.poisson_count);
+    if (!status) status = read_solvers(solvers, &plan);
+    flesh_interrupt_watch();
+    if (!status) status = prepare(&plan);
+    const flesh_study study = describe_study(&plan);
+    code = flesh_study_lead(&study, &plan.options, status, compare);
   }
-  int status = flesh_drift_make_scenes(count, argv + 1, elements, refine, &plan);
-  if (!status) status = read_energies(energies, &plan);
-  if (!status)
-    status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,
-                                &plan.poisson_count);
-  if (!status) status = read_solvers(solvers, &plan);
-  flesh_interrupt_watch();
-  if (!status) status = prepare(&plan);
-  const flesh_study study = describe_study(&plan);
-  code = flesh_study_lead(&study, &plan.options, status, compare, &plan);
   flesh_study_close(&plan.options);
   free(plan.scenes);
-  free(plan.cases);
   return code;
 }

@@ -20,11 +20,6 @@ typedef struct flesh_drift_variant {
   flesh_constants constants;
 } flesh_drift_variant;
 
-typedef struct flesh_drift_case {
-  int scene, variant, poisson; /* indices into the plan; a scene is a file with a mesh and an element */
-  flesh_drift_solver solver;
-} flesh_drift_case;
-
 /* Figures of a case; NaN where there is none. */
 typedef struct flesh_drift_figures {
   int status, exit_code, element, tets, nodes, first_inverted_step, first_bound_step;
@@ -44,6 +39,13 @@ typedef struct flesh_drift_scene {
   char fingerprint[FLESH_STUDY_FINGERPRINT];
 } flesh_drift_scene;
 
+typedef struct flesh_drift_case {
+  const flesh_drift_scene *scene;
+  flesh_drift_variant variant;
+  double poisson;
+  flesh_drift_solver solver;
+} flesh_drift_case;
+
 /* Room for variants, up to two choices of constants for each form; room in lists such as that of Poisson's ratios. */
 enum { FLESH_DRIFT_VARIANTS = 2 * FLESH_ENERGY_COUNT, FLESH_DRIFT_LIST = 16 };
 
@@ -59,26 +61,23 @@ typedef struct flesh_drift_plan {
   int solver_count;
   flesh_drift_solver solvers[FLESH_DRIFT_SOLVERS];
   double max_seconds; /* for each case; 0: no limit */
-  int case_count;
-  flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
 } flesh_drift_plan;
 
-const char *flesh_drift_solver_name(flesh_drift_solver solver);
+/* The cases are scenes x poissons x variants x solvers, of which the last change fastest. */
+int flesh_drift_case_count(const flesh_drift_plan *plan);
+flesh_drift_case flesh_drift_case_of(const flesh_drift_plan *plan, int number);
 
-/* Writes "S", "D raw", "D as_e": with the constants if the energy alone does not imply them. */
-void flesh_drift_variant_title(flesh_drift_variant variant, char title[16]);
+/* Names of the solvers, in the order of the enum; ended by NULL. */
+extern const char *const flesh_drift_solver_names[];
 
-/* Writes the path of the case's folder below the study's: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
-void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256]);
+/* Returns the path of the case's folder below the study's: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>", valid
+ * for the next few calls (cli/path.h). */
+const char *flesh_drift_case_folder(const flesh_drift_case *c);
 
 /* Runs a case in this process. */
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *figures);
 
-/* Makes plan->scenes from the files and the lists of --elements and --refine, which may be empty.
- * FLESH_ERR_ARGUMENT. */
-int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
-                            flesh_drift_plan *plan);
 /* Reads a scene of the plan with its element and refinement. */
-int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
+int flesh_drift_read(const flesh_drift_plan *plan, const flesh_drift_scene *scene, flesh_scene **read);
 
 #endif

@@ -1,13 +1,10 @@
-/* run.c: makes the scenes that are compared, the files of the command line with every element and refinement; names
- * solvers, forms and cases; runs a case. */
+/* run.c: finds, names and runs the cases. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"
-#include "base/text.h"
-#include "cli/lists.h"
 #include "drift/drift.h"
 #include "cli/path.h"
 #include "material/form.h"
@@ -30,7 +27,8 @@ typedef struct watcher {
   frame worst, event;
   double event_t; /* time of the scene's last event before its end; the end if there is none */
   flesh_mesh_info info;
-  int unknowns, first_inverted_step, first_bound_step; /* first step with an inverted tet, with a bound of J <= 0; -1: none */
+  int unknowns;
+  flesh_drift_figures *figures; /* first_inverted_step and first_bound_step are set in these */
 } watcher;
 
 static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
@@ -45,8 +43,8 @@ static void keep(frame *kept, const flesh_step_record *record, double drift, int
 static int watch(void *data, const flesh_step_record *record)
 {
   watcher *w = data;
-  if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
-  if (!(record->J_bound > 0) && w->first_bound_step < 0) w->first_bound_step = record->step;
+  if (record->inverted && w->figures->first_inverted_step < 0) w->figures->first_inverted_step = record->step;
+  if (!(record->J_bound > 0) && w->figures->first_bound_step < 0) w->figures->first_bound_step = record->step;
   double drift = record->volume / record->rest_volume - 1;
   if (!flesh_study_is_near(&w->info, record->state->x)) return FLESH_OK;
   if (!w->worst.known || fabs(drift) > fabs(w->worst.drift)) keep(&w->worst, record, drift, w->unknowns);
@@ -60,7 +58,6 @@ static int open_watcher(watcher *w, const flesh_scene *scene)
   double end = flesh_scene_times(scene)->end;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &w->info);
   w->unknowns = 3 * w->info.nodes;
-  w->first_inverted_step = w->first_bound_step = -1;
   w->event_t = INFINITY;
   for (double t = flesh_system_next_event(system, -INFINITY); t < end; t = flesh_system_next_event(system, t))
     if (t > 0) w->event_t = t;
@@ -87,9 +84,8 @@ static const char *const plain[][2] = {{"solver.line_search", "none"}, {"time.ma
                                        {"solver.max_cutbacks", "0"}, {"solver.accept_unconverged", "true"}};
 
 /* Collects the plan's overrides and those of the scene; the caller closes them. */
-static void set_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides)
+static void set_overrides(const flesh_drift_plan *plan, const flesh_drift_scene *s, flesh_overrides *overrides)
 {
-  const flesh_drift_scene *s = &plan->scenes[scene];
   flesh_overrides_copy(overrides, &plan->options.overrides.texts);
   if (*s->element) flesh_overrides_add(overrides, "body.element", s->element);
   if (*s->refine) flesh_overrides_add(overrides, "body.refine", s->refine);
@@ -99,17 +95,15 @@ static void set_overrides(const flesh_drift_plan *plan, int scene, flesh_overrid
 static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, int at_rest,
                       flesh_scene **scene)
 {
-  const flesh_drift_variant *v = &plan->variants[c->variant];
   flesh_overrides overrides;
   char material[256], key[128];
   flesh_scene *base = NULL;
-  const char *path = plan->scenes[c->scene].path;
   int status = flesh_drift_read(plan, c->scene, &base);
   if (status) return status;
   const flesh_body *body = flesh_scene_body(base);
   if (!body->materials) {
     flesh_scene_destroy(&base);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", path);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", c->scene->path);
   }
   double young = body->materials[0].young;
   if (isnan(young)) {
@@ -119,8 +113,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   }
   set_overrides(plan, c->scene, &overrides);
   snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
-           flesh_energy_name(v->energy), flesh_constants_name(v->constants), young,
-           plan->poissons[c->poisson]);
+           flesh_energy_name(c->variant.energy), flesh_constants_name(c->variant.constants), young, c->poisson);
   flesh_overrides_add(&overrides, "body.material", material);
   for (size_t k = 0; k < sizeof plain / sizeof *plain && c->solver == FLESH_DRIFT_PLAIN; k++)
     flesh_overrides_add(&overrides, plain[k][0], plain[k][1]);
@@ -132,7 +125,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
     flesh_overrides_add(&overrides, key, "null");
   }
   flesh_scene_destroy(&base);
-  if (!status) status = flesh_overrides_read(&overrides, path, scene);
+  if (!status) status = flesh_overrides_read(&overrides, c->scene->path, scene);
   flesh_overrides_close(&overrides);
   return status;
 }
@@ -178,8 +171,6 @@ static void note_run(const flesh_outcome *outcome, const watcher *w, flesh_drift
   f->status = outcome->has_failure ? outcome->failure.status : outcome->status;
   f->exit_code = outcome->exit_code;
   snprintf(f->message, sizeof f->message, "%.399s", outcome->message);
-  f->first_inverted_step = w->first_inverted_step;
-  f->first_bound_step = w->first_bound_step;
   f->newton_per_step = figures->steps ? (double)figures->newton / figures->steps : NAN;
   f->linear_per_newton = figures->newton ? (double)figures->linear / (double)figures->newton : NAN;
   f->failed_at = outcome->status ? (outcome->has_failure ? outcome->failure.t : figures->t) : NAN;
@@ -191,13 +182,13 @@ static void note_run(const flesh_outcome *outcome, const watcher *w, flesh_drift
 
 void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *f)
 {
-  char folder[256], path[1400];
+  char path[1400];
   flesh_scene *scene = NULL;
   flesh_outcome outcome = {0};
-  watcher w = {0};
+  watcher w = {.figures = f};
   *f = (flesh_drift_figures){
       .run = {.max_volume_drift = NAN, .final_volume_drift = NAN, .J_min = NAN, .J_bound = NAN, .wall_s = NAN},
-      .first_inverted_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN, .newton_per_step = NAN,
+      .first_inverted_step = -1, .first_bound_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN, .newton_per_step = NAN,
       .linear_per_newton = NAN, .failed_at = NAN, .distance_from_rest = NAN};
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
@@ -208,10 +199,9 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
     return;
   }
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  flesh_drift_case_folder(plan, c, folder);
-  snprintf(path, sizeof path, "%s/%s", plan->options.out, folder);
+  snprintf(path, sizeof path, "%s/%s", plan->options.out, flesh_drift_case_folder(c));
   const flesh_observer watching = {watch, &w};
-  const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene].path,
+  const flesh_runner_options options = {.out = path, .scene_path = c->scene->path,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
                                         .observer_count = 1, .observers = &watching};
   flesh_runner_run(scene, &options, &f->run, &outcome);
@@ -236,77 +226,34 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   close_watcher(&w);
 }
 
-const char *flesh_drift_solver_name(flesh_drift_solver solver)
+const char *const flesh_drift_solver_names[] = {"guarded", "plain", NULL};
+
+int flesh_drift_case_count(const flesh_drift_plan *plan)
 {
-  return solver == FLESH_DRIFT_PLAIN ? "plain" : "guarded";
+  return plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
 }
 
-void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
+flesh_drift_case flesh_drift_case_of(const flesh_drift_plan *plan, int number)
 {
-  int named = variant.constants != FLESH_CONSTANTS_MATCHED;
-  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), named ? " " : "",
-           named ? flesh_constants_name(variant.constants) : "");
+  const int solver = number % plan->solver_count;
+  const int variant = (number /= plan->solver_count) % plan->variant_count;
+  const int poisson = (number /= plan->variant_count) % plan->poisson_count;
+  return (flesh_drift_case){&plan->scenes[number / plan->poisson_count], plan->variants[variant], plan->poissons[poisson],
+                            plan->solvers[solver]};
 }
 
-void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
+const char *flesh_drift_case_folder(const flesh_drift_case *c)
 {
-  const flesh_drift_variant *v = &plan->variants[c->variant];
-  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->scenes[c->scene].name, flesh_energy_name(v->energy),
-           flesh_constants_name(v->constants), plan->poissons[c->poisson],
-           flesh_drift_solver_name(c->solver));
+  return flesh_path("runs/%s_%s_%s_%g_%s", c->scene->name, flesh_energy_name(c->variant.energy),
+                    flesh_constants_name(c->variant.constants), c->poisson, flesh_drift_solver_names[c->solver]);
 }
 
-/* Writes the scene's file name without suffix, made unique by its index; it becomes part of file names, and a field. */
-static void name_scene(const char *path, int index, int clash, char name[64])
-{
-  const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
-  const char *dot = strrchr(base, '.');
-  int length = dot && dot != base ? (int)(dot - base) : (int)strlen(base);
-  if (length > 48) length = 48;
-  if (clash) snprintf(name, 64, "%.*s_%d", length, base, index + 1);
-  else snprintf(name, 64, "%.*s", length, base);
-  flesh_safe_name(name);
-}
-
-int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
-                            flesh_drift_plan *plan)
-{
-  static const char *const times[] = {"0", "1", "2", "3", "4", NULL};
-  flesh_element chosen[FLESH_ELEMENT_COUNT];
-  char names[64][64];
-  int refined[sizeof times / sizeof *times], element_count = 0, times_count = 0, status = FLESH_OK;
-  if (*elements) status = flesh_list_elements("elements", elements, chosen, &element_count);
-  if (!status && *refine) status = flesh_list_words("refine", refine, times, refined, &times_count);
-  if (status) return status;
-  for (int s = 0; s < count; s++) {
-    name_scene(paths[s], s, 0, names[s]);
-    for (int other = 0; other < s; other++)
-      if (!strcmp(names[s], names[other])) name_scene(paths[s], s, 1, names[s]);
-  }
-  const int all = count * (element_count ? element_count : 1) * (times_count ? times_count : 1);
-  plan->scenes = calloc((size_t)all, sizeof *plan->scenes);
-  if (!plan->scenes) return flesh_no_memory();
-  flesh_drift_scene *to = plan->scenes;
-  for (int s = 0; s < count; s++)
-    for (int e = 0; e < (element_count ? element_count : 1); e++)
-      for (int r = 0; r < (times_count ? times_count : 1); r++, to++) {
-        *to = (flesh_drift_scene){.path = paths[s], .element = "", .refine = ""};
-        snprintf(to->name, sizeof to->name, "%.63s", names[s]);
-        if (element_count) to->element = flesh_element_name(chosen[e]);
-        if (times_count) to->refine = times[refined[r]];
-        if (element_count > 1) flesh_text_add(to->name, sizeof to->name, "_%s", to->element);
-        if (times_count > 1) flesh_text_add(to->name, sizeof to->name, "_refined%s", to->refine);
-      }
-  plan->scene_count = all;
-  return FLESH_OK;
-}
-
-int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read)
+int flesh_drift_read(const flesh_drift_plan *plan, const flesh_drift_scene *scene, flesh_scene **read)
 {
   flesh_overrides overrides;
   *read = NULL;
   set_overrides(plan, scene, &overrides);
-  const int status = flesh_overrides_read(&overrides, plan->scenes[scene].path, read);
+  const int status = flesh_overrides_read(&overrides, scene->path, read);
   flesh_overrides_close(&overrides);
   return status;
 }

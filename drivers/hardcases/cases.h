@@ -6,6 +6,7 @@
 #include "flesh/mesh.h"
 #include "base/key.h"
 #include "scene/arena.h"
+#include "scene/node.h"
 
 /* The meshes: ROW(id, name). All bodies except single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m,
  * approximately. */
@@ -51,14 +52,15 @@ typedef enum flesh_hardcases_amount { FLESH_HARDCASES_NO, FLESH_HARDCASES_MAY, F
 typedef enum flesh_hardcases_mesh { FLESH_HARDCASES_MESH_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_mesh;
 typedef enum flesh_hardcases_start { FLESH_HARDCASES_START_LIST(FLESH_HARDCASES_ID) } flesh_hardcases_start;
 
-enum {
-  FLESH_HARDCASES_PINNED = 1,           /* the face x = 0 is held at rest at all times */
-  FLESH_HARDCASES_FEET = 2,             /* the nodes of the first twentieth along x are held at rest at all times */
-  FLESH_HARDCASES_KEPT_EQUILIBRIUM = 4, /* staying in the equilibrium is accepted; the body need not recover */
-  FLESH_HARDCASES_HARDEST = 8,          /* scramble and point: recovery is not guaranteed above nu = 0.495 */
-  FLESH_HARDCASES_RANDOM = 16,          /* run once for each seed */
-  FLESH_HARDCASES_STATIC = 32
-};
+/* The nodes that are held at rest at all times: none, those of the face x = 0, or those of the first twentieth along x. */
+typedef enum flesh_hardcases_held { FLESH_HARDCASES_FREE, FLESH_HARDCASES_FACE, FLESH_HARDCASES_FEET } flesh_hardcases_held;
+
+/* Expected ends; of the hardest cases, recovery is not guaranteed above a Poisson's ratio of 0.495. */
+typedef enum flesh_hardcases_expected {
+  FLESH_HARDCASES_RECOVERY,
+  FLESH_HARDCASES_KEPT_EQUILIBRIUM, /* staying in the equilibrium is accepted, too */
+  FLESH_HARDCASES_HARDEST
+} flesh_hardcases_expected;
 
 /* A case. Numbers that a file does not give are NaN, except amount, noise and offset, which are 0. */
 typedef struct flesh_hardcases_case {
@@ -66,7 +68,10 @@ typedef struct flesh_hardcases_case {
   flesh_hardcases_mesh mesh;
   flesh_hardcases_start start;
   double amount;
-  unsigned flags;
+  flesh_hardcases_held held;
+  flesh_hardcases_expected expects;
+  int random; /* run once for each seed */
+  int is_static;
   double seconds; /* of the hard phase, which has at least 20 steps; ignored in statics */
   double step;    /* s; NaN: that of the setting */
   /* Length of a second phase without `effects`, in which the body should recover; NaN: none. With steps shorter than
@@ -77,6 +82,7 @@ typedef struct flesh_hardcases_case {
   double young_ratio;           /* of region 1 over the other; NaN: one material */
   double young;                 /* NaN: 1e5 Pa */
   double scale, offset;         /* of a body of --meshes: its length over 0.2 m, NaN: 1; m along each axis */
+  const flesh_node *effect_list; /* as in the file; NULL: none */
   const char *effects;          /* items of the scene's list, without inertia and constraints; "": none */
   double noise;                 /* every coordinate is also moved by up to this share of the node's mean edge */
   const char *doc;
@@ -97,10 +103,10 @@ void flesh_hardcases_close_battery(flesh_hardcases_battery *battery);
 extern const flesh_key flesh_hardcases_keys[]; /* keys of a file of cases */
 
 /* Makes the case's mesh, new. */
-int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);
+int flesh_hardcases_make_mesh(const flesh_hardcases_case *hardcase, int quick, flesh_mesh **mesh);
 
 /* Sets state->x and v [3*nodes] to the start, and t to 0; `step` is the length of the steps of the run. */
-int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh *mesh, int seed,
+int flesh_hardcases_make_start(const flesh_hardcases_case *hardcase, const flesh_mesh *mesh, int seed,
                                double step, flesh_state *state);
 
 #endif

@@ -24,15 +24,13 @@ static void describe_keys(FILE *stream)
   flesh_settings_describe(stream, flesh_hardcases_keys, NULL);
 }
 
-enum { SETTING_LIMIT = 16384 };
+enum { LIST_LIMIT = 64, SETTING_LIMIT = 16384, RUN_LIMIT = 1000000 };
 
-enum { LIST_LIMIT = 64 };
-
-/* The lists on the command line (mesh_list NULL: none was given), the number of values in each, the values, and what
- * the plan borrows. */
+/* The lists on the command line (mesh_list NULL: none was given), the number of values in each, and the values; the plan
+ * borrows the bodies. */
 typedef struct request {
   const char *energy_list, *poisson_list, *step_list, *solver_list, *element_list, *mesh_list, *case_list, *share;
-  int energies, poissons, steps, solvers, elements, bodies, count;
+  int energies, poissons, steps, solvers, elements, bodies;
   flesh_energy energy[LIST_LIMIT];
   flesh_constants constants[LIST_LIMIT];
   double poisson[LIST_LIMIT], step[LIST_LIMIT];
@@ -40,27 +38,25 @@ typedef struct request {
   flesh_element element[FLESH_ELEMENT_COUNT];
   flesh_hardcases_body body[LIST_LIMIT];
   char files[LIST_LIMIT][FLESH_LIST_ITEM];
-  flesh_hardcases_battery battery;
-  const flesh_hardcases_case **cases; /* [count], with room for the whole battery */
-  flesh_hardcases_setting settings[SETTING_LIMIT];
 } request;
 
 /* Adds the cases whose name or group matches the pattern; after a `!`, removes them from the cases so far, or from all
  * if it comes first. */
 static int take_case(void *data, const char *item)
 {
-  request *c = data;
+  flesh_hardcases_plan *plan = data;
   const int leave = *item == '!';
   int found = 0;
-  if (leave && c->count == 0) take_case(data, "*");
-  for (const flesh_hardcases_case *row = c->battery.cases, *end = row + c->battery.count; row < end; row++) {
-    if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
+  if (leave && plan->case_count == 0) take_case(data, "*");
+  for (int k = 0; k < plan->battery.count; k++) {
+    const flesh_hardcases_case *hardcase = &plan->battery.cases[k];
+    if (fnmatch(item + leave, hardcase->name, 0) && fnmatch(item + leave, hardcase->group, 0)) continue;
     found = 1;
     int place = 0;
-    while (place < c->count && c->cases[place] != row) place++;
-    if (!leave && place == c->count) c->cases[c->count++] = row;
-    if (leave && place < c->count)
-      memmove(c->cases + place, c->cases + place + 1, (size_t)(--c->count - place) * sizeof row);
+    while (place < plan->case_count && plan->cases[place] != hardcase) place++;
+    if (!leave && place == plan->case_count) plan->cases[plan->case_count++] = hardcase;
+    if (leave && place < plan->case_count)
+      memmove(plan->cases + place, plan->cases + place + 1, (size_t)(--plan->case_count - place) * sizeof hardcase);
   }
   return found ? FLESH_OK
                : flesh_fail(
@@ -68,21 +64,6 @@ static int take_case(void *data, const char *item)
                      "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*' or '!twist*': "
                      "`flesh hardcases --list` shows them",
                      item);
-}
-
-/* Opens the battery of the file, or the program's own for the plan's kind. */
-static int open_choice(const char *path, const flesh_hardcases_plan *plan, request *c)
-{
-  const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
-  int status = flesh_hardcases_open_battery(path, own, &c->battery);
-  if (!status) c->cases = flesh_arena_take(&c->battery.arena, sizeof *c->cases * (size_t)c->battery.count);
-  return status || c->cases ? status : flesh_no_memory();
-}
-
-static void list_cases(const flesh_hardcases_battery *battery)
-{
-  for (const flesh_hardcases_case *row = battery->cases, *end = row + battery->count; row < end; row++)
-    printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
 }
 
 static int take_solver(void *data, const char *item)
@@ -157,63 +138,63 @@ static int read_lists(request *l)
 }
 
 /* Checks that no case has a scale or an offset, which apply only to bodies of --meshes. */
-static int check_bodies(const request *c)
+static int check_bodies(const flesh_hardcases_plan *plan)
 {
-  for (int k = 0; k < c->count; k++)
-    if (c->cases[k]->scale > 0 || c->cases[k]->offset < 0 || c->cases[k]->offset > 0)
+  for (int k = 0; k < plan->case_count; k++)
+    if (plan->cases[k]->scale > 0 || plan->cases[k]->offset < 0 || plan->cases[k]->offset > 0)
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s has a scale or an offset, which apply to bodies of --meshes; give --meshes, "
-                                            "or leave the case out", c->cases[k]->name);
+                                            "or leave the case out", plan->cases[k]->name);
   return FLESH_OK;
 }
 
 /* Combines every value of each list with every value of the others; the last of `digits` changes fastest. */
-static int make_settings(request *l, int *count)
+static int make_settings(const request *l, flesh_hardcases_plan *plan)
 {
   enum { ELEMENT, SOLVER, ENERGY, STEP, POISSON, BODY, LISTS };
   const int lengths[LISTS] = {l->elements, l->solvers, l->energies, l->steps, l->poissons, l->bodies ? l->bodies : 1};
   double all = 1;
   for (int k = 0; k < LISTS; k++) all *= lengths[k];
   if (all > SETTING_LIMIT) return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
-  for (*count = 0; *count < (int)all; ++*count) {
-    int digits[LISTS], left = *count;
+  plan->settings = flesh_arena_take(&plan->battery.arena, (size_t)all * sizeof *plan->settings);
+  if (!plan->settings) return flesh_no_memory();
+  for (; plan->setting_count < (int)all; plan->setting_count++) {
+    int digits[LISTS], left = plan->setting_count;
     for (int k = LISTS - 1; k >= 0; left /= lengths[k--]) digits[k] = left % lengths[k];
-    l->settings[*count] = (flesh_hardcases_setting){.energy = l->energy[digits[ENERGY]],
-                                                    .constants = l->constants[digits[ENERGY]],
-                                                    .poisson = l->poisson[digits[POISSON]],
-                                                    .step = l->step[digits[STEP]],
-                                                    .first_poisson = digits[POISSON] == 0,
-                                                    .first_step = digits[STEP] == 0,
-                                                    .solver = l->solver[digits[SOLVER]],
-                                                    .element = l->element[digits[ELEMENT]],
-                                                    .body = l->bodies ? &l->body[digits[BODY]] : NULL};
+    plan->settings[plan->setting_count] = (flesh_hardcases_setting){.energy = l->energy[digits[ENERGY]],
+                                                                    .constants = l->constants[digits[ENERGY]],
+                                                                    .poisson = l->poisson[digits[POISSON]],
+                                                                    .step = l->step[digits[STEP]],
+                                                                    .first_poisson = digits[POISSON] == 0,
+                                                                    .first_step = digits[STEP] == 0,
+                                                                    .solver = l->solver[digits[SOLVER]],
+                                                                    .element = l->element[digits[ELEMENT]],
+                                                                    .body = l->bodies ? &l->body[digits[BODY]] : NULL};
   }
   return FLESH_OK;
 }
 
-static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting *setting)
+static int is_run(const flesh_hardcases_case *hardcase, const flesh_hardcases_setting *setting)
 {
-  return (isnan(row->poisson) || setting->first_poisson) && (isnan(row->step) || setting->first_step);
+  return (isnan(hardcase->poisson) || setting->first_poisson) && (isnan(hardcase->step) || setting->first_step);
 }
 
 /* Returns whether the share includes the run's problem: its case, seed and setting without solver and element. Runs that are
  * compared are thus chosen together, and everyone can repeat the choice by SHA-256. */
-static int is_shared(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_setting *s,
+static int is_shared(const flesh_hardcases_plan *plan, const flesh_hardcases_case *hardcase, const flesh_hardcases_setting *s,
                      int seed)
 {
   uint8_t digest[SHA256_DIGEST_LENGTH];
   char problem[512];
   SHA2_CTX hash;
-  snprintf(problem, sizeof problem, "%s %s %d %s %s %g %g", row->name, s->body ? s->body->name : "", seed,
+  snprintf(problem, sizeof problem, "%s %s %d %s %s %g %g", hardcase->name, s->body ? s->body->name : "", seed,
            flesh_energy_name(s->energy), flesh_constants_name(s->constants), s->poisson,
-           row->flags & FLESH_HARDCASES_STATIC ? 0 : s->step);
+           hardcase->is_static ? 0 : s->step);
   SHA256Init(&hash);
   SHA256Update(&hash, (const uint8_t *)problem, strlen(problem));
   SHA256Final(digest, &hash);
   const double place = digest[0] * 0x1p-8 + digest[1] * 0x1p-16 + digest[2] * 0x1p-24 + digest[3] * 0x1p-32;
   return place >= plan->share[0] && place < plan->share[1];
 }
-
-enum { RUN_LIMIT = 1000000 };
 
 static int make_runs(flesh_hardcases_plan *plan)
 {
@@ -227,25 +208,24 @@ static int make_runs(flesh_hardcases_plan *plan)
   for (int s = 0; s < plan->setting_count; s++)
     for (int c = 0; c < plan->case_count; c++)
       for (int seed = 1; seed <= plan->seeds; seed++) {
-        const flesh_hardcases_case *row = plan->cases[c];
-        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_HARDCASES_RANDOM)) ||
-            !is_shared(plan, row, &plan->settings[s], seed))
+        const flesh_hardcases_case *hardcase = plan->cases[c];
+        if (!is_run(hardcase, &plan->settings[s]) || (seed > 1 && !hardcase->random) ||
+            !is_shared(plan, hardcase, &plan->settings[s], seed))
           continue;
-        plan->runs[plan->run_count++] = (flesh_hardcases_run){row, &plan->settings[s], seed};
+        plan->runs[plan->run_count++] = (flesh_hardcases_run){hardcase, &plan->settings[s], seed};
       }
   return FLESH_OK;
 }
 
 /* Runs the battery, or exports it, on the first rank. */
-static int batter(void *data)
+static int batter(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_hardcases_plan *plan = data;
+  const flesh_hardcases_plan *plan = study->data;
   if (plan->export) return flesh_hardcases_export(plan);
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
-         plan->setting_count, flesh_pool_places(plan->options.ranks, plan->options.jobs, plan->run_count));
+         plan->setting_count, flesh_pool_slots(options->ranks, options->jobs, plan->run_count));
   fflush(stdout);
-  const flesh_study study = flesh_hardcases_study(plan);
-  return flesh_study_do(&study, &plan->options);
+  return flesh_study_do(study, options);
 }
 
 /* Returns "Neo,A,...": the forms that have a volume term. */
@@ -307,29 +287,31 @@ static int choose(request *asked, flesh_hardcases_plan *plan)
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
   int status = read_share(asked->share, plan->share);
   if (!status) status = read_lists(asked);
-  if (!status) status = flesh_list_each("cases", asked->case_list, take_case, asked);
-  if (!status && asked->count == 0)
+  if (!status) status = flesh_list_each("cases", asked->case_list, take_case, plan);
+  if (!status && plan->case_count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
                         asked->case_list);
-  if (!status && !asked->mesh_list) status = check_bodies(asked);
-  if (!status) status = make_settings(asked, &plan->setting_count);
-  plan->settings = asked->settings;
-  plan->cases = asked->cases;
-  plan->case_count = asked->count;
-  return status;
+  if (!status && !asked->mesh_list) status = check_bodies(plan);
+  return status ? status : make_settings(asked, plan);
 }
 
-/* Lists the cases of the file or runs them. Returns the exit code. */
+/* Lists the cases of the file, NULL: those of the program for the plan's kind, or runs them. Returns the exit code. */
 static int list_or_batter(const char *path, int list, request *asked, flesh_hardcases_plan *plan)
 {
-  int status = open_choice(path, plan, asked);
-  if (list && !status && flesh_ranks_first(plan->options.ranks)) list_cases(&asked->battery);
-  if (list) return status ? flesh_command_fail("hardcases", status) : 0;
+  flesh_hardcases_battery *battery = &plan->battery;
+  const char *own = plan->filters ? "filters" : plan->shapes ? "shapes" : "battery";
+  int status = flesh_hardcases_open_battery(path, own, battery);
+  if (!status && !(plan->cases = flesh_arena_take(&battery->arena, sizeof *plan->cases * (size_t)battery->count)))
+    status = flesh_no_memory();
+  if (list && status) return flesh_command_fail("hardcases", status);
+  for (int k = 0; list && k < battery->count && flesh_ranks_first(plan->options.ranks); k++)
+    printf("%-10s %-20s %s\n", battery->cases[k].group, battery->cases[k].name, battery->cases[k].doc);
+  if (list) return 0;
   if (!status) status = choose(asked, plan);
   flesh_interrupt_watch();
   if (!status) status = make_runs(plan);
   const flesh_study study = flesh_hardcases_study(plan);
-  return flesh_study_lead(&study, &plan->options, status, batter, plan);
+  return flesh_study_lead(&study, &plan->options, status, batter);
 }
 
 int flesh_command_hardcases(int argc, char **argv)
@@ -380,7 +362,7 @@ int flesh_command_hardcases(int argc, char **argv)
   int code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) code = list_or_batter(count ? argv[1] : NULL, list, asked, &plan);
   flesh_study_close(&plan.options);
-  flesh_hardcases_close_battery(&asked->battery);
+  flesh_hardcases_close_battery(&plan.battery);
   free(plan.runs), free(asked), free(text);
   return code;
 }

@@ -10,6 +10,7 @@
 #include "math/eig3.h"
 #include "mesh/mesh.h"
 #include "hardcases/hardcases.h"
+#include "run/start.h"
 
 /* Most unknowns for dense eigenvalues, which take 2.8 s for 1800 unknowns and eight times as long for twice as many. */
 enum { DENSE_LIMIT = 2400 };
@@ -21,59 +22,61 @@ static int is_stressed_at_rest(const flesh_material *material)
          fabs(stress) > 1e-9 * fabs(mu);
 }
 
-/* Finds the static equilibrium at time t from x, with the scene's pins, solved to rounding if possible. */
-static int settle(const flesh_scene *scene, double t, double *x, double tolerance)
+/* Finds the static equilibrium from the state, with the scene's pins, solved to rounding if possible. */
+static int settle(const flesh_scene *scene, flesh_state *state, double tolerance)
 {
-  const flesh_system *system = flesh_scene_system(scene);
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
-  double *v = calloc((size_t)flesh_system_unknowns(system), sizeof *v);
-  flesh_state state = {.t = t, .x = x, .v = v};
   flesh_solver_options_default(&options);
   options.newton_tolerance = tolerance;
   options.max_newton = 200;
   options.max_cutbacks = 0;
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* to find the energy's own equilibrium */
   options.accept_unconverged = 1; /* the result is judged by its gradient */
-  int status = v ? flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator)
-                 : FLESH_ERR_MEMORY;
+  int status = flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, &options, &integrator);
   /* Repeats the solve from its end: a tolerance relative to the first residual, which stiff parts dominate, says little
    * about soft parts. */
   for (int again = 0; again < 5 && !status; again++) {
     flesh_solve_stats stats = {0};
-    status = flesh_integrator_step(integrator, &state, 0, &stats);
+    status = flesh_integrator_step(integrator, state, 0, &stats);
     if (stats.at_rounding || !stats.newton) break;
   }
   flesh_integrator_destroy(&integrator);
-  free(v);
   return status;
+}
+
+/* Makes a state at rest with positions x [3*nodes]. */
+static int start_at(double t, int nodes, const double *x, flesh_state *state)
+{
+  const int status = flesh_state_make(nodes, 0, 0, state);
+  if (status) return status;
+  state->t = t;
+  memcpy(state->x, x, sizeof *x * 3 * (size_t)nodes);
+  return FLESH_OK;
 }
 
 void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const flesh_body *body = flesh_scene_body(scene);
-  int nodes = flesh_mesh_node_count(mesh), materials = flesh_scene_material_count(scene);
-  double *x = malloc(sizeof *x * 3 * (size_t)nodes);
+  int nodes = flesh_mesh_node_count(mesh), materials = flesh_scene_material_count(scene), stressed = 0;
+  flesh_state state = {0};
   uint8_t *fixed = calloc(3 * (size_t)nodes, 1);
-  int status = x && fixed ? FLESH_OK : FLESH_ERR_MEMORY, stressed = 0;
+  int status = fixed ? start_at(t, nodes, flesh_mesh_positions(mesh), &state) : FLESH_ERR_MEMORY;
   *rest = NULL;
-  if (!status) memcpy(x, flesh_mesh_positions(mesh), sizeof *x * 3 * (size_t)nodes);
   for (int m = 0; m < materials; m++) stressed |= is_stressed_at_rest(&body->materials[m]);
   if (!status && stressed) {
     double ratio;
     status = flesh_material_rest_ratio(&body->materials[0], &ratio);
-    if (!status && flesh_system_fixed(flesh_scene_system(scene), t, fixed)) {
-      status = settle(scene, t, x, 1e-8);
-    } else {
-      for (int d = 0; d < 3 * nodes && !status; d++) x[d] *= cbrt(ratio);
-    }
+    if (!status && flesh_system_fixed(flesh_scene_system(scene), t, fixed)) status = settle(scene, &state, 1e-8);
+    else
+      for (int d = 0; d < 3 * nodes && !status; d++) state.x[d] *= cbrt(ratio);
   }
   if (!status)
-    flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = flesh_mesh_tet_count(mesh), .positions = x,
+    flesh_mesh_build(&(flesh_mesh_lists){.nodes = nodes, .tets = flesh_mesh_tet_count(mesh), .positions = state.x,
                                          .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh)},
                      NULL, rest);
-  free(x);
+  free(state.x);
   free(fixed);
 }
 
@@ -172,18 +175,14 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
 void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double *x,
                                const flesh_mesh *rest, flesh_hardcases_figures *f)
 {
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  int nodes = flesh_mesh_node_count(mesh);
-  double *settled = malloc(sizeof *settled * 3 * (size_t)nodes);
-  if (!settled) return;
-  memcpy(settled, x, sizeof *settled * 3 * (size_t)nodes);
-  if (3 * nodes <= DENSE_LIMIT) {
-    /* Solve with a small tolerance. For a body at rest to rounding nothing can decrease; its gradient then shows the
-     * rest. */
-    settle(scene, t, settled, 1e-9);
-    if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_HARDCASES_TOLERANCE)
-      f->end = FLESH_HARDCASES_END_UNTANGLES;
-    else judge_equilibrium(scene, t, settled, f);
-  }
-  free(settled);
+  const int nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
+  flesh_state settled;
+  if (3 * nodes > DENSE_LIMIT || start_at(t, nodes, x, &settled)) return;
+  /* Solve with a small tolerance. For a body at rest to rounding nothing can decrease; its gradient then shows the
+   * rest. */
+  settle(scene, &settled, 1e-9);
+  if (rest && flesh_mesh_distance_from_rest(rest, settled.x) < FLESH_HARDCASES_TOLERANCE)
+    f->end = FLESH_HARDCASES_END_UNTANGLES;
+  else judge_equilibrium(scene, t, settled.x, f);
+  free(settled.x);
 }

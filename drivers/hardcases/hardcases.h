@@ -9,7 +9,7 @@
 #include "flesh/material.h"
 #include "flesh/scene.h"
 #include "flesh/solver.h"
-#include "run/run_trace.h"
+#include "run/result.h"
 #include "cli/path.h"
 #include "study/study.h"
 #include "hardcases/cases.h"
@@ -93,13 +93,14 @@ typedef enum flesh_hardcases_end {
 } flesh_hardcases_end;
 
 /* Figures of a run; NaN where there is none. Plain data, as they come through a pipe from the process of the run.
- * Counts are summed over the phases (the hard one and the release). */
+ * Counts are summed over the finished steps of the phases (the hard one and the release). */
 typedef struct flesh_hardcases_figures {
   int status, exit_code; /* of the phase that ended the run */
   int tets, steps;
-  long solves, retried, unconverged, at_rounding; /* retried: solves that failed, after which the step was halved */
-  long newton, linear, direct, projections, backtracks;
-  long untanglings, untangled_nodes; /* number of times that a tangle in equilibrium was removed; of nodes moved */
+  struct {
+    FLESH_FIGURES_COUNT_LIST(FLESH_FIGURES_MEMBER)
+  } counts;
+  long retried; /* solves that failed, after which the step was halved */
   long rises; /* number of accepted iterates above the first of their solve, and of steps above their start */
   long rises_checked; /* number of steps that were checked: neither halved nor untangled */
   double worst_rise;  /* rise over the sum of the sizes of the terms */
@@ -118,7 +119,7 @@ typedef struct flesh_hardcases_figures {
 } flesh_hardcases_figures;
 
 typedef struct flesh_hardcases_run {
-  const flesh_hardcases_case *row;
+  const flesh_hardcases_case *hardcase;
   const flesh_hardcases_setting *setting;
   int seed;
 } flesh_hardcases_run;
@@ -134,10 +135,11 @@ typedef struct flesh_hardcases_plan {
   int lean;     /* runs that recover leave no mesh and no state; set with any of the three, which have thousands of runs */
   double max_seconds; /* for each run and phase */
   double share[2];    /* only problems are run whose hash is at least the first and below the second */
+  flesh_hardcases_battery battery;
   int case_count;
-  const flesh_hardcases_case *const *cases;
+  const flesh_hardcases_case **cases; /* the chosen ones, with room for all of the battery */
   int setting_count;
-  const flesh_hardcases_setting *settings;
+  flesh_hardcases_setting *settings;
   int seeds;
   int run_count;
   flesh_hardcases_run *runs; /* settings x cases x seeds, in this order */
@@ -146,7 +148,7 @@ typedef struct flesh_hardcases_plan {
 /* Returns Poisson's ratio of the run: that of its case, if given, else that of its setting. */
 static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
 {
-  return isnan(run->row->poisson) ? run->setting->poisson : run->row->poisson;
+  return isnan(run->hardcase->poisson) ? run->setting->poisson : run->hardcase->poisson;
 }
 
 /* Returns "default", "clamped", "without-watchdog", ...; NULL: there is no such solver. */
@@ -191,7 +193,7 @@ void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double 
                                const flesh_mesh *rest, flesh_hardcases_figures *figures);
 
 /* Returns the outcome of a run of the case with these figures. */
-flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, const flesh_hardcases_figures *figures);
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *hardcase, const flesh_hardcases_figures *figures);
 
 /* Writes the static cases without effects as data for other solvers, below the study's folder. FLESH_ERR_ARGUMENT if
  * there is none or if a run has a solver. */

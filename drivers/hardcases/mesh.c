@@ -178,7 +178,7 @@ static int open_single(parts *p, double edge)
   return FLESH_OK;
 }
 
-int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh)
+int flesh_hardcases_make_mesh(const flesh_hardcases_case *hardcase, int quick, flesh_mesh **mesh)
 {
   static const int block[2][3] = {{8, 4, 4}, {6, 3, 3}}, even[2][3] = {{8, 4, 4}, {6, 4, 4}},
                    bar[2][3] = {{24, 6, 6}, {12, 4, 4}}, fine[2][3] = {{24, 3, 3}, {20, 3, 3}},
@@ -189,7 +189,7 @@ int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_
   int status = FLESH_OK;
   *mesh = NULL;
   quick = quick != 0;
-  switch (row->mesh) {
+  switch (hardcase->mesh) {
   case FLESH_HARDCASES_BLOCK:
     return flesh_mesh_box(block[quick], size, (double[3]){0}, mesh);
   case FLESH_HARDCASES_FINE:
@@ -201,7 +201,7 @@ int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_
   case FLESH_HARDCASES_CHECKER:
   case FLESH_HARDCASES_HALVES:
     status = open_blocks(&p, block[quick], size, 1);
-    if (!status) colour_cells(&p, block[quick], row->mesh == FLESH_HARDCASES_CHECKER);
+    if (!status) colour_cells(&p, block[quick], hardcase->mesh == FLESH_HARDCASES_CHECKER);
     break;
   case FLESH_HARDCASES_SLIVERS:
     status = open_blocks(&p, even[quick], size, 1);

@@ -19,29 +19,19 @@
 typedef struct watch_of_run {
   const flesh_mesh *rest; /* shape to which the body should return, borrowed; NULL: none */
   const char *folder;     /* folder for the frames of pictures */
-  double early;           /* time of the second frame */
+  double early;           /* time of the second frame; INFINITY once that is kept */
   flesh_hardcases_figures *figures;
   /* Private members. */
-  int unknowns, phase, kept_first, kept_early;
+  int unknowns;
   double clock;
   flesh_state last;       /* the previous step */
   double *point;          /* [3*unknowns] x, v, a; allocated behind the arrays of `last` */
-  int count, room, timed; /* number of steps; number of those in the first phase */
+  int count, room, hard;  /* number of steps; number of those in the first phase */
   struct {
     int newton;
     double seconds;
   } * cost;
 } watch_of_run;
-
-static int watch_open(watch_of_run *w, const flesh_mesh *mesh)
-{
-  w->unknowns = 3 * flesh_mesh_node_count(mesh);
-  w->last.x = calloc(5 * (size_t)w->unknowns, sizeof(double));
-  if (!w->last.x) return flesh_no_memory();
-  w->last.v = w->last.x + w->unknowns;
-  w->point = w->last.v + w->unknowns;
-  return FLESH_OK;
-}
 
 /* Computes the incremental potential of the step of length h from the last state to x, and the sum of the sizes of its
  * terms. Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
@@ -79,14 +69,6 @@ static void check_potential(watch_of_run *w, const flesh_step_record *record)
   w->figures->worst_rise = fmax(w->figures->worst_rise, rise);
 }
 
-static int keep_cost(watch_of_run *w, int newton, double seconds)
-{
-  if (!flesh_grow(&w->cost, sizeof *w->cost, w->count, &w->room)) return flesh_no_memory();
-  w->cost[w->count].newton = newton;
-  w->cost[w->count++].seconds = seconds;
-  return FLESH_OK;
-}
-
 static void keep_frame(const watch_of_run *w, const flesh_step_record *record,
                        const char *name)
 {
@@ -106,29 +88,21 @@ static int watch_observe(void *data, const flesh_step_record *record)
   const flesh_solve_stats *stats = record->stats;
   double now = flesh_cpu_seconds();
   if (record->step > 0) {
-    int status = keep_cost(w, stats->newton, now - w->clock);
-    if (status) return status;
+    if (!flesh_grow(&w->cost, sizeof *w->cost, w->count, &w->room)) return flesh_no_memory();
+    w->cost[w->count].newton = stats->newton;
+    w->cost[w->count++].seconds = now - w->clock;
     f->steps++;
     f->simulated_s += record->h;
-    f->solves += stats->solves;
-    f->untanglings += stats->untanglings;
-    f->untangled_nodes += stats->untangled_nodes;
+#define ADD(member, of_step, key) f->counts.member += stats->of_step;
+    FLESH_FIGURES_COUNT_LIST(ADD)
     /* In a motion n failed solves have n + 1 successful ones; in statics each untangling is followed by a new solve. */
     f->retried += flesh_system_has_role(record->system, FLESH_ROLE_INERTIA)
                       ? (stats->solves - 1) / 2
                       : stats->solves - 1 - stats->untanglings;
-    f->unconverged += stats->unconverged;
-    f->at_rounding += stats->at_rounding;
     f->rises += stats->potential_rises; /* of iterates, including those of halved steps */
-    f->newton += stats->newton;
-    f->linear += stats->linear;
-    f->direct += stats->direct;
-    f->projections += stats->projections;
-    f->backtracks += stats->backtracks;
     check_potential(w, record);
-    if (!w->kept_first) keep_frame(w, record, "frame_first.txt"), w->kept_first = 1;
-    if (!w->kept_early && record->state->t >= w->early)
-      keep_frame(w, record, "frame_early.txt"), w->kept_early = 1;
+    if (f->steps == 1) keep_frame(w, record, "frame_first.txt");
+    if (record->state->t >= w->early) keep_frame(w, record, "frame_early.txt"), w->early = INFINITY;
   }
   for (int d = 0; d < w->unknowns; d++)
     if (!isfinite(record->state->x[d]) || !isfinite(record->state->v[d])) f->finite = 0;
@@ -158,7 +132,7 @@ static double worst_over_median(int count, double *values)
 
 static void watch_finish(watch_of_run *w)
 {
-  int count = w->phase ? w->timed : w->count;
+  const int count = w->hard;
   double *values = malloc(sizeof *values * (size_t)(count + 1));
   if (!values) return;
   for (int k = 0; k < count; k++) values[k] = w->cost[k].newton;
@@ -228,65 +202,64 @@ static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh
   return status;
 }
 
-static int refuse(flesh_hardcases_figures *f, int status)
+static void refuse(flesh_hardcases_figures *f, int status)
 {
   f->status = status;
   f->exit_code = flesh_exit_code(status);
   snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
-  return status;
+}
+
+/* Finds the rest shape, and prepares to observe the first phase. */
+static int watch_begin(const flesh_hardcases_plan *plan, const flesh_scene *scene, watch_of_run *w, flesh_mesh **rest)
+{
+  const int status = find_rest(plan, w->folder, rest);
+  if (status) return status;
+  w->unknowns = flesh_system_unknowns(flesh_scene_system(scene));
+  w->last.x = calloc(5 * (size_t)w->unknowns, sizeof(double));
+  if (!w->last.x) return flesh_no_memory();
+  w->last.v = w->last.x + w->unknowns;
+  w->point = w->last.v + w->unknowns;
+  w->rest = *rest;
+  w->early = 0.1 * flesh_scene_times(scene)->end;
+  w->figures->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  w->figures->finite = 1;
+  return FLESH_OK;
 }
 
 void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                              flesh_hardcases_figures *f)
 {
+  static const char *const files[] = {"scene.yaml", "release.yaml"}, *const folders[] = {"out", "release"};
   char path[1300];
-  flesh_scene *scene = NULL, *release = NULL;
+  flesh_scene *scenes[2] = {NULL}, *last = NULL;
   flesh_mesh *rest = NULL;
+  watch_of_run watch = {.folder = path, .figures = f};
   *f = (flesh_hardcases_figures){.status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .rank = -1, .distance = NAN,
                                  .volume_error = NAN, .recovered_at = NAN, .newton_ratio = NAN, .time_ratio = NAN,
                                  .longest = {.t = NAN, .ratio = NAN}, .gradient = NAN, .smallest_eigenvalue = NAN};
   snprintf(path, sizeof path, "%s/%s", plan->options.out, flesh_hardcases_run_folder(run));
   int status = flesh_hardcases_write_scene(plan, run, path);
-  if (!status) status = read_phase(plan, flesh_path("%s/scene.yaml", path), &scene);
-  if (!status) status = find_rest(plan, path, &rest);
-  watch_of_run watch = {.folder = path, .figures = f};
-  if (!status) status = watch_open(&watch, flesh_scene_mesh(scene));
-  if (status) {
-    refuse(f, status);
-    goto done;
-  }
-  f->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
-  f->finite = 1;
-  double end = flesh_scene_times(scene)->end;
-  watch.rest = rest;
-  watch.early = 0.1 * end;
-  status = run_phase(plan, scene, path, "out", &watch);
-  const char *file = flesh_path("%s/release.yaml", path);
-  if (!status && flesh_path_access(file, F_OK) == 0) {
-    status = read_phase(plan, file, &release);
-    if (status) {
-      refuse(f, status);
-      goto done;
-    }
-    end = flesh_scene_times(release)->end;
-    watch.phase = 1;
-    watch.timed = watch.count;
-    status = run_phase(plan, release, path, "release", &watch);
+  if (status) refuse(f, status);
+  for (int phase = 0; phase < 2 && !status; phase++) {
+    const char *file = flesh_path("%s/%s", path, files[phase]);
+    if (phase && flesh_path_access(file, F_OK)) break;
+    status = read_phase(plan, file, &scenes[phase]);
+    if (!status && !phase) status = watch_begin(plan, scenes[phase], &watch, &rest);
+    if (status) refuse(f, status);
+    else status = run_phase(plan, last = scenes[phase], path, folders[phase], &watch);
+    if (!phase) watch.hard = watch.count;
   }
   watch_finish(&watch);
-  if (status) goto done;
-  f->rank = flesh_hardcases_rank(flesh_scene_mesh(scene), watch.last.x);
-  if (!is_back(f) && f->finite && !plan->filters) /* runs of --filters may end anywhere */
-    flesh_hardcases_judge_end(release ? release : scene, end, watch.last.x, rest, f);
-done:
+  if (!status) f->rank = flesh_hardcases_rank(flesh_scene_mesh(last), watch.last.x);
+  if (!status && !is_back(f) && f->finite && !plan->filters) /* runs of --filters may end anywhere */
+    flesh_hardcases_judge_end(last, flesh_scene_times(last)->end, watch.last.x, rest, f);
   free(watch.last.x);
   free(watch.cost);
   flesh_mesh_destroy(&rest);
-  flesh_scene_destroy(&release);
-  flesh_scene_destroy(&scene);
+  for (int phase = 0; phase < 2; phase++) flesh_scene_destroy(&scenes[phase]);
 }
 
-flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, const flesh_hardcases_figures *f)
+flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *hardcase, const flesh_hardcases_figures *f)
 {
   switch (f->status) {
   case FLESH_OK:
@@ -302,9 +275,9 @@ flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *row, c
     return FLESH_HARDCASES_STOPPED;
   }
   if (!f->finite) return FLESH_HARDCASES_NONFINITE;
-  if (f->unconverged || f->rises) return FLESH_HARDCASES_UNCONVERGED;
-  int kept = row->flags & FLESH_HARDCASES_KEPT_EQUILIBRIUM;
+  if (f->counts.unconverged || f->rises) return FLESH_HARDCASES_UNCONVERGED;
+  const int kept = hardcase->expects == FLESH_HARDCASES_KEPT_EQUILIBRIUM;
   if (kept && f->rank < 2 && f->end != FLESH_HARDCASES_END_MOVING) return FLESH_HARDCASES_EQUILIBRIUM;
   if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_HARDCASES_AT_REST : FLESH_HARDCASES_NOT_RECOVERED;
-  return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
+  return f->counts.untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
 }

@@ -55,60 +55,58 @@ const char *flesh_hardcases_run_folder(const flesh_hardcases_run *run)
 {
   const flesh_hardcases_setting *s = run->setting;
   char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
-  if (run->row->flags & FLESH_HARDCASES_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
+  if (run->hardcase->random) snprintf(seed, sizeof seed, "_seed%d", run->seed);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
-  if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
+  if (!(run->hardcase->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
     snprintf(step, sizeof step, "_h%g", s->step);
   if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
-  return flesh_path("cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "", run->row->name, seed,
+  return flesh_path("cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "", run->hardcase->name, seed,
                     flesh_energy_name(s->energy), constants, flesh_hardcases_poisson(run), step, element,
                     flesh_hardcases_solver_name(s->solver));
 }
 
 static double step_of(const flesh_hardcases_run *run)
 {
-  return run->row->step > 0 ? run->row->step : run->setting->step;
+  return run->hardcase->step > 0 ? run->hardcase->step : run->setting->step;
 }
 
 /* Returns whether the case gets a release because its steps are so short that coming to rest would take thousands of
  * them. */
 static int has_long_release(const flesh_hardcases_run *run)
 {
-  return !(run->row->flags & FLESH_HARDCASES_STATIC) && !(run->row->release > 0) &&
+  return !run->hardcase->is_static && !(run->hardcase->release > 0) &&
          step_of(run) < 0.99 / 60;
 }
 
 static double hard_seconds(const flesh_hardcases_run *run)
 {
   double step = step_of(run);
-  if (run->row->flags & FLESH_HARDCASES_STATIC) return step;
-  return has_long_release(run) ? 100 * step : step * fmax(20, round(run->row->seconds / step));
+  if (run->hardcase->is_static) return step;
+  return has_long_release(run) ? 100 * step : step * fmax(20, round(run->hardcase->seconds / step));
 }
 
-static void print_seconds(FILE *stream, double value)
+static const char *seconds_text(double value, char text[FLESH_NUMBER_SIZE])
 {
-  if (value < 1 && fabs(1 / value - round(1 / value)) < 1e-9) fprintf(stream, "1/%.0f", 1 / value);
-  else flesh_number_print(stream, value);
+  if (!(value < 1 && fabs(1 / value - round(1 / value)) < 1e-9)) return flesh_number_text(value, text);
+  snprintf(text, FLESH_NUMBER_SIZE, "1/%.0f", 1 / value);
+  return text;
 }
 
-/* Prints a value with six digits if they are exact, else with all. */
-static void print_value(FILE *stream, double value)
+/* Returns the value with six digits if they are exact, else with all. */
+static const char *value_text(double value, char text[FLESH_NUMBER_SIZE])
 {
-  char text[FLESH_NUMBER_SIZE];
-  snprintf(text, sizeof text, "%g", value);
-  fputs(strtod(text, NULL) == value ? text : flesh_number_text(value, text), stream);
+  snprintf(text, FLESH_NUMBER_SIZE, "%g", value);
+  return strtod(text, NULL) == value ? text : flesh_number_text(value, text);
 }
 
 static void write_material(FILE *stream, const flesh_hardcases_run *run, double factor)
 {
-  const flesh_hardcases_setting *s = run->setting;
-  fprintf(stream, "{energy: %s, constants: %s, young: ", flesh_energy_name(s->energy),
-          flesh_constants_name(s->constants));
-  print_value(stream, (run->row->young > 0 ? run->row->young : young) * factor);
-  fputs(", poisson: ", stream);
-  flesh_number_print(stream, flesh_hardcases_poisson(run));
-  putc('}', stream);
+  char stiffness[FLESH_NUMBER_SIZE], poisson[FLESH_NUMBER_SIZE];
+  fprintf(stream, "{energy: %s, constants: %s, young: %s, poisson: %s}", flesh_energy_name(run->setting->energy),
+          flesh_constants_name(run->setting->constants),
+          value_text((run->hardcase->young > 0 ? run->hardcase->young : young) * factor, stiffness),
+          flesh_number_text(flesh_hardcases_poisson(run), poisson));
 }
 
 static void write_solver(FILE *stream, const flesh_hardcases_run *run)
@@ -116,7 +114,7 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 #define KEYS(id, name, keys) keys,
   static const char *const keys[] = {FLESH_HARDCASES_SOLVER_LIST(KEYS)};
   /* The tolerance of statics is relative to the first residual, which is huge far from rest. */
-  const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : "";
+  const char *tolerance = run->hardcase->is_static ? "newton_tolerance: 1e-8" : "";
   const flesh_technique left_out = flesh_hardcases_left_out(run->setting->solver);
   char without[64];
   snprintf(without, sizeof without, "techniques: [-%s]", left_out ? flesh_technique_name(left_out) : "");
@@ -126,53 +124,46 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 
 static void write_body(FILE *stream, const flesh_hardcases_run *run)
 {
-  const flesh_hardcases_case *row = run->row;
-  char title[112];
+  const flesh_hardcases_case *hardcase = run->hardcase;
+  char title[112], number[FLESH_NUMBER_SIZE];
   flesh_hardcases_setting_title(run->setting, title);
-  fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
+  fprintf(stream, "# %s: %s (%s)\n", hardcase->name, hardcase->doc, title);
   fputs("body:\n  mesh: body.mesh\n", stream);
   if (run->setting->element != FLESH_ELEMENT_TET4)
     fprintf(stream, "  element: %s\n", flesh_element_name(run->setting->element));
-  fputs("  density: ", stream);
-  print_value(stream, row->density > 0 ? row->density : 1000);
-  fputs("\n  material: ", stream);
+  fprintf(stream, "  density: %s\n  material: ", value_text(hardcase->density > 0 ? hardcase->density : 1000, number));
   write_material(stream, run, 1);
-  if (row->young_ratio > 0) {
+  if (hardcase->young_ratio > 0) {
     fputs("\n  regions:\n    - tags: [1]\n      material: ", stream);
-    write_material(stream, run, row->young_ratio);
+    write_material(stream, run, hardcase->young_ratio);
   }
   fputs("\neffects:\n  - elasticity: {}\n", stream);
-  if (!(row->flags & FLESH_HARDCASES_STATIC)) fputs("  - inertia: {}\n", stream);
-  if (row->flags & FLESH_HARDCASES_PINNED)
+  if (!hardcase->is_static) fputs("  - inertia: {}\n", stream);
+  if (hardcase->held == FLESH_HARDCASES_FACE)
     fputs("  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}\n", stream);
-  if (row->flags & FLESH_HARDCASES_FEET) {
-    fputs("  - pin: {box: [[-1e9, -1e9, -1e9], [", stream);
-    flesh_number_print(stream, row->offset + 0.05 * 0.2 * (row->scale > 0 ? row->scale : 1));
-    fputs(", 1e9, 1e9]]}\n", stream);
-  }
+  if (hardcase->held == FLESH_HARDCASES_FEET)
+    fprintf(stream, "  - pin: {box: [[-1e9, -1e9, -1e9], [%s, 1e9, 1e9]]}\n",
+            flesh_number_text(hardcase->offset + 0.05 * 0.2 * (hardcase->scale > 0 ? hardcase->scale : 1), number));
 }
 
 static int write_text(const flesh_hardcases_run *run, const char *path, int release)
 {
-  const flesh_hardcases_case *row = run->row;
+  const flesh_hardcases_case *hardcase = run->hardcase;
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
-  double hard = hard_seconds(run);
+  char step[FLESH_NUMBER_SIZE], end[FLESH_NUMBER_SIZE];
   /* With the plain solver, runs continue whatever energy they gain. */
   const char *limit = run->setting->solver == FLESH_HARDCASES_PLAIN ? ", max_energy_gain: 1e300}\n" : "}\n";
   write_body(stream, run);
-  if (!(release && row->release > 0)) fputs(row->effects, stream);
-  if (row->flags & FLESH_HARDCASES_STATIC) {
-    fputs("time: {method: static}\n", stream);
-  } else {
-    fputs("time: {step: ", stream);
-    print_seconds(stream, !release ? step_of(run) : row->release_step > 0 ? row->release_step : 1. / 60);
-    fputs(", end: ", stream);
-    print_seconds(stream, hard + (!release ? 0 : row->release > 0 ? row->release : row->seconds));
-    fputs(limit, stream);
-  }
+  if (!(release && hardcase->release > 0)) fputs(hardcase->effects, stream);
+  if (hardcase->is_static) fputs("time: {method: static}\n", stream);
+  else
+    fprintf(stream, "time: {step: %s, end: %s%s",
+            seconds_text(!release ? step_of(run) : hardcase->release_step > 0 ? hardcase->release_step : 1. / 60, step),
+            seconds_text(hard_seconds(run) + (!release ? 0 : hardcase->release > 0 ? hardcase->release : hardcase->seconds), end),
+            limit);
   fprintf(stream, "start: {state: %s}\n", release ? "out/state.txt" : "start.txt");
   write_solver(stream, run);
   return flesh_file_commit(&file);
@@ -180,14 +171,14 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
 
 /* Makes a block of the battery's size, or reads the file's tets with four nodes each and moves and scales them to begin
  * at 0 and to be 0.2 m long along x; then scales and moves as the case asks. */
-static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_case *row, flesh_mesh **mesh)
+static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_case *hardcase, flesh_mesh **mesh)
 {
-  const double length = 0.2 * (row->scale > 0 ? row->scale : 1);
+  const double length = 0.2 * (hardcase->scale > 0 ? hardcase->scale : 1);
   flesh_mesh *read = NULL, *lowered = NULL;
   flesh_mesh_info info;
   if (!body->file)
     return flesh_mesh_box(body->cells, (double[3]){length, length / 2, length / 2},
-                          (double[3]){row->offset, row->offset, row->offset}, mesh);
+                          (double[3]){hardcase->offset, hardcase->offset, hardcase->offset}, mesh);
   int status = flesh_mesh_read(body->file, &read);
   if (!status && flesh_mesh_order(read) == 2) {
     status = flesh_mesh_lower_order(read, &lowered);
@@ -199,7 +190,7 @@ static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_cas
   double *x = malloc(sizeof *x * 3 * (size_t)info.nodes);
   if (!x) status = flesh_no_memory();
   for (int d = 0; d < 3 * info.nodes && !status; d++)
-    x[d] = row->offset + (flesh_mesh_positions(read)[d] - info.low[d % 3]) * length / (info.high[0] - info.low[0]);
+    x[d] = hardcase->offset + (flesh_mesh_positions(read)[d] - info.low[d % 3]) * length / (info.high[0] - info.low[0]);
   if (!status) status = flesh_mesh_create(info.nodes, x, info.tets, flesh_mesh_tets(read), NULL, mesh);
   free(x);
   flesh_mesh_destroy(&read);
@@ -210,8 +201,8 @@ int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardc
 {
   flesh_mesh *corners = NULL;
   *mesh = NULL;
-  int status = run->setting->body ? make_body(run->setting->body, run->row, &corners)
-                                  : flesh_hardcases_make_mesh(run->row, plan->quick, &corners);
+  int status = run->setting->body ? make_body(run->setting->body, run->hardcase, &corners)
+                                  : flesh_hardcases_make_mesh(run->hardcase, plan->quick, &corners);
   if (status || run->setting->element == FLESH_ELEMENT_TET4) {
     *mesh = corners;
     return status;
@@ -231,7 +222,7 @@ static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_r
   int nodes = flesh_mesh_node_count(mesh);
   flesh_state state = {0};
   if (!status) status = flesh_state_make(nodes, 0, 0, &state);
-  if (!status) status = flesh_hardcases_make_start(run->row, mesh, run->seed, step_of(run), &state);
+  if (!status) status = flesh_hardcases_make_start(run->hardcase, mesh, run->seed, step_of(run), &state);
   if (!status) status = flesh_state_write(flesh_path("%s/start.txt", folder), nodes, &state);
   free(state.x);
   flesh_mesh_destroy(&mesh);
@@ -247,7 +238,7 @@ int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_ha
   if (!status) status = write_text(run, flesh_path("%s/scene.yaml", folder), 0);
   const char *path = flesh_path("%s/release.yaml", folder);
   flesh_path_unlink(path); /* left by an older battery */
-  if (!status && (run->row->release > 0 || has_long_release(run)))
+  if (!status && (run->hardcase->release > 0 || has_long_release(run)))
     status = write_text(run, path, 1);
   return status;
 }
@@ -301,7 +292,7 @@ static int write_case(const flesh_hardcases_run *run, const flesh_scene *scene, 
   json_t *value = json_pack(
       "{ss si ss ss ss ss so* so* so* so* s[] so*}", "format", "flesh-case", "version", VERSION, "name", name, "mesh",
       "body.mesh", "start", "start.txt", "element", flesh_element_name(run->setting->element), "doc",
-      flesh_json_text(run->row->doc), "materials", flesh_materials_json(scene), "tet_material",
+      flesh_json_text(run->hardcase->doc), "materials", flesh_materials_json(scene), "tet_material",
       tet_material_json(flesh_scene_body(scene)), "fixed", fixed_json(scene, fixed), "loads", "judge", judge_json(scene, held));
   free(fixed);
   return flesh_json_write(flesh_path("%s/case.json", path), value);
@@ -326,7 +317,7 @@ static int is_for_others(const flesh_hardcases_run *run)
 {
   flesh_material material;
   double mu, stress;
-  return run->row->flags & FLESH_HARDCASES_STATIC && !*run->row->effects &&
+  return run->hardcase->is_static && !*run->hardcase->effects &&
          run->setting->element != FLESH_ELEMENT_TET10_MEAN &&
          !flesh_material_from_young(run->setting->energy, run->setting->constants, 1, flesh_hardcases_poisson(run),
                                     &material) &&

@@ -80,13 +80,13 @@ typedef struct body {
 
 /* Moves a node for a random start: u is uniform in [-1, 1)^3, or normal for FLESH_HARDCASES_GAUSS; `edge` is the mean
  * length of the node's edges. */
-static void disturb_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
+static void disturb_node(const flesh_hardcases_case *hardcase, const body *b, const double *X, double edge, const double u[3],
                          double *x)
 {
-  const double amount = row->amount;
+  const double amount = hardcase->amount;
   for (int c = 0; c < 3; c++) {
     const double size = b->info.high[c] - b->info.low[c], noise = amount * b->length * u[c];
-    switch (row->start) {
+    switch (hardcase->start) {
     case FLESH_HARDCASES_SCRAMBLE_ONE:
       if (X[0] > 0.1) x[c] = c ? b->middle[c] + 0.5 * u[c] * size : 0.15 + 0.05 * u[c];
       break;
@@ -115,10 +115,10 @@ static void disturb_node(const flesh_hardcases_case *row, const body *b, const d
 }
 
 /* Computes position x and velocity v of a node with rest position X, for the other starts. */
-static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double *x, double *v)
+static void start_node(const flesh_hardcases_case *hardcase, const body *b, const double *X, double *x, double *v)
 {
-  const double pi = acos(-1), amount = row->amount;
-  switch (row->start) {
+  const double pi = acos(-1), amount = hardcase->amount;
+  switch (hardcase->start) {
   case FLESH_HARDCASES_MIRROR:
     x[0] = 2 * b->middle[0] - x[0];
     break;
@@ -184,7 +184,7 @@ static void throw_nodes(int nodes, double distance, uint64_t *random, double *x)
   }
 }
 
-int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh *mesh, int seed,
+int flesh_hardcases_make_start(const flesh_hardcases_case *hardcase, const flesh_mesh *mesh, int seed,
                                double step, flesh_state *state)
 {
   int nodes = flesh_mesh_node_count(mesh);
@@ -203,17 +203,17 @@ int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh
   for (int i = 0; i < nodes && !status; i++) {
     double u[3];
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
-    if (row->start == FLESH_HARDCASES_GAUSS) {
+    if (hardcase->start == FLESH_HARDCASES_GAUSS) {
       double spare = uniform(&random);
       make_normal(&u[0], &u[1]);
       make_normal(&u[2], &spare);
     }
-    disturb_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i);
-    start_node(row, &b, X + 3 * i, state->x + 3 * i, state->v + 3 * i);
-    for (int c = 0; c < 3; c++) state->x[3 * i + c] += row->noise * edge[i] * u[c];
+    disturb_node(hardcase, &b, X + 3 * i, edge[i], u, state->x + 3 * i);
+    start_node(hardcase, &b, X + 3 * i, state->x + 3 * i, state->v + 3 * i);
+    for (int c = 0; c < 3; c++) state->x[3 * i + c] += hardcase->noise * edge[i] * u[c];
   }
-  if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
-  if (!status && row->start == FLESH_HARDCASES_THROW) throw_nodes(nodes, row->amount * b.length, &random, state->x);
+  if (!status && hardcase->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
+  if (!status && hardcase->start == FLESH_HARDCASES_THROW) throw_nodes(nodes, hardcase->amount * b.length, &random, state->x);
   free(edge);
   return status;
 }

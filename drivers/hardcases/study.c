@@ -2,7 +2,7 @@
 #include <assert.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
+#include <string.h>
 
 #include "base/confine.h"
 #include "base/error.h"
@@ -15,17 +15,18 @@
 #include "study/study.h"
 
 #define FIGURE(kind, name) {#name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, name)}
+#define COUNT(name) {#name, FLESH_FIELD_LONG, offsetof(flesh_hardcases_figures, counts.name)}
 #define LONGEST(kind, name) {"longest_" #name, FLESH_FIELD_##kind, offsetof(flesh_hardcases_figures, longest.name)}
 static const flesh_study_field fields[] = {
     {"status_code", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, status)},
     {"end_kind", FLESH_FIELD_INT, offsetof(flesh_hardcases_figures, end)},
-    FIGURE(INT, tets), FIGURE(INT, rank), FIGURE(INT, steps), FIGURE(LONG, solves), FIGURE(LONG, retried),
-    FIGURE(LONG, unconverged), FIGURE(LONG, at_rounding), FIGURE(LONG, untanglings), FIGURE(LONG, untangled_nodes),
+    FIGURE(INT, tets), FIGURE(INT, rank), FIGURE(INT, steps), COUNT(solves), FIGURE(LONG, retried),
+    COUNT(unconverged), COUNT(at_rounding), COUNT(untanglings), COUNT(untangled_nodes),
     FIGURE(LONG, rises), FIGURE(LONG, rises_checked), FIGURE(DOUBLE, worst_rise), FIGURE(INT, finite),
     FIGURE(INT, max_inverted), FIGURE(INT, inverted_end), FIGURE(DOUBLE, distance), FIGURE(DOUBLE, volume_error),
     FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, gradient), FIGURE(DOUBLE, smallest_eigenvalue),
-    FIGURE(INT, negative_eigenvalues), FIGURE(LONG, newton), FIGURE(LONG, linear), FIGURE(LONG, direct),
-    FIGURE(LONG, projections), FIGURE(LONG, backtracks), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio),
+    FIGURE(INT, negative_eigenvalues), COUNT(newton), COUNT(linear), COUNT(direct),
+    COUNT(projections), COUNT(backtracks), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio),
     FIGURE(DOUBLE, wall_s), FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s), FIGURE(DOUBLE, stressed_rest),
     LONGEST(LONG, step), LONGEST(LONG, newton), LONGEST(LONG, linear), LONGEST(LONG, cuts), LONGEST(DOUBLE, ratio),
     LONGEST(DOUBLE, t), {0}};
@@ -44,27 +45,19 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "case_sum", .key = "FILE"},
                                              {0}};
 
-/* Memory for the texts of a case's values. */
-typedef struct texts {
-  char seed[16], poisson[FLESH_NUMBER_SIZE], step[FLESH_NUMBER_SIZE], sum[24];
-} texts;
-
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
-  const flesh_hardcases_plan *plan = data;
-  const flesh_hardcases_run *run = &plan->runs[number];
+  const flesh_hardcases_run *run = &((const flesh_hardcases_plan *)data)->runs[number];
+  const flesh_hardcases_case *hardcase = run->hardcase;
   const flesh_hardcases_setting *s = run->setting;
-  texts *t = malloc(sizeof *t);
-  if (!t) return flesh_no_memory();
-  snprintf(t->seed, sizeof t->seed, "%d", run->seed);
-  flesh_number_text(flesh_hardcases_poisson(run), t->poisson);
-  flesh_number_text(run->row->step > 0 ? run->row->step : s->step, t->step);
-  *t->sum = 0;
-  if (run->row->fingerprint) snprintf(t->sum, sizeof t->sum, "#%llx", run->row->fingerprint);
-  *made = (flesh_study_case){.owned = t,
-                             .values = {run->row->name, s->body ? s->body->file ? s->body->file : s->body->name : "", t->seed,
-                                        flesh_energy_name(s->energy), flesh_constants_name(s->constants), t->poisson, t->step,
-                                        flesh_element_name(s->element), flesh_hardcases_solver_name(s->solver), t->sum}};
+  *made = (flesh_study_case){.repeat = 1};
+  const char *const values[] = {hardcase->name, !s->body ? "" : s->body->file ? s->body->file : s->body->name,
+                                flesh_arena_print(&made->arena, "%d", run->seed), flesh_energy_name(s->energy),
+                                flesh_constants_name(s->constants), flesh_study_case_number(made, flesh_hardcases_poisson(run)),
+                                flesh_study_case_number(made, hardcase->step > 0 ? hardcase->step : s->step),
+                                flesh_element_name(s->element), flesh_hardcases_solver_name(s->solver),
+                                hardcase->fingerprint ? flesh_arena_print(&made->arena, "#%llx", hardcase->fingerprint) : ""};
+  memcpy(made->values, values, sizeof values);
   return FLESH_OK;
 }
 
@@ -83,7 +76,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   const flesh_hardcases_run *run = &plan->runs[number];
   flesh_hardcases_figures figures;
   flesh_hardcases_run_one(plan, run, &figures);
-  const flesh_hardcases_outcome outcome = flesh_hardcases_judge(run->row, &figures);
+  const flesh_hardcases_outcome outcome = flesh_hardcases_judge(run->hardcase, &figures);
   if (plan->lean && outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED)) shed(plan->options.out, run);
   return flesh_fields_record(flesh_hardcases_outcome_name(outcome), figures.exit_code, figures.message,
                              flesh_fields_json(fields, &figures));
@@ -95,22 +88,21 @@ static json_t *facts_of(const void *data, int number)
   const flesh_hardcases_plan *plan = data;
   const flesh_hardcases_run *run = &plan->runs[number];
   const flesh_hardcases_setting *s = run->setting;
-  const unsigned flags = run->row->flags;
   flesh_hardcases_setting alike = *s; /* the same setting on the cases' own meshes */
   char title[112], sheet[112];
   alike.body = NULL;
   flesh_hardcases_setting_title(s, title);
   flesh_hardcases_setting_title(&alike, sheet);
   return json_pack(
-      "{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->row->name, "group", run->row->group,
+      "{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->hardcase->name, "group", run->hardcase->group,
       "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants", flesh_constants_name(s->constants), "poisson",
-      flesh_hardcases_poisson(run), "step", run->row->step > 0 ? run->row->step : s->step, "solver",
+      flesh_hardcases_poisson(run), "step", run->hardcase->step > 0 ? run->hardcase->step : s->step, "solver",
       flesh_hardcases_solver_name(s->solver), "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "",
-      "static", (flags & FLESH_HARDCASES_STATIC) != 0, "random", (flags & FLESH_HARDCASES_RANDOM) != 0, "hardest",
-      (flags & FLESH_HARDCASES_HARDEST) != 0, "title", title, "own_poisson", run->row->poisson > 0 ? run->row->poisson : 0.0,
+      "static", run->hardcase->is_static, "random", run->hardcase->random, "hardest",
+      run->hardcase->expects == FLESH_HARDCASES_HARDEST, "title", title, "own_poisson", run->hardcase->poisson > 0 ? run->hardcase->poisson : 0.0,
       "folder", flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->options.out), "setting", (int)(s - plan->settings), "sheet", sheet,
-      "setting_poisson", s->poisson, "setting_step", s->step, "held", (flags & FLESH_HARDCASES_PINNED) != 0, "first_of_own",
-      s->first_poisson && !isnan(run->row->poisson));
+      "setting_poisson", s->poisson, "setting_step", s->step, "held", run->hardcase->held == FLESH_HARDCASES_FACE, "first_of_own",
+      s->first_poisson && !isnan(run->hardcase->poisson));
 }
 
 static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)
@@ -126,7 +118,7 @@ static void title(const void *data, int number, char *text, size_t size)
   const flesh_hardcases_run *run = &plan->runs[number];
   char setting[112];
   flesh_hardcases_setting_title(run->setting, setting);
-  snprintf(text, size, "%s, %s", run->row->name, setting);
+  snprintf(text, size, "%s, %s", run->hardcase->name, setting);
 }
 
 /* Computes the fingerprint: of everything beside the columns' values on which results depend. */

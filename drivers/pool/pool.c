@@ -9,12 +9,12 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "pool/pool_places.h"
+#include "pool/pool_slots.h"
 #include "run/ranks.h"
 
 struct flesh_pool {
   flesh_ranks *ranks; /* NULL: none */
-  flesh_places places;
+  flesh_slots slots;
   int *busy;          /* [ranks] number of cases that each other rank has */
   int jobs, away;     /* limit of cases at a time on each rank; cases on all other ranks */
   int told;           /* the processes know of a signal */
@@ -27,9 +27,9 @@ int flesh_pool_jobs(const flesh_ranks *ranks, int given)
   return given > 0 ? given : ranks || processors < 1 ? 1 : (int)processors;
 }
 
-int flesh_pool_places(const flesh_ranks *ranks, int jobs, int count)
+int flesh_pool_slots(const flesh_ranks *ranks, int jobs, int count)
 {
-  const int here = flesh_places_fit(jobs, count);
+  const int here = flesh_slots_fit(jobs, count);
   const double all = ranks ? (double)here * ranks->count : here;
   return all > count && count > 0 ? count : (int)all;
 }
@@ -41,7 +41,7 @@ int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_ca
   self->ranks = ranks;
   self->jobs = jobs;
   if (ranks) self->busy = calloc((size_t)ranks->count, sizeof *self->busy);
-  int status = flesh_places_open(flesh_places_fit(jobs, count), cases, &self->places);
+  int status = flesh_slots_open(flesh_slots_fit(jobs, count), cases, &self->slots);
   if (!status && ranks && !self->busy) status = flesh_no_memory();
   if (status) flesh_pool_close(pool);
   return status;
@@ -83,7 +83,7 @@ static void hear_out(int left)
 }
 
 typedef struct helper {
-  flesh_places places;
+  flesh_slots slots;
   int told, left, code; /* the first rank knows of a signal; ordered to leave, with this exit code */
 } helper;
 
@@ -105,7 +105,7 @@ static void run(helper *h, int number)
     tell(&(flesh_pool_head){.kind = FLESH_POOL_ENDED, .number = number, .ended = SIGTERM}, 0, NULL);
     return;
   }
-  if (h->places.running < h->places.limit) status = flesh_places_start(&h->places, number, &started);
+  if (h->slots.running < h->slots.limit) status = flesh_slots_start(&h->slots, number, &started);
   if (started) return;
   const char *why = status ? flesh_error_text() : "no more processes can be had";
   tell(&(flesh_pool_head){.kind = FLESH_POOL_LACKS, .number = number}, strlen(why) + 1, why);
@@ -118,11 +118,11 @@ static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh
     run(h, order->number);
     break;
   case FLESH_POOL_STOP:
-    flesh_places_stop(&h->places);
+    flesh_slots_stop(&h->slots);
     break;
   case FLESH_POOL_OVER:
-    flesh_places_close(&h->places);
-    if (flesh_places_open(jobs, cases, &h->places)) h->places.room = h->places.limit = 0;
+    flesh_slots_close(&h->slots);
+    if (flesh_slots_open(jobs, cases, &h->slots)) h->slots.room = h->slots.limit = 0;
     tell(&(flesh_pool_head){.kind = FLESH_POOL_DONE}, 0, NULL);
     break;
   default:
@@ -136,14 +136,14 @@ static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh
 static void attend(helper *h)
 {
   flesh_pool_end end;
-  flesh_places_wait(&h->places, 2, &end);
+  flesh_slots_wait(&h->slots, 2, &end);
   if (end.number >= 0)
     tell(&(flesh_pool_head){FLESH_POOL_ENDED, end.number, end.ended, end.killed, end.seconds}, end.answer.size,
          end.answer.data);
   free(end.answer.data);
   if (!flesh_interrupt_signal() || h->told) return;
   h->told = 1;
-  flesh_places_stop(&h->places);
+  flesh_slots_stop(&h->slots);
   tell(&(flesh_pool_head){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
 }
 
@@ -151,8 +151,8 @@ static void attend(helper *h)
 static int serve(int jobs, const flesh_pool_cases *cases)
 {
   helper h = {0};
-  const int room = flesh_places_fit(jobs, jobs);
-  if (flesh_places_open(room, cases, &h.places)) h.places.room = h.places.limit = 0; /* every case is then refused */
+  const int room = flesh_slots_fit(jobs, jobs);
+  if (flesh_slots_open(room, cases, &h.slots)) h.slots.room = h.slots.limit = 0; /* every case is then refused */
   while (!h.left) {
     flesh_pool_order order;
     size_t size;
@@ -162,7 +162,7 @@ static int serve(int jobs, const flesh_pool_cases *cases)
       obey(&h, &order, room, cases);
     } else attend(&h);
   }
-  flesh_places_close(&h.places);
+  flesh_slots_close(&h.slots);
   return h.code;
 }
 
@@ -172,7 +172,7 @@ void flesh_pool_close(flesh_pool **pool)
   if (!self) return;
   order_all(self->ranks, FLESH_POOL_OVER, 0);
   hear_out(self->ranks ? self->ranks->count - 1 : 0);
-  flesh_places_close(&self->places);
+  flesh_slots_close(&self->slots);
   free(self->busy);
   free(self->last.data);
   free(self);
@@ -215,7 +215,7 @@ void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
   hear_out(ranks->all - ranks->count);
 }
 
-/* Returns a rank behind the first with a free place and the fewest cases; 0 if none has a place. */
+/* Returns a rank behind the first with a free slot and the fewest cases; 0 if none has a slot. */
 static int free_rank(const flesh_pool *pool)
 {
   int found = 0;
@@ -226,14 +226,14 @@ static int free_rank(const flesh_pool *pool)
 
 int flesh_pool_has_room(const flesh_pool *pool)
 {
-  return pool->places.running < pool->places.limit || free_rank(pool) > 0;
+  return pool->slots.running < pool->slots.limit || free_rank(pool) > 0;
 }
 
 int flesh_pool_start(flesh_pool *pool, int number, int *started)
 {
-  const int rank = free_rank(pool), here = pool->places.running < pool->places.limit;
-  if (here && (!rank || pool->places.running <= pool->busy[rank]))
-    return flesh_places_start(&pool->places, number, started);
+  const int rank = free_rank(pool), here = pool->slots.running < pool->slots.limit;
+  if (here && (!rank || pool->slots.running <= pool->busy[rank]))
+    return flesh_slots_start(&pool->slots, number, started);
   const flesh_pool_order order = {FLESH_POOL_RUN, number};
   flesh_ranks_send(rank, sizeof order, &order);
   pool->busy[rank]++;
@@ -265,11 +265,11 @@ int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end)
   *end = (flesh_pool_end){.number = -1};
   if (hear(pool, end, &status)) return status;
   /* Messages of other ranks do not end the wait, so it is short. */
-  status = flesh_places_wait(&pool->places, pool->ranks ? 2 : 200, end);
+  status = flesh_slots_wait(&pool->slots, pool->ranks ? 2 : 200, end);
   pool->last = end->answer;
   if (flesh_interrupt_signal() && !pool->told) {
     pool->told = 1;
-    flesh_places_stop(&pool->places);
+    flesh_slots_stop(&pool->slots);
     order_all(pool->ranks, FLESH_POOL_STOP, 0);
   }
   return status;

@@ -14,7 +14,7 @@ typedef struct flesh_pool flesh_pool;
  * processors, or 1 if there are several ranks. */
 int flesh_pool_jobs(const flesh_ranks *ranks, int given);
 /* Returns the number of cases at a time on all ranks together, at most `count`. */
-int flesh_pool_places(const flesh_ranks *ranks, int jobs, int count);
+int flesh_pool_slots(const flesh_ranks *ranks, int jobs, int count);
 
 /* Makes a pool for `count` cases, `jobs` at a time on each rank. Borrows `cases`; *pool is new. FLESH_ERR_MEMORY. */
 int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_cases *cases, flesh_pool **pool);
@@ -23,8 +23,8 @@ void flesh_pool_close(flesh_pool **pool);
 
 /* Returns whether another case can be started. */
 int flesh_pool_has_room(const flesh_pool *pool);
-/* Starts a case; there must be room. If no more processes can be had, *started is 0 and there are fewer places from
- * then on; if no place is left, that is an error. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+/* Starts a case; there must be room. If no more processes can be had, *started is 0 and there are fewer slots from
+ * then on; if no slot is left, that is an error. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_pool_start(flesh_pool *pool, int number, int *started);
 /* Waits until a case has ended, a signal has come or a moment has passed. A signal (interrupt.h; on any rank) is passed
  * on once to all running cases, and those that have not ended after 2 s are killed. FLESH_ERR_MEMORY. */

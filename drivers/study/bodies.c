@@ -70,8 +70,8 @@ static double *read_positions(gallery *g, sqlite3_stmt *row, const flesh_mesh *m
   return NULL;
 }
 
-/* Prepares a row of `panels`. `told`: its title says by how much the body is shown smaller. */
-static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
+/* Prepares a row of `panels`. `shows_scale`: its title says by how much the body is shown smaller. */
+static int take_panel(gallery *g, sqlite3_stmt *row, int shows_scale, int *last)
 {
   shown *s = &g->bodies[g->count];
   flesh_picture_panel *panel = &g->panels[g->count++];
@@ -98,7 +98,7 @@ static int take_panel(gallery *g, sqlite3_stmt *row, int told, int *last)
   }
   panel->x = x;
   const double shrunk = centre(&info, sqlite3_column_int(row, 3), x);
-  if (told && shrunk < 1) panel->title = flesh_arena_print(&g->arena, "%s (1:%.2g)", panel->title, 1 / shrunk);
+  if (shows_scale && shrunk < 1) panel->title = flesh_arena_print(&g->arena, "%s (1:%.2g)", panel->title, 1 / shrunk);
   return panel->title ? FLESH_OK : flesh_no_memory();
 }
 
@@ -138,11 +138,11 @@ void flesh_study_draw_bodies(const flesh_study *study, sqlite3 *database, const 
 {
   sqlite3_stmt *pictures = NULL, *panels = NULL;
   int code = SQLITE_DONE;
-  if (!sqlite3_prepare_v2(database, "SELECT picture, count(*), columns, width, height, edges, low, high, view, told "
+  if (!sqlite3_prepare_v2(database, "SELECT picture, count(*), columns, width, height, edges, low, high, view, shows_scale "
                                     "FROM pictures JOIN panels USING (picture) GROUP BY picture ORDER BY min(number)",
                           -1, &pictures, NULL) &&
-      !sqlite3_prepare_v2(database, "SELECT number, title, subtitle, held, file, otherwise FROM panels WHERE picture = ? "
-                                    "ORDER BY place", -1, &panels, NULL))
+      !sqlite3_prepare_v2(database, "SELECT number, title, subtitle, held, file, fallback FROM panels WHERE picture = ? "
+                                    "ORDER BY position", -1, &panels, NULL))
     while ((code = sqlite3_step(pictures)) == SQLITE_ROW)
       flesh_plot_note(outcome, draw_picture(study, out, pictures, panels));
   if (!panels || code != SQLITE_DONE) flesh_plot_note(outcome, flesh_database_fail(database, out, "cannot be asked for panels"));

@@ -1,10 +1,11 @@
 /* bodies.h: draws the bodies of a study's cases, as two tables ask for that its SQL makes:
- *   pictures (picture, columns, width, height, edges, low, high, view, told): a picture PICTURE.png for each row, with
+ *   pictures (picture, columns, width, height, edges, low, high, view, shows_scale): a picture PICTURE.png for each row, with
  *     `columns` panels in a row, the width and height of a panel in pixels (height 0: fitted), `edges` 1 to draw the edges of
- *     triangles, `low` and `high` J at the ends of the colours, `view` the visible height in m (NULL: fitted), and `told` 1
- *     if titles say by how much their bodies are shown smaller
- *   panels (picture, place, number, title, subtitle, held, file, otherwise): a panel for each row, in the order of `place`:
- *     the body of case `number` (NULL: only words) from the first that exists of the state files `file` and `otherwise`
+ *     triangles, `low` and `high` J at the ends of the colours, `view` the visible height in m (NULL: fitted), and
+ *     `shows_scale` 1 if titles say by how much their bodies are shown smaller
+ *   panels (picture, position, number, title, subtitle, held, file, fallback): a panel for each row, in the order of
+ *     `position`:
+ *     the body of case `number` (NULL: only words) from the first that exists of the state files `file` and `fallback`
  *     below the study's folder; at rest if the row names none. With `held` NULL a body is shown where it is, unless it has
  *     gone far; else bodies fill their panels, centred on their place at rest (1) or on their own middle (0). */
 #ifndef FLESH_STUDY_BODIES_H

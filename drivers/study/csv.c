@@ -159,17 +159,6 @@ int flesh_table_open(const char *folder, const char *name, flesh_file *file)
   return flesh_file_open(flesh_path("%s/%s", folder, name), file);
 }
 
-int flesh_table_say(const char *folder, const char *name, const char *text)
-{
-  flesh_file file;
-  int status = flesh_table_open(folder, name, &file);
-  if (status) return status;
-  fputs(text, file.stream);
-  status = flesh_file_commit(&file);
-  fputs(text, stdout);
-  return status;
-}
-
 void flesh_table_field(FILE *stream, double value)
 {
   putc(',', stream);

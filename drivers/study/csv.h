@@ -39,9 +39,6 @@ void flesh_csv_print(FILE *stream, const char *text);
 /* Opens folder/name, which is written completely or not at all. */
 int flesh_table_open(const char *folder, const char *name, flesh_file *file);
 
-/* Writes the text into folder/name and, when that is complete, to stdout. */
-int flesh_table_say(const char *folder, const char *name, const char *text);
-
 /* Prints a comma and the number so that it reads back bit for bit; only the comma for NaN. */
 void flesh_table_field(FILE *stream, double value);
 

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/scan.h"
 #include "cli/interrupt.h"
+#include "cli/path.h"
 #include "scene/words.h"
 #include "study/tables.h"
 
@@ -124,6 +125,12 @@ int flesh_study_store_number(flesh_study_store *store, const char *format, ...)
   sqlite3_finalize(query);
   sqlite3_free(sql);
   return number;
+}
+
+const char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
+{
+  const char *slash = strrchr(store->path, '/');
+  return flesh_path("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
 }
 
 int flesh_study_store_end(flesh_study_store *store, int status)

@@ -71,8 +71,8 @@ const char *flesh_fields_status(int status, const char *otherwise)
 
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures)
 {
-  return json_pack("{ss si so* s{so*}}", "status", status, "exit_code", exit_code, "message", flesh_json_text(message),
-                   "result", "figures", figures);
+  return json_pack("{ss si so* so*}", "status", status, "exit_code", exit_code, "message", flesh_json_text(message), "result",
+                   figures ? json_pack("{so}", "figures", figures) : json_null());
 }
 
 int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,

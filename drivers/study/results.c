@@ -48,6 +48,12 @@ static void print_status(sqlite3_context *context, int count, sqlite3_value **va
   sqlite3_result_text(context, flesh_status_name((flesh_status)sqlite3_value_int(values[0])), -1, SQLITE_STATIC);
 }
 
+static void print_path(sqlite3_context *context, int count, sqlite3_value **values)
+{
+  (void)count, (void)values;
+  sqlite3_result_text(context, sqlite3_user_data(context), -1, SQLITE_TRANSIENT);
+}
+
 static void test_signs(sqlite3_context *context, int count, sqlite3_value **values)
 {
   const int wins = sqlite3_value_int(values[0]), losses = sqlite3_value_int(values[1]), most = wins > losses ? wins : losses;
@@ -95,7 +101,7 @@ static void print_script(sqlite3_context *context, int count, sqlite3_value **va
 }
 
 /* Registers the functions that results.h describes. */
-static int add_functions(sqlite3 *database)
+static int add_functions(sqlite3 *database, const char *path)
 {
   static const struct {
     const char *name;
@@ -111,7 +117,8 @@ static int add_functions(sqlite3 *database)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC,
                                 (void *)(intptr_t)rows[k].data, rows[k].call, NULL, NULL))
       return flesh_no_memory();
-  return FLESH_OK;
+  return sqlite3_create_function(database, "path", 0, SQLITE_UTF8, (void *)path, print_path, NULL, NULL) ? flesh_no_memory()
+                                                                                                        : FLESH_OK;
 }
 
 /* Finds the name in the line `-- to NAME` among the comments at the beginning of the statement; "" if there is none. */
@@ -216,7 +223,7 @@ static int execute(void *data, sqlite3_stmt *query, const char *target)
 int flesh_results_each(sqlite3 *database, const char *path, const char *sql, flesh_results_execute *execute_one, void *data)
 {
   char target[64];
-  int status = add_functions(database);
+  int status = add_functions(database, path);
   while (*sql && !status) {
     sqlite3_stmt *query = NULL;
     const char *rest = sql;
@@ -230,6 +237,18 @@ int flesh_results_each(sqlite3 *database, const char *path, const char *sql, fle
   return status;
 }
 
+/* Writes the text into the file and to stdout. */
+static int say(const char *folder, const char *name, const char *text)
+{
+  flesh_file file;
+  int status = flesh_table_open(folder, name, &file);
+  if (status) return status;
+  fputs(text, file.stream);
+  status = flesh_file_commit(&file);
+  fputs(text, stdout);
+  return status;
+}
+
 int flesh_results_make(sqlite3 *database, const char *path, const char *const *sql, const flesh_results *to)
 {
   maker m = {.path = path, .to = to};
@@ -237,7 +256,7 @@ int flesh_results_make(sqlite3 *database, const char *path, const char *const *s
   if (to->words && !(m.words = open_memstream(&m.text, &m.size))) return flesh_no_memory();
   for (; *sql && !status; sql++) status = flesh_results_each(database, path, *sql, execute, &m);
   if (m.words && fclose(m.words) && !status) status = flesh_no_memory();
-  if (!status && to->words && *m.name) status = flesh_table_say(to->out, m.name, m.text);
+  if (!status && to->words && *m.name) status = say(to->out, m.name, m.text);
   free(m.text);
   return status;
 }

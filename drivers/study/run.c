@@ -23,6 +23,12 @@
 /* Seconds for which a case waits until another process has left its folder. */
 static const double PATIENCE = 5;
 
+/* Data for the processes of the cases, on every rank; `store` is NULL on ranks without the database. */
+typedef struct given {
+  const flesh_study *study;
+  flesh_study_store *store;
+} given;
+
 typedef struct crew {
   const flesh_study *study;
   flesh_study_store *store;
@@ -66,20 +72,15 @@ static void direct_output(const char *folder)
 /* Runs in a case's process; the process that has started it holds the claim in the database. */
 static void work(const void *data, int number, flesh_text *answer)
 {
-  const flesh_study_work *given = data;
-  const flesh_study *study = given->study;
-  if (given->store) close(given->store->lock);
+  const given *g = data;
+  const flesh_study *study = g->study;
+  if (g->store) close(g->store->lock);
   char *folder = study->folder ? study->folder(study->data, number) : NULL;
   if (study->folder) direct_output(folder);
   json_t *record = study->work(study->data, number, folder);
   char *text = json_dumps(record, JSON_COMPACT);
   if (!text || flesh_json_lacks()) _exit(1);
   flesh_text_append(answer, text, strlen(text));
-}
-
-flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given)
-{
-  return (flesh_pool_cases){work, given, given->study->max_seconds};
 }
 
 /* Starts the case, or releases it. If no more processes can be started, the running ones continue. */
@@ -91,11 +92,10 @@ static int begin(crew *w, int number)
     w->running[w->count++] = number;
     return FLESH_OK;
   }
-  char words[512];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
   const int released = flesh_study_store_release(w->store, number);
-  if (released || status) return released ? released : flesh_fail(status, "%s", words);
-  if (!w->options->quiet) fprintf(stderr, "flesh %s: %s; from now on %d at a time\n", w->study->name, words, w->count);
+  if (released || status) return released ? released : status;
+  if (!w->options->quiet)
+    fprintf(stderr, "flesh %s: %s; from now on %d at a time\n", w->study->name, flesh_error_text(), w->count);
   return FLESH_OK;
 }
 
@@ -123,14 +123,13 @@ static json_t *silent(const crew *w, const flesh_pool_end *end)
   if (end->killed && w->study->max_seconds > 0) {
     snprintf(message, sizeof message, "it did not stop by itself: ended %g s after its budget of %g s was spent",
              w->study->max_seconds - w->study->budget, w->study->budget);
-    return json_pack("{sssisssn}", "status", "out of budget", "exit_code", 6, "message", message, "result");
+    return flesh_fields_record("out of budget", flesh_exit_code(FLESH_ERR_BUDGET), message, NULL);
   }
   if (WIFSIGNALED(ended))
     snprintf(message, sizeof message, "its process was ended by signal %d (%s)", WTERMSIG(ended),
              strsignal(WTERMSIG(ended)));
   else snprintf(message, sizeof message, "its process ended without a result, exit code %d", WEXITSTATUS(ended));
-  return json_pack("{sssisssn}", "status", "crashed", "exit_code",
-                   WIFSIGNALED(ended) ? 128 + WTERMSIG(ended) : 1, "message", message, "result");
+  return flesh_fields_record("crashed", WIFSIGNALED(ended) ? 128 + WTERMSIG(ended) : 1, message, NULL);
 }
 
 /* Writes the row of a case that has ended; claims and starts the next. */
@@ -182,12 +181,12 @@ static int run_all(crew *w)
 
 int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options)
 {
-  const flesh_study_work given = {study, store};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
+  const given g = {study, store};
+  const flesh_pool_cases cases = {work, &g, study->max_seconds};
   crew w = {.study = study, .store = store, .options = options, .started = flesh_wall_seconds()};
   const int count = flesh_study_store_count(store, NULL);
   int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
-  w.running = calloc((size_t)flesh_pool_places(options->ranks, options->jobs, count) + 1, sizeof *w.running);
+  w.running = calloc((size_t)flesh_pool_slots(options->ranks, options->jobs, count) + 1, sizeof *w.running);
   if (!status && !w.running) status = flesh_no_memory();
   while (!status) {
     status = flesh_study_store_recover(store, &abandoned, &elsewhere);
@@ -256,7 +255,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   int status = flesh_study_store_open(study, options, &store);
   if (!status && study->take) status = flesh_study_store_load(&store, study);
   if (!status) status = flesh_study_run(study, &store, options);
-  if (!status) status = flesh_study_store_judge(&store, "exit_code = 3", 0, "could not write or read their files");
+  if (!status && !study->asks) status = flesh_study_store_judge(&store);
   /* The cases that are done are reported in any case. */
   if (store.claim) status = flesh_study_conclude(study, &store, options, status);
   flesh_study_store_close(&store);
@@ -282,30 +281,29 @@ void flesh_study_close(flesh_study_options *options)
 }
 
 typedef struct leader {
-  const char *name, *out;
-  int (*compare)(void *plan);
-  void *plan;
+  const flesh_study *study;
+  const flesh_study_options *options;
+  flesh_study_course *course;
 } leader;
 
-/* Runs `compare` on the first rank, with the folder claimed; returns the exit code. */
+/* Runs the study on the first rank, with the folder claimed unless it is shared; returns the exit code. */
 static int lead(void *data)
 {
   const leader *l = data;
   flesh_folder_claim claim = {.descriptor = -1};
-  int status = flesh_output_claim(l->out, l->name, &claim);
-  if (!status) status = l->compare(l->plan);
+  int status = l->study->asks ? FLESH_OK : flesh_output_claim(l->options->out, l->study->name, &claim);
+  if (!status) status = l->course ? l->course(l->study, l->options) : flesh_study_do(l->study, l->options);
   flesh_folder_claim_release(&claim);
-  return status ? flesh_command_fail(l->name, status) : 0;
+  return status ? flesh_command_fail(l->study->name, status) : 0;
 }
 
-int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
-                     void *plan)
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, flesh_study_course *course)
 {
   int shard, shards;
   if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
   options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
-  const flesh_study_work given = {study, NULL};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&given);
-  leader l = {study->name, options->out, compare, plan};
+  const given g = {study, NULL};
+  const flesh_pool_cases cases = {work, &g, study->max_seconds};
+  leader l = {study, options, course};
   return flesh_pool_lead(options->ranks, study->name, status, options->jobs, &cases, lead, &l);
 }

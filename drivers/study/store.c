@@ -31,24 +31,6 @@ static int open_database(const char *path, int flags, flesh_study_store *store)
   return FLESH_OK;
 }
 
-/* Finds the value of the key in `meta` as a new text; NULL if it has none, as in a file that is no sweep. */
-static int text_of(flesh_study_store *store, const char *key, char **value)
-{
-  sqlite3_stmt *query;
-  *value = NULL;
-  int code = sqlite3_prepare_v2(store->database, "SELECT value FROM meta WHERE key = ?", -1, &query, NULL);
-  if (!code) {
-    sqlite3_bind_text(query, 1, key, -1, SQLITE_STATIC);
-    code = sqlite3_step(query);
-    const unsigned char *text = code == SQLITE_ROW ? sqlite3_column_text(query, 0) : NULL;
-    if (text && !(*value = strdup((const char *)text))) code = SQLITE_NOMEM;
-    sqlite3_finalize(query);
-  }
-  return code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE || code == SQLITE_ERROR || code == SQLITE_NOTADB
-             ? FLESH_OK
-             : flesh_study_store_fail(store, "cannot be read");
-}
-
 static int set_meta(flesh_study_store *store, const char *key, const char *value)
 {
   return flesh_study_store_execute(store, "INSERT OR REPLACE INTO meta VALUES (%Q, %Q)", key, value);
@@ -102,16 +84,6 @@ static int create(flesh_study_store *store, const flesh_study *study)
   return status;
 }
 
-/* Checks that the layout is this program's; NULL: there is no layout. */
-static int check_format(const flesh_study_store *store, const char *format)
-{
-  if (!format) return flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", store->path);
-  if (strcmp(format, format_number))
-    return flesh_fail(FLESH_ERR_FILE, "%s: its layout is number %.20s, and this program's is %s; the version of flesh that "
-                      "made it can read it", store->path, format, format_number);
-  return FLESH_OK;
-}
-
 /* Returns the first part of a list such as "flesh 0.3, 600 s" that differs from the other list's; "nothing" if the
  * other list has more parts. New; NULL when out of memory. */
 static char *differing_part(const char *list, const char *other)
@@ -136,30 +108,42 @@ static int fail_of_another(const flesh_study_store *store, const flesh_study *st
   return status;
 }
 
-/* Checks that the database belongs to this study and shard. */
-static int compare(flesh_study_store *store, const flesh_study *study)
+/* Checks the texts of `meta`, of which those that are missing are NULL: the layout is this program's and, unless `study` is
+ * NULL, the database belongs to this study and shard. */
+static int compare(const flesh_study_store *store, const flesh_study *study, const char *format, const char *fingerprint,
+                   const char *shard)
 {
-  char *fingerprint, *shard = NULL;
   char wanted[40];
-  int status = text_of(store, "fingerprint", &fingerprint);
-  if (!status) status = text_of(store, "shard", &shard);
   snprintf(wanted, sizeof wanted, "%d/%d", store->shard, store->shards);
-  if (status) { /* out of memory */
-  } else if (!fingerprint || !shard) status = check_format(store, NULL);
-  else if (strcmp(fingerprint, study->fingerprint))
-    status = fail_of_another(store, study, fingerprint);
-  else if (strcmp(shard, wanted))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: holds shard %s, not %s; give each shard an --out of its own",
-                        store->path, shard, wanted);
-  free(fingerprint);
-  free(shard);
-  return status;
+  if (format && strcmp(format, format_number))
+    return flesh_fail(FLESH_ERR_FILE, "%s: its layout is number %.20s, and this program's is %s; the version of flesh that "
+                      "made it can read it", store->path, format, format_number);
+  if (!format || (study && !(fingerprint && shard)))
+    return flesh_fail(FLESH_ERR_FILE, "%s: this is no database of a study", store->path);
+  if (study && strcmp(fingerprint, study->fingerprint)) return fail_of_another(store, study, fingerprint);
+  if (study && strcmp(shard, wanted))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: holds shard %s, not %s; give each shard an --out of its own",
+                      store->path, shard, wanted);
+  return FLESH_OK;
 }
 
-const char *flesh_study_store_beside(const flesh_study_store *store, const char *name)
+/* Checks what the database says of itself. *found: whether it is a study's; without it, a database that is none is an
+ * error. */
+static int check(const flesh_study_store *store, const flesh_study *study, int *found)
 {
-  const char *slash = strrchr(store->path, '/');
-  return flesh_path("%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
+  sqlite3_stmt *query = NULL;
+  const char *texts[3] = {NULL};
+  int status = FLESH_OK, code = sqlite3_prepare_v2(store->database, "SELECT max(value) FILTER (WHERE key = 'format'), "
+                                                   "max(value) FILTER (WHERE key = 'fingerprint'), "
+                                                   "max(value) FILTER (WHERE key = 'shard') FROM meta", -1, &query, NULL);
+  if (!code) code = sqlite3_step(query);
+  for (int k = 0; k < 3 && code == SQLITE_ROW; k++) texts[k] = (const char *)sqlite3_column_text(query, k);
+  if (found) *found = texts[0] != NULL;
+  if (code != SQLITE_ROW && code != SQLITE_ERROR && code != SQLITE_NOTADB) /* these two: the file is no study */
+    status = flesh_study_store_fail(store, "cannot be read");
+  else if (texts[0] || !found) status = compare(store, study, texts[0], texts[1], texts[2]);
+  sqlite3_finalize(query);
+  return status;
 }
 
 /* Opens a file that stays locked while this process lives, however the process ends. */
@@ -222,12 +206,8 @@ static int prepare_statements(flesh_study_store *store)
 /* Creates the tables or continues with them, within a transaction. */
 static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
 {
-  char *format;
-  int bad = -1, status = text_of(store, "format", &format);
-  const int found = format != NULL;
-  if (!status && found) status = check_format(store, format);
-  free(format);
-  if (!status) status = found ? compare(store, study) : create(store, study);
+  int bad = -1, found, status = check(store, study, &found);
+  if (!status && !found) status = create(store, study);
   if (!status) status = set_extent(store, study);
   if (!status) status = flesh_study_store_plan(store, study);
   if (!status) status = enrol(store, options->argc, options->argv);
@@ -288,11 +268,7 @@ int flesh_study_store_read(const char *path, flesh_study_store *store)
   *store = (flesh_study_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
   int status = store->path ? flesh_database_read(path, SQLITE_OPEN_READWRITE, &store->database) : flesh_no_memory();
   if (!status) sqlite3_busy_timeout(store->database, PATIENCE_MS);
-  char *format = NULL;
-  if (!status) status = text_of(store, "format", &format);
-  if (!status) status = check_format(store, format);
-  free(format);
-  return status;
+  return status ? status : check(store, NULL, NULL);
 }
 
 void flesh_study_store_close(flesh_study_store *store)

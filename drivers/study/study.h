@@ -30,7 +30,7 @@ json_t *flesh_fields_names(const flesh_study_field *fields);
 
 /* Returns the word for a flesh_status in the column `status`; `otherwise` for statuses that have no common word. */
 const char *flesh_fields_status(int status, const char *otherwise);
-/* Returns the new record of a case that has ended. It takes `figures`; `message` may be empty. */
+/* Returns the new record of a case that has ended. It takes `figures`, NULL: none; `message` may be empty. */
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
 /* Reads the record of a case into figures of these fields and into `message`. If the case's process reported nothing,
  * *crashed_by is the signal that ended it, or -1 if it ended otherwise, and the figures are unchanged; else *crashed_by
@@ -46,6 +46,7 @@ typedef struct flesh_study_column {
   const flesh_node *place; /* place in a spec, for error messages; NULL: none */
   int hidden;              /* its value stands in the column `scene` that every case has */
   /* Members for a sweep; NULL for other studies. */
+  int count;                /* of its values */
   const char **values;      /* YAML texts, as --set takes them */
   const flesh_node **nodes; /* nodes of the values in the spec; NULL for computed values */
 } flesh_study_column;
@@ -63,9 +64,11 @@ typedef struct flesh_study_case {
   int repeat;                                   /* counted from 1 */
   const char *scene;                            /* NULL: none */
   flesh_overrides overrides;                    /* as for --set; owned */
-  void *owned;                                  /* memory of the values' texts; NULL if the case owns none */
+  flesh_arena arena;                            /* for texts of values; owned */
 } flesh_study_case;
 void flesh_study_case_free(flesh_study_case *made);
+/* Returns a number in as few digits as read back as it, in the case's arena; NULL when out of memory. */
+const char *flesh_study_case_number(flesh_study_case *made, double number);
 
 /* A study; its cases are numbered from 0. */
 typedef struct flesh_study {
@@ -89,13 +92,16 @@ typedef struct flesh_study {
   /* Makes the mesh of the case's body, new, for the pictures that the SQL asks for (bodies.h), and sets the camera. The
    * member is NULL if there are no pictures. */
   int (*body)(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera);
-  int asks;           /* an existing database needs --resume; without it the study fails, where others start again */
+  int asks;           /* several processes may work on the database: its folder is not claimed, and if it exists, the study
+                         needs --resume, where others start again. Whether cases could use their files is their affair */
   const void *data;   /* passed to the functions below */
 
-  /* Makes the values of a case, which the caller frees. FLESH_ERR_MEMORY, with nothing made. */
+  /* Makes the values of a case, which the caller frees; one that is NULL is one for which there was no memory. An error
+   * has nothing made. */
   int (*make)(const void *data, int number, flesh_study_case *made);
-  /* The names of the figures in the order of their columns: those of `fields` or, if that is NULL, of the new array
-   * that `figures` returns, such as "J_min", "energies.gravity" or probes."tip.position_z".max. */
+  /* The names of the figures in the order of their columns: those of `fields` or, if that is NULL, of what `figures`
+   * returns, new: an array of names, such as "J_min", "energies.gravity" or probes."tip.position_z".max, or an object like
+   * that in a record, whose values do not count. */
   const flesh_study_field *fields;
   json_t *(*figures)(const void *data);
   /* Runs the case in this process and returns its record: {"status", "exit_code", "message", "result": {"figures":
@@ -165,10 +171,8 @@ int flesh_study_store_recover(flesh_study_store *store, int *count, int *running
 int flesh_study_store_count(flesh_study_store *store, const char *status);
 /* Passes the records of all cases that are done to study->take. */
 int flesh_study_store_load(flesh_study_store *store, const flesh_study *study);
-/* Fails, with the message of the first one, if cases satisfy a condition in SQL on `cases`: with `all`,
- * FLESH_ERR_ARGUMENT if all cases do; with all = 0, FLESH_ERR_FILE if any does: "3 of 4 cases <words>; the first:
- * ...". */
-int flesh_study_store_judge(flesh_study_store *store, const char *condition, int all, const char *words);
+/* Fails with FLESH_ERR_FILE if cases could not write or read their files: "3 of 4 cases ...; the first: ...". */
+int flesh_study_store_judge(flesh_study_store *store);
 /* Makes the view `results` again from the columns that the cases' results have. */
 int flesh_study_store_make_views(flesh_study_store *store);
 /* Fails with FLESH_ERR_FILE and SQLite's message. */
@@ -184,12 +188,6 @@ int flesh_study_store_number(flesh_study_store *store, const char *format, ...);
 
 /* Runs the planned cases of the store. FLESH_ERR_INTERRUPTED if a signal ended it; finished cases are kept. */
 int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options);
-/* Data for the processes of the cases, on every rank; `store` is NULL on ranks without the database. */
-typedef struct flesh_study_work {
-  const flesh_study *study;
-  flesh_study_store *store;
-} flesh_study_work;
-flesh_pool_cases flesh_study_pool_cases(const flesh_study_work *given);
 /* Makes the views and the results of an open database and prints where they are. `ran` is the status of the cases,
  * which is returned if it is an error: after an interruption no pictures are made, after another failure only
  * tables. */
@@ -215,10 +213,10 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
 int flesh_study_open(flesh_study_options *options, const flesh_usage *usage, int argc, char **argv, int *count);
 void flesh_study_close(flesh_study_options *options);
 
-/* Runs the study on all ranks: the first one claims the folder of the results and calls compare(plan), which runs the
- * cases and makes the results; the others run the cases that they are given. `status`: of making the plan, which every
- * rank has done. Returns the exit code. */
-int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, int (*compare)(void *plan),
-                     void *plan);
+/* Runs the study on all ranks: the first one claims the folder of the results and calls `course`, NULL: flesh_study_do,
+ * which runs the cases and makes the results; the others run the cases that they are given. `status`: of making the plan,
+ * which every rank has done. Returns the exit code. */
+typedef int flesh_study_course(const flesh_study *study, const flesh_study_options *options);
+int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int status, flesh_study_course *course);
 
 #endif

@@ -14,6 +14,9 @@ int flesh_study_derived_write(flesh_study_store *store, const flesh_study *study
  * views are then made without it and those after it. */
 int flesh_study_views_write(flesh_study_store *store, int *bad);
 
+/* Begins a statement that plans cases again. */
+#define FLESH_STUDY_PLAN_AGAIN "UPDATE cases SET status = 'planned', worker = NULL, started = NULL WHERE "
+
 /* Prepares a statement; FLESH_ERR_FILE with SQLite's message if it is invalid. */
 int flesh_study_store_prepare(flesh_study_store *store, const char *sql, sqlite3_stmt **statement);
 
@@ -23,7 +26,7 @@ int flesh_study_store_end(flesh_study_store *store, int status);
 const char *flesh_study_store_beside(const flesh_study_store *store, const char *name);
 
 /* Adds the cases of the store's shard that the database lacks, within a transaction, and writes the ids of this study's
- * cases to the connection's table `wanted` (store_plan.c). */
+ * cases to the connection's table `wanted` (store_cases.c). */
 int flesh_study_store_plan(flesh_study_store *store, const flesh_study *study);
 
 #endif

@@ -56,7 +56,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 /* Reads the scene as the case will. */
 static int build(const flesh_sweep *sweep, int number)
 {
-  const flesh_sweep_work given = {sweep, NULL};
+  const flesh_sweep_work given = {sweep, NULL, 0};
   flesh_study_case c;
   flesh_scene *scene = NULL;
   int status = make_case(&given, number, &c);
@@ -87,8 +87,8 @@ static int try_cases(const flesh_sweep *sweep, int shard, int shards)
 
 static json_t *refused(int status)
 {
-  return json_pack("{sssisosn}", "status", status == FLESH_ERR_MEMORY ? "failed" : "refused", "exit_code",
-                   flesh_exit_code(status), "message", flesh_json_text(flesh_error_text()), "result");
+  return flesh_fields_record(status == FLESH_ERR_MEMORY ? "failed" : "refused", flesh_exit_code(status), flesh_error_text(),
+                             NULL);
 }
 
 static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
@@ -130,37 +130,24 @@ static json_t *run_case(const void *data, int number, const char *folder)
   return record;
 }
 
-/* Returns the names of the figures in result.json, and of the energies and probes of the first scene that can be read,
- * as "name", "energies.name" and probes."name".max. */
-static json_t *figure_names(const void *data)
+/* Returns the figures, without values, that the first scene that can be read will have in its result.json. */
+static json_t *figures_of(const void *data)
 {
   const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
-  json_t *names = json_array(), *figures = NULL, *value;
+  json_t *figures = NULL;
   flesh_scene *scene = NULL;
   flesh_figures empty = {0};
-  const char *key, *inner;
-  for (int number = 0; number < sweep->case_count && !scene; number++) {
+  for (int number = 0; number < sweep->case_count && !scene && !flesh_interrupt_signal(); number++) {
     flesh_study_case c;
-    if (make_case(data, number, &c) || flesh_interrupt_signal()) return names;
+    if (make_case(data, number, &c)) break;
     flesh_overrides_read(&c.overrides, c.scene, &scene);
     flesh_study_case_free(&c);
   }
   if (scene && !flesh_figures_open(&empty, flesh_scene_system(scene), scene))
     figures = flesh_figures_json(&empty, flesh_scene_system(scene), scene);
-  json_object_foreach(figures, key, value) {
-    json_t *below;
-    const char *const of_probe[] = {"final", "min", "max"};
-    if (!json_is_object(value)) json_array_append_new(names, json_string(key));
-    else if (!strcmp(key, "energies"))
-      json_object_foreach(value, inner, below) json_array_append_new(names, json_sprintf("energies.%s", inner));
-    else
-      json_object_foreach(value, inner, below)
-        for (int k = 0; k < 3; k++) json_array_append_new(names, json_sprintf("probes.\"%s\".%s", inner, of_probe[k]));
-  }
-  json_decref(figures);
   flesh_figures_close(&empty);
   flesh_scene_destroy(&scene);
-  return names;
+  return figures;
 }
 
 flesh_study flesh_sweep_study(const flesh_sweep_work *given)
@@ -186,9 +173,10 @@ flesh_study flesh_sweep_study(const flesh_sweep_work *given)
                        .max_seconds = sweep->max_seconds > 0 ? sweep->max_seconds + grace : 0,
                        .budget = sweep->max_seconds,
                        .asks = 1,
+                       .results = {flesh_own_text("sweep")},
                        .data = given,
                        .make = make_case,
-                       .figures = figure_names,
+                       .figures = figures_of,
                        .work = run_case,
                        .folder = case_folder};
 }
@@ -203,7 +191,7 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
   for (int g = 0; g < sweep->group_count; g++)
     for (int c = 0; c < sweep->groups[g].columns; c++) {
       const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
-      int count = sweep->groups[g].count, shown = count < 8 ? count : 4;
+      const int count = column->count, shown = count < 8 ? count : 4;
       printf("%s %s (%s), %d value%s:", c ? "  with" : "axis", column->name, column->key, count, count == 1 ? "" : "s");
       for (int k = 0; k < shown; k++) printf("%s %s", k ? "," : "", column->values[k]);
       if (shown < count) printf(", ..., %s", column->values[count - 1]);
@@ -213,90 +201,47 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
   if (sweep->max_seconds > 0) printf("budget of each case: %g s\n", sweep->max_seconds);
 }
 
-static void report(flesh_study_store *store)
+/* Runs the sweep on the first rank, or prints its plan. */
+static int sweep_all(const flesh_study *study, const flesh_study_options *options)
 {
-  sqlite3_stmt *query;
-  const int cases = flesh_study_store_count(store, NULL);
-  printf("%d case%s:", cases, cases == 1 ? "" : "s");
-  if (!sqlite3_prepare_v2(store->database, "SELECT status, count(*) FROM temp.wanted JOIN cases USING (id) "
-                                           "GROUP BY status ORDER BY 2 DESC", -1, &query, NULL))
-    for (int k = 0; sqlite3_step(query) == SQLITE_ROW; k++)
-      printf("%s %d %s", k ? "," : "", sqlite3_column_int(query, 1), sqlite3_column_text(query, 0));
-  sqlite3_finalize(query);
-  printf("\nresults: %s\n", store->path);
-}
-
-typedef struct settings {
-  int shard, shards;
-  int dry;
-  flesh_study_options options;
-  flesh_sweep sweep;
-  flesh_study study;
-} settings;
-
-/* Runs the sweep with an open database. */
-static int sweep_into(settings *set, flesh_study_store *store)
-{
-  int status = flesh_study_run(&set->study, store, &set->options);
-  char words[1024];
-  snprintf(words, sizeof words, "%s", flesh_error_text());
-  int viewed = flesh_study_store_make_views(store);
-  if (status) flesh_fail(status, "%s", words);
-  else status = viewed;
-  if (!set->options.quiet) report(store);
-  return status ? status : flesh_study_store_judge(store, "status = 'refused'", 1, "are refused");
-}
-
-/* Runs the sweep on the first rank; returns the exit code. */
-static int sweep_all(void *data)
-{
-  settings *set = data;
-  flesh_study_store store = {.lock = -1};
-  int status = FLESH_OK;
-  if (set->dry) {
-    print_plan(&set->sweep, set->shard, set->shards);
-    return 0;
+  const flesh_sweep_work *work = study->data;
+  int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
+  if (work->is_dry) {
+    print_plan(work->sweep, shard, shards);
+    return FLESH_OK;
   }
-  if (!flesh_path_is_file(flesh_path("%s/%s.db", set->options.out, set->study.name)))
-    status = try_cases(&set->sweep, set->shard, set->shards);
-  if (!status) status = flesh_folder_make(set->options.out);
-  if (!status) {
-    flesh_folder_clear(set->options.out);
-    status = flesh_study_store_open(&set->study, &set->options, &store);
-  }
-  if (!status) status = sweep_into(set, &store);
-  flesh_study_store_close(&store);
-  return status ? flesh_command_fail("sweep", status) : 0;
+  if (!flesh_path_is_file(flesh_path("%s/%s.db", options->out, study->name))) status = try_cases(work->sweep, shard, shards);
+  if (!status) status = flesh_folder_make(options->out);
+  if (status) return status;
+  flesh_folder_clear(options->out);
+  return flesh_study_do(study, options);
 }
 
 /* Checks the columns. If no case can be built, that reason is reported rather than its consequences for the columns. */
-static int check(const settings *set)
+static int check(const flesh_study *study, const flesh_sweep *sweep)
 {
-  const int status = flesh_study_store_check(&set->study);
+  const int status = flesh_study_store_check(study);
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  const int refused = status ? try_cases(&set->sweep, 1, 1) : FLESH_OK;
+  const int refused = status ? try_cases(sweep, 1, 1) : FLESH_OK;
   return !status || refused ? refused : flesh_fail(status, "%s", words);
 }
 
 /* Reads the spec, on every rank, and runs its cases; returns the exit code. */
-static int read_and_sweep(const char *path, settings *set)
+static int read_and_sweep(const char *path, int is_dry, flesh_study_options *options)
 {
   flesh_interrupt_watch();
-  const flesh_sweep_work given = {&set->sweep, set->options.out};
-  int status = flesh_study_read_shard(set->options.shard, &set->shard, &set->shards);
-  if (!status) status = flesh_sweep_read(path, &set->sweep);
-  set->study = flesh_sweep_study(&given);
-  if (!status) status = check(set);
-  if (!status) status = flesh_confine(set->options.out);
-  const char *print = status ? "" : set->sweep.fingerprint;
-  const int same = flesh_ranks_same(set->options.ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");
-  if (!status) status = same;
-  set->options.jobs = flesh_pool_jobs(set->options.ranks, set->options.jobs);
-  const flesh_study_work work = {&set->study, NULL};
-  const flesh_pool_cases cases = flesh_study_pool_cases(&work);
-  const int code = flesh_pool_lead(set->options.ranks, "sweep", status, set->options.jobs, &cases, sweep_all, set);
-  flesh_sweep_close(&set->sweep);
+  flesh_sweep sweep = {0};
+  const flesh_sweep_work work = {&sweep, options->out, is_dry};
+  int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
+  if (!status) status = flesh_sweep_read(path, &sweep);
+  const flesh_study study = flesh_sweep_study(&work);
+  if (!status) status = check(&study, &sweep);
+  if (!status) status = flesh_confine(options->out);
+  const char *print = status ? "" : sweep.fingerprint;
+  const int same = flesh_ranks_same(options->ranks, flesh_archive_sum(0, print, strlen(print)), "another sweep");
+  const int code = flesh_study_lead(&study, options, status ? status : same, sweep_all);
+  flesh_sweep_close(&sweep);
   return code;
 }
 
@@ -308,19 +253,20 @@ int flesh_command_sweep(int argc, char **argv)
                                            {0}};
   for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
     if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
-  settings set = {.options = {.out = "out/sweep"}};
+  flesh_study_options options = {.out = "out/sweep"};
+  int is_dry = 0;
   const flesh_option rows[] = {
-      FLESH_STUDY_OPTION_ROWS(&set.options, "sweep", "also with further values of axes and other derived columns"),
-      FLESH_STUDY_OPTION_JOBS(&set.options),
-      {"dry-run", NULL, FLESH_OPTION_SWITCH, &set.dry, "check the spec and print the plan"},
-      {"quiet", NULL, FLESH_OPTION_SWITCH, &set.options.quiet, "print errors only"},
+      FLESH_STUDY_OPTION_ROWS(&options, "sweep", "also with further values of axes and other derived columns"),
+      FLESH_STUDY_OPTION_JOBS(&options),
+      {"dry-run", NULL, FLESH_OPTION_SWITCH, &is_dry, "check the spec and print the plan"},
+      {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
   char *text = flesh_settings_help(flesh_own_text("sweep_help"), flesh_sweep_describe_keys, flesh_own_text("tables_help"));
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
-  int count, code = flesh_study_open(&set.options, &usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], &set);
-  flesh_study_close(&set.options);
+  int count, code = flesh_study_open(&options, &usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) code = read_and_sweep(argv[1], is_dry, &options);
+  flesh_study_close(&options);
   free(text);
   return code;
 }

@@ -1,9 +1,11 @@
-/* spec.c: reads the spec of a sweep by a table of keys (spec_keys.c), as scenes are read; its samples are points that
- * fill a cube evenly, from GSL's quasi-random sequences. */
+/* spec.c: reads the spec of a sweep by a table of keys (spec_keys.c), as scenes are read; checks that the scene's keys
+ * accept its values; computes the fingerprint of its plan. Its samples are points that fill a cube evenly, from GSL's
+ * quasi-random sequences. */
 #include <gsl/gsl_qrng.h>
 #include <gsl/gsl_rng.h>
 #include <limits.h>
 #include <math.h>
+#include <sha256.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +25,7 @@ static int add_column(flesh_sweep *sweep, const axis *a, const flesh_node *node,
     return flesh_node_fail(node, "there are more than %d axes", FLESH_STUDY_COLUMNS);
   flesh_study_column *column = &sweep->columns[sweep->column_count++];
   *column = (flesh_study_column){
-      .name = a->name, .key = a->key, .place = node,
+      .name = a->name, .key = a->key, .place = node, .count = count,
       .values = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)count),
       .nodes = flesh_arena_take(&sweep->arena, sizeof(flesh_node *) * (size_t)count)};
   return column->values && column->nodes ? FLESH_OK : flesh_no_memory();
@@ -74,35 +76,35 @@ static const char *range_text(flesh_sweep *sweep, const axis *a, double part)
 }
 
 /* Fills a column with the axis's own values, in order. */
-static int fill_column(flesh_sweep *sweep, const axis *a, int count)
+static int fill_column(flesh_sweep *sweep, const axis *a)
 {
   flesh_study_column *column = &sweep->columns[sweep->column_count - 1];
   const flesh_node *node = a->values ? a->values->first : NULL;
-  for (int k = 0; k < count; k++) {
+  for (int k = 0; k < column->count; k++) {
     column->nodes[k] = node;
     column->values[k] = node ? flesh_setting_value(&sweep->arena, sweep->path, a->key, node)
-                             : range_text(sweep, a, count > 1 ? (double)k / (count - 1) : 0);
+                             : range_text(sweep, a, column->count > 1 ? (double)k / (column->count - 1) : 0);
     if (!column->values[k]) return flesh_no_memory();
     if (node) node = node->next;
   }
   return FLESH_OK;
 }
 
-static int read_zip(flesh_sweep *sweep, const axis *a, const flesh_node *node, flesh_sweep_group *group)
+/* Reads axes that advance together; `place` is that of the first. */
+static int read_zip(flesh_sweep *sweep, const axis *parts, const flesh_node *place, flesh_sweep_group *group)
 {
-  const axis *parts = a->zip.values;
-  const flesh_node *place = flesh_node_find(node, "zip")->first;
-  for (int k = 0; k < a->zip.count; k++, place = place->next) {
+  for (int k = 0; k < group->columns; k++, place = place->next) {
     int count, status = axis_length(&parts[k], place, 0, &count);
     if (!status && k && count != group->count)
       return flesh_node_fail(place, "zip[%d] has %d values and zip[0] has %d; they must be as many", k, count,
                              group->count);
+    if (!status && count > CASE_LIMIT)
+      return flesh_node_fail(place, "the axis has %d values; it can have at most %d", count, CASE_LIMIT);
     if (!status) status = add_column(sweep, &parts[k], place, count);
-    if (!status) status = fill_column(sweep, &parts[k], count);
+    if (!status) status = fill_column(sweep, &parts[k]);
     if (status) return status;
     group->count = count;
   }
-  group->columns = a->zip.count;
   return FLESH_OK;
 }
 
@@ -141,31 +143,25 @@ static int read_sample(flesh_sweep *sweep, const axis *a, const flesh_node *node
   }
   free(points);
   group->count = sample->count;
-  group->columns = dimensions;
   return status;
 }
 
 static int read_axis(flesh_sweep *sweep, const axis *a, const flesh_node *node)
 {
-  flesh_sweep_group group = {.first = sweep->column_count, .columns = 1};
-  int sampled = a->sample.count != INT_MIN, kinds = (a->key != NULL) + (a->zip.count > 0) + sampled, status;
+  const int sampled = a->sample.count != INT_MIN, kinds = (a->key != NULL) + (a->zip.count > 0) + sampled;
   if (kinds != 1) return flesh_node_fail(node, "an axis has either key, zip or sample");
   if (!a->key && (a->values || has_range(a) || a->name || a->count != INT_MIN))
     return flesh_node_fail(node, "beside zip or sample an axis has no other keys");
-  if (a->zip.count) status = read_zip(sweep, a, node, &group);
-  else if (sampled) status = read_sample(sweep, a, node, &group);
-  else {
-    status = axis_length(a, node, 0, &group.count);
-    if (!status && group.count > CASE_LIMIT)
-      return flesh_node_fail(node, "the axis has %d values; it can have at most %d", group.count, CASE_LIMIT);
-    if (!status) status = add_column(sweep, a, node, group.count);
-    if (!status) status = fill_column(sweep, a, group.count);
-  }
+  flesh_sweep_group *group = &sweep->groups[sweep->group_count++];
+  *group = (flesh_sweep_group){.first = sweep->column_count,
+                               .columns = sampled ? a->sample.axes.count : a->zip.count ? a->zip.count : 1};
+  const int status = sampled        ? read_sample(sweep, a, node, group)
+                     : a->zip.count ? read_zip(sweep, a->zip.values, flesh_node_find(node, "zip")->first, group)
+                                    : read_zip(sweep, a, node, group);
   if (status) return status;
-  sweep->groups[sweep->group_count++] = group;
-  if ((double)sweep->case_count * group.count > CASE_LIMIT)
+  if ((double)sweep->case_count * group->count > CASE_LIMIT)
     return flesh_node_fail(node, "with this axis there are more than %d cases", CASE_LIMIT);
-  sweep->case_count *= group.count;
+  sweep->case_count *= group->count;
   return FLESH_OK;
 }
 
@@ -226,6 +222,69 @@ static int read_derived(flesh_sweep *sweep, const flesh_node *root)
   return status;
 }
 
+/* Checks that the scene accepts the values of a column, with the constants of all cases in `overrides`. */
+static int check_column(flesh_sweep *sweep, const flesh_study_column *column, const char **overrides)
+{
+  const int is_scene = !strcmp(column->key, "scene");
+  const flesh_node *last = NULL;
+  int status = FLESH_OK;
+  for (int k = 0; !status && k < column->count; k++) {
+    /* Check the ends of a range, and some values of a list that is sampled repeatedly. */
+    if (!column->nodes[k] && k && k < column->count - 1) continue;
+    if ((k > 200 || column->nodes[k] == last) && last) continue;
+    last = column->nodes[k];
+    overrides[sweep->set.count] = flesh_arena_print(&sweep->arena, "%s=%s", column->key, column->values[k]);
+    status = overrides[sweep->set.count]
+                 ? flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
+                                        sweep->set.count + !is_scene, overrides)
+                 : flesh_no_memory();
+  }
+  return status;
+}
+
+/* Checks that the key of every constant and of every axis accepts each value. Whether a combination is valid is left to
+ * its case. */
+static int check_values(flesh_sweep *sweep)
+{
+  const char **overrides = calloc((size_t)sweep->set.count + 1, sizeof *overrides);
+  int status = overrides ? FLESH_OK : flesh_no_memory();
+  for (int s = 0; !status && s <= sweep->set.count; s++) {
+    if (s) overrides[s - 1] = sweep->set.texts[s - 1];
+    status = flesh_settings_check(s ? sweep->set.nodes[s - 1] : sweep->scene_node, sweep->scene, s, overrides);
+  }
+  for (int c = 0; !status && c < sweep->column_count; c++) status = check_column(sweep, &sweep->columns[c], overrides);
+  free(overrides);
+  return status;
+}
+
+static void hash_text(SHA2_CTX *context, const char *text)
+{
+  SHA256Update(context, (const uint8_t *)text, strlen(text) + 1);
+}
+
+/* Hashes what a resumed sweep must not change: what all cases have in common and, if the cases keep folders, whose
+ * numbers follow from the values, also the values of the axes. */
+static int make_fingerprint(flesh_sweep *sweep)
+{
+  SHA2_CTX context;
+  char numbers[120];
+  const flesh_study_column *columns = sweep->columns;
+  SHA256Init(&context);
+  snprintf(numbers, sizeof numbers, "%d %d %d %.17g", sweep->keep, sweep->keep ? sweep->repeats : sweep->repeats > 1,
+           sweep->seed, sweep->max_seconds);
+  hash_text(&context, numbers);
+  for (int k = 0; k < sweep->set.count; k++) hash_text(&context, sweep->set.texts[k]);
+  for (int c = 0; c < sweep->column_count; c++) hash_text(&context, columns[c].name), hash_text(&context, columns[c].key);
+  for (int c = 0; sweep->keep && c < sweep->column_count; c++)
+    for (int k = 0; k < columns[c].count; k++) hash_text(&context, columns[c].values[k]);
+  int status = flesh_settings_hash_file(&context, sweep->scene);
+  for (int c = 0; c < sweep->column_count; c++)
+    for (int k = 0; !status && !strcmp(columns[c].key, "scene") && k < columns[c].count; k++)
+      status = flesh_settings_hash_file(&context, columns[c].values[k]);
+  SHA256End(&context, sweep->fingerprint);
+  return status;
+}
+
 static int make(flesh_sweep *sweep, const flesh_node *root)
 {
   if (!sweep->scene || !*sweep->scene) return flesh_node_fail(root, "scene is missing; it must be the path of a file");
@@ -247,8 +306,8 @@ static int make(flesh_sweep *sweep, const flesh_node *root)
                              sweep->seed, sweep->repeats, INT_MAX - sweep->repeats);
   if (status) return status;
   sweep->case_count *= sweep->repeats;
-  status = flesh_sweep_check_values(sweep);
-  return status ? status : flesh_sweep_make_fingerprint(sweep);
+  status = check_values(sweep);
+  return status ? status : make_fingerprint(sweep);
 }
 
 int flesh_sweep_read(const char *path, flesh_sweep *sweep)

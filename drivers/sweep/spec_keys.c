@@ -1,11 +1,6 @@
-/* spec_keys.c: the table of a spec's keys and its text in the help; checks that the scene's keys accept a sweep's
- * values; computes the fingerprint of its plan. */
-#include <sha256.h>
+/* spec_keys.c: the table of a spec's keys and its text in the help. */
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "base/error.h"
 #include "sweep/sweep.h"
 
 typedef flesh_sweep_axis axis;
@@ -84,71 +79,4 @@ void flesh_sweep_describe_keys(FILE *stream)
   flesh_settings_describe(stream, flesh_sweep_table, axis_table);
   fputs("Keys of an axis:\n", stream);
   flesh_settings_describe(stream, axis_table, axis_table);
-}
-
-int flesh_sweep_check_values(flesh_sweep *sweep)
-{
-  const char **overrides = calloc((size_t)sweep->set.count + 1, sizeof *overrides);
-  int status = overrides ? FLESH_OK : flesh_no_memory();
-  for (int s = 0; !status && s <= sweep->set.count; s++) {
-    if (s) overrides[s - 1] = sweep->set.texts[s - 1];
-    status = flesh_settings_check(s ? sweep->set.nodes[s - 1] : sweep->scene_node, sweep->scene, s, overrides);
-  }
-  for (int g = 0; !status && g < sweep->group_count; g++)
-    for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
-      const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
-      int count = sweep->groups[g].count, is_scene = !strcmp(column->key, "scene");
-      const flesh_node *last = NULL;
-      for (int k = 0; !status && k < count; k++) {
-        /* Check the ends of a range, and some values of a list that is sampled repeatedly. */
-        if (!column->nodes[k] && k && k < count - 1) continue;
-        if ((k > 200 || column->nodes[k] == last) && last) continue;
-        last = column->nodes[k];
-        overrides[sweep->set.count] = flesh_arena_print(&sweep->arena, "%s=%s", column->key, column->values[k]);
-        status = overrides[sweep->set.count]
-                     ? flesh_settings_check(last ? last : column->place, is_scene ? column->values[k] : sweep->scene,
-                                            sweep->set.count + !is_scene, overrides)
-                     : flesh_no_memory();
-      }
-    }
-  free(overrides);
-  return status;
-}
-
-static void hash_text(SHA2_CTX *context, const char *text)
-{
-  SHA256Update(context, (const uint8_t *)text, strlen(text) + 1);
-}
-
-/* Hashes what a resumed sweep must not change: what all cases have in common and, if the cases keep folders, whose
- * numbers follow from the values, also the values of the axes. */
-static void hash_plan(SHA2_CTX *context, const flesh_sweep *sweep)
-{
-  char numbers[120];
-  snprintf(numbers, sizeof numbers, "%d %d %d %.17g", sweep->keep, sweep->keep ? sweep->repeats : sweep->repeats > 1,
-           sweep->seed, sweep->max_seconds);
-  hash_text(context, numbers);
-  for (int k = 0; k < sweep->set.count; k++) hash_text(context, sweep->set.texts[k]);
-  for (int k = 0; k < sweep->column_count; k++)
-    hash_text(context, sweep->columns[k].name), hash_text(context, sweep->columns[k].key);
-  for (int g = 0; sweep->keep && g < sweep->group_count; g++)
-    for (int c = 0; c < sweep->groups[g].columns; c++)
-      for (int k = 0; k < sweep->groups[g].count; k++)
-        hash_text(context, sweep->columns[sweep->groups[g].first + c].values[k]);
-}
-
-int flesh_sweep_make_fingerprint(flesh_sweep *sweep)
-{
-  SHA2_CTX context;
-  SHA256Init(&context);
-  hash_plan(&context, sweep);
-  int status = flesh_settings_hash_file(&context, sweep->scene);
-  for (int g = 0; !status && g < sweep->group_count; g++)
-    for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
-      const flesh_study_column *column = &sweep->columns[sweep->groups[g].first + c];
-      for (int k = 0; !strcmp(column->key, "scene") && !status && k < sweep->groups[g].count; k++)
-        status = flesh_settings_hash_file(&context, column->values[k]);
-    }
-  SHA256End(&context, sweep->fingerprint);
-  return status;
 }

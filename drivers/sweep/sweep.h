@@ -22,7 +22,7 @@ typedef struct flesh_sweep {
   int column_count, group_count;
   flesh_study_column columns[FLESH_STUDY_COLUMNS + 1]; /* what varies, each with the values [count] of its group; the key
                                                         * "scene" chooses the scene itself */
-  flesh_sweep_group groups[FLESH_STUDY_COLUMNS];
+  flesh_sweep_group groups[FLESH_STUDY_COLUMNS + 1];
   int repeats;        /* >= 1; if above 1 there is a column `repeat` */
   int seed;           /* -1: that of the scene */
   int keep;           /* whether each case keeps a folder of results */
@@ -44,10 +44,11 @@ void flesh_sweep_describe_keys(FILE *stream);
 extern const char *const flesh_sweep_sequences[];
 int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int seed, double *points);
 
-/* A sweep and the folder `out` of its results, as data for its study. Borrows both. */
+/* A sweep, the folder of its results, and whether only its plan is printed: data for its study. Borrows both. */
 typedef struct flesh_sweep_work {
   const flesh_sweep *sweep;
   const char *out;
+  int is_dry;
 } flesh_sweep_work;
 flesh_study flesh_sweep_study(const flesh_sweep_work *given);
 
@@ -69,11 +70,5 @@ typedef struct flesh_sweep_axis {
 } flesh_sweep_axis;
 
 extern const flesh_key flesh_sweep_table[]; /* into flesh_sweep */
-
-/* Checks that the key of every constant and of every axis accepts each value. Whether a combination is valid is left to
- * its case. */
-int flesh_sweep_check_values(flesh_sweep *sweep);
-/* Computes sweep->fingerprint, a hash of the plan; a sweep can be resumed only if it is the same. */
-int flesh_sweep_make_fingerprint(flesh_sweep *sweep);
 
 #endif

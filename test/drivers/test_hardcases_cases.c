@@ -236,11 +236,12 @@ static void a_file_of_ones_own_is_read(void)
   CHECK(b.count == 2);
   const flesh_hardcases_case *hit = b.cases, *still = b.cases + 1;
   CHECK(hit->start == FLESH_HARDCASES_JITTER && hit->amount == 100. / 15 && hit->noise == 0.1 && hit->step == 1. / 60);
-  CHECK(hit->flags == (FLESH_HARDCASES_RANDOM | FLESH_HARDCASES_FEET));
+  CHECK(hit->random && !hit->is_static && hit->held == FLESH_HARDCASES_FEET && hit->expects == FLESH_HARDCASES_RECOVERY);
   CHECK(hit->poisson == 0 && hit->release == 30 && isnan(hit->release_step) && hit->young == 123456.7);
   CHECK(!strcmp(hit->effects, "  - gravity: {}\n  - contact: {plane: {point: [0.25, 0, 0], normal: [-1, 0, 0]}, "
                               "friction: 1/3}\n"));
-  CHECK(still->flags == (FLESH_HARDCASES_STATIC | FLESH_HARDCASES_KEPT_EQUILIBRIUM));
+  CHECK(still->is_static && !still->random && still->held == FLESH_HARDCASES_FREE &&
+        still->expects == FLESH_HARDCASES_KEPT_EQUILIBRIUM);
   CHECK(isnan(still->poisson) && still->amount == 0 && !*still->effects && still->mesh == FLESH_HARDCASES_BLOCK);
   /* A resumed study reruns a changed case. */
   CHECK_OK(open_own(text, &again));

@@ -4,11 +4,9 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "base/file.h"
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "run/ranks.h"
@@ -39,10 +37,8 @@ typedef struct plan {
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const plan *p = data;
-  char *young = malloc(FLESH_NUMBER_SIZE);
-  *made = (flesh_study_case){.scene = p->scene, .owned = young, .values = {young}};
-  if (!young) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  flesh_number_text(p->young[number], young);
+  *made = (flesh_study_case){.scene = p->scene};
+  made->values[0] = flesh_study_case_number(made, p->young[number]);
   return FLESH_OK;
 }
 
@@ -58,7 +54,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
   snprintf(young, sizeof young, "body.material.young=%.17g", p->young[number]);
   const char *const texts[] = {young};
   const int status = flesh_scene_read(p->scene, 1, texts, &scene);
-  if (status) return flesh_fields_record("refused", flesh_exit_code(status), flesh_error_text(), json_null());
+  if (status) return flesh_fields_record("refused", flesh_exit_code(status), flesh_error_text(), NULL);
   const flesh_runner_options options = {.scene_path = p->scene, .no_frames = 1, .quiet = 1};
   flesh_runner_run(scene, &options, &found, &outcome);
   f = (figures){found.steps, found.max_volume_drift};
@@ -89,13 +85,6 @@ static flesh_study study_of(plan *p)
                        .results = {results}};
 }
 
-static int compare(void *data)
-{
-  plan *p = data;
-  const flesh_study study = study_of(p);
-  return flesh_study_do(&study, &p->options);
-}
-
 int flesh_command_slump(int argc, char **argv)
 {
   const char *young = "1e4,1e5";
@@ -116,7 +105,7 @@ int flesh_command_slump(int argc, char **argv)
     if (!status) status = flesh_study_fingerprint(scene, p.scene, p.fingerprint);
     flesh_scene_destroy(&scene);
     const flesh_study study = study_of(&p);
-    code = flesh_study_lead(&study, &p.options, status, compare, &p);
+    code = flesh_study_lead(&study, &p.options, status, NULL);
   }
   flesh_study_close(&p.options);
   return code;

@@ -1,5 +1,5 @@
-/* pool_places.c: runs cases in processes, so that a crash or a hang is a result, too, and reads their answers. */
-#include "pool/pool_places.h"
+/* pool_slots.c: runs cases in processes, so that a crash or a hang is a result, too, and reads their answers. */
+#include "pool/pool_slots.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -30,7 +30,7 @@ struct flesh_pool_process {
   flesh_text answer;        /* as it comes */
 };
 
-int flesh_places_fit(int jobs, int count)
+int flesh_slots_fit(int jobs, int count)
 {
   const rlim_t others = 64; /* files that may be open besides, here and in the processes, which inherit the pipes */
   struct rlimit limit;
@@ -46,33 +46,33 @@ int flesh_places_fit(int jobs, int count)
   return limit.rlim_cur > others ? (int)(limit.rlim_cur - others) : 1;
 }
 
-int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *places)
+int flesh_slots_open(int room, const flesh_pool_cases *cases, flesh_slots *slots)
 {
-  *places = (flesh_places){.cases = cases, .room = room, .limit = room};
-  places->processes = calloc((size_t)room, sizeof *places->processes);
-  places->polls = calloc((size_t)room, sizeof *places->polls);
-  return places->processes && places->polls ? FLESH_OK : flesh_no_memory();
+  *slots = (flesh_slots){.cases = cases, .room = room, .limit = room};
+  slots->processes = calloc((size_t)room, sizeof *slots->processes);
+  slots->polls = calloc((size_t)room, sizeof *slots->polls);
+  return slots->processes && slots->polls ? FLESH_OK : flesh_no_memory();
 }
 
-static void tell_all(const flesh_places *places, int signal_number)
+static void tell_all(const flesh_slots *slots, int signal_number)
 {
-  for (int k = 0; k < places->room; k++)
-    if (places->processes[k].id) kill(places->processes[k].id, signal_number);
+  for (int k = 0; k < slots->room; k++)
+    if (slots->processes[k].id) kill(slots->processes[k].id, signal_number);
 }
 
-void flesh_places_close(flesh_places *places)
+void flesh_slots_close(flesh_slots *slots)
 {
-  if (places->running) tell_all(places, SIGKILL);
-  for (int k = 0; k < places->room && places->running; k++) {
-    flesh_pool_process *p = &places->processes[k];
+  if (slots->running) tell_all(slots, SIGKILL);
+  for (int k = 0; k < slots->room && slots->running; k++) {
+    flesh_pool_process *p = &slots->processes[k];
     if (!p->id) continue;
     while (waitpid(p->id, NULL, 0) < 0 && errno == EINTR) continue;
     close(p->pipe);
     free(p->answer.data);
   }
-  free(places->processes);
-  free(places->polls);
-  *places = (flesh_places){0};
+  free(slots->processes);
+  free(slots->polls);
+  *slots = (flesh_slots){0};
 }
 
 /* Does a case in its process, which then ends. */
@@ -114,34 +114,34 @@ static int fork_off(flesh_pool_process *p)
   return FLESH_OK;
 }
 
-int flesh_places_start(flesh_places *places, int number, int *started)
+int flesh_slots_start(flesh_slots *slots, int number, int *started)
 {
-  int place = 0;
+  int slot = 0;
   flesh_pool_process new = {.number = number, .started = flesh_wall_seconds(), .deadline = INFINITY};
   *started = 0;
-  while (places->processes[place].id) place++;
+  while (slots->processes[slot].id) slot++;
   const int status = fork_off(&new);
-  if (status && places->running) {
-    places->limit = places->running;
+  if (status && slots->running) {
+    slots->limit = slots->running;
     return FLESH_OK;
   }
   if (status) return status;
-  if (!new.id) work(places->cases, number, new.pipe);
+  if (!new.id) work(slots->cases, number, new.pipe);
   fcntl(new.pipe, F_SETFL, O_NONBLOCK);
-  if (places->cases->max_seconds > 0) new.deadline = new.started + places->cases->max_seconds;
-  places->processes[place] = new;
-  places->running++;
+  if (slots->cases->max_seconds > 0) new.deadline = new.started + slots->cases->max_seconds;
+  slots->processes[slot] = new;
+  slots->running++;
   *started = 1;
   return FLESH_OK;
 }
 
-void flesh_places_stop(flesh_places *places)
+void flesh_slots_stop(flesh_slots *slots)
 {
-  if (places->stopped) return;
-  places->stopped = 1;
-  tell_all(places, SIGTERM);
-  for (int k = 0; k < places->room; k++)
-    places->processes[k].deadline = fmin(places->processes[k].deadline, flesh_wall_seconds() + GRACE);
+  if (slots->stopped) return;
+  slots->stopped = 1;
+  tell_all(slots, SIGTERM);
+  for (int k = 0; k < slots->room; k++)
+    slots->processes[k].deadline = fmin(slots->processes[k].deadline, flesh_wall_seconds() + GRACE);
 }
 
 /* Reads what has come. Returns whether the process has closed its end. */
@@ -156,35 +156,35 @@ static int drain(flesh_pool_process *p)
   }
 }
 
-static void collect(flesh_places *places, flesh_pool_process *p, flesh_pool_end *end)
+static void collect(flesh_slots *slots, flesh_pool_process *p, flesh_pool_end *end)
 {
   int ended = 0;
   while (waitpid(p->id, &ended, 0) < 0 && errno == EINTR) continue;
   close(p->pipe);
   *end = (flesh_pool_end){p->number, ended, p->killed, flesh_wall_seconds() - p->started, p->answer};
   *p = (flesh_pool_process){0};
-  places->running--;
+  slots->running--;
 }
 
-int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *end)
+int flesh_slots_wait(flesh_slots *slots, int milliseconds, flesh_pool_end *end)
 {
   double nearest = flesh_wall_seconds() + 1e-3 * milliseconds;
   int status = FLESH_OK;
   *end = (flesh_pool_end){.number = -1};
-  for (int k = 0; k < places->room; k++) {
-    const flesh_pool_process *p = &places->processes[k];
-    places->polls[k] = (struct pollfd){.fd = p->id ? p->pipe : -1, .events = POLLIN};
+  for (int k = 0; k < slots->room; k++) {
+    const flesh_pool_process *p = &slots->processes[k];
+    slots->polls[k] = (struct pollfd){.fd = p->id ? p->pipe : -1, .events = POLLIN};
     if (p->id && !p->killed) nearest = fmin(nearest, p->deadline);
   }
-  if (poll(places->polls, (nfds_t)places->room, (int)fmax(0, ceil(1000 * (nearest - flesh_wall_seconds())))) < 0) {
+  if (poll(slots->polls, (nfds_t)slots->room, (int)fmax(0, ceil(1000 * (nearest - flesh_wall_seconds())))) < 0) {
     if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the cases cannot be waited for: %s", strerror(errno));
-    for (int k = 0; k < places->room; k++) places->polls[k].revents = 0;
+    for (int k = 0; k < slots->room; k++) slots->polls[k].revents = 0;
   }
-  for (int k = 0; k < places->room && !status; k++) {
-    flesh_pool_process *p = &places->processes[k];
+  for (int k = 0; k < slots->room && !status; k++) {
+    flesh_pool_process *p = &slots->processes[k];
     if (!p->id) continue;
-    if (places->polls[k].revents && drain(p)) {
-      collect(places, p, end);
+    if (slots->polls[k].revents && drain(p)) {
+      collect(slots, p, end);
       return FLESH_OK;
     }
     if (flesh_wall_seconds() > p->deadline && !p->killed) {

@@ -1,33 +1,33 @@
-/* pool_places.h: internal to the pool: the processes of this rank on this machine, and the messages between ranks. */
-#ifndef FLESH_POOL_POOL_PLACES_H
-#define FLESH_POOL_POOL_PLACES_H
+/* pool_slots.h: internal to the pool: the processes of this rank on this machine, and the messages between ranks. */
+#ifndef FLESH_POOL_POOL_SLOTS_H
+#define FLESH_POOL_POOL_SLOTS_H
 
 #include "pool/pool_cases.h"
 
 typedef struct flesh_pool_process flesh_pool_process;
 
-typedef struct flesh_places {
+typedef struct flesh_slots {
   const flesh_pool_cases *cases;
-  int room, limit; /* number of places; limit on those in use */
+  int room, limit; /* number of slots; limit on those in use */
   int running, stopped;
   flesh_pool_process *processes; /* [room] */
   struct pollfd *polls;          /* [room] */
-} flesh_places;
+} flesh_slots;
 
 /* Returns how many processes at a time make sense for `count` cases and can be had, at most `jobs` and at least 1: no
  * more than cases, and no more than the limit on open files allows, as each needs a pipe (that limit is raised as far
  * as possible). */
-int flesh_places_fit(int jobs, int count);
+int flesh_slots_fit(int jobs, int count);
 
-/* Makes the places. FLESH_ERR_MEMORY. They must be closed even after an error. */
-int flesh_places_open(int room, const flesh_pool_cases *cases, flesh_places *places);
+/* Makes the slots. FLESH_ERR_MEMORY. They must be closed even after an error. */
+int flesh_slots_open(int room, const flesh_pool_cases *cases, flesh_slots *slots);
 /* Kills what runs. */
-void flesh_places_close(flesh_places *places);
+void flesh_slots_close(flesh_slots *slots);
 /* Do the same as flesh_pool_start and flesh_pool_wait; the caller frees the answer of an end. */
-int flesh_places_start(flesh_places *places, int number, int *started);
-int flesh_places_wait(flesh_places *places, int milliseconds, flesh_pool_end *end);
+int flesh_slots_start(flesh_slots *slots, int number, int *started);
+int flesh_slots_wait(flesh_slots *slots, int milliseconds, flesh_pool_end *end);
 /* Asks running processes to end, once; those that have not ended 2 s later are killed. */
-void flesh_places_stop(flesh_places *places);
+void flesh_slots_stop(flesh_slots *slots);
 
 /* Orders of the first rank. */
 enum {
