@@ -41,14 +41,6 @@ typedef struct steps {
   flesh_internal_step *all;
 } steps;
 
-static int gather(steps *s, const flesh_internal_step *step)
-{
-  if (!flesh_grow(&s->all, sizeof *s->all, s->count, &s->room))
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for more than %d steps", s->count);
-  s->all[s->count++] = *step;
-  return FLESH_OK;
-}
-
 /* The observer of a run, and the time that it has taken. */
 typedef struct audience {
   const flesh_accuracy_watch *watch; /* NULL: none */
@@ -72,9 +64,11 @@ static int show(audience *a, const flesh_state *state)
 static int note_step(void *data, const flesh_internal_step *step)
 {
   audience *a = data;
-  int status = a->steps ? gather(a->steps, step) : FLESH_OK;
-  if (status || !a->watch || !a->watch->own_steps || step->t > a->end) return status;
-  return show(a, step->state);
+  steps *s = a->steps;
+  if (s && !flesh_grow(&s->all, sizeof *s->all, s->count, &s->room))
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for more than %d steps", s->count);
+  if (s) s->all[s->count++] = *step;
+  return a->watch && a->watch->own_steps && !(step->t > a->end) ? show(a, step->state) : FLESH_OK;
 }
 
 static int write_steps(const char *path, const steps *s)

@@ -177,26 +177,31 @@ static flesh_accuracy_row *add_row(flesh_accuracy_plan *plan, flesh_accuracy_gro
   return row;
 }
 
-/* Adds the rows of a price of the representative run: `key` with each of the values, from tight to loose, or words. */
-static void add_prices(flesh_accuracy_plan *plan, flesh_accuracy_group group, const char *key,
-                       const char *const *values)
+/* Adds the rows of other prices of the representative run: each key with each of its values, from tight to loose, or
+ * words. */
+static void add_prices(flesh_accuracy_plan *plan)
 {
-  for (; *values; values++) {
-    flesh_accuracy_row *row = add_row(plan, group, plan->representative, plan->representative_step);
-    snprintf(row->extra, sizeof row->extra, "%s=%s", key, *values);
-    snprintf(row->setting, sizeof row->setting, "%s", row->extra);
-    if (flesh_option_number(*values, &row->value)) row->value = NAN;
-  }
+  static const struct {
+    flesh_accuracy_group group;
+    const char *key, *values[2][7]; /* all; those with --quick, NULL: all as well */
+  } prices[] = {
+      {FLESH_ACCURACY_NEWTON, "solver.newton_tolerance",
+       {{"1e-1", "1e-2", "1e-3", "1e-4", "1e-6", "1e-8"}, {"1e-2", "1e-4", "1e-6"}}},
+      {FLESH_ACCURACY_LINEAR, "solver.linear_tolerance",
+       {{"3e-1", "1e-1", "1e-2", "1e-3", "1e-4", "1e-6"}, {"1e-1", "1e-2", "1e-4"}}},
+      {FLESH_ACCURACY_PROJECTION, "solver.eigenvalue_filter", {{"auto", "trust-region-always", "none"}}},
+      {FLESH_ACCURACY_MASS, "body.mass", {{"lumped", "consistent"}}}};
+  for (size_t p = 0; p < sizeof prices / sizeof *prices; p++)
+    for (const char *const *value = prices[p].values[plan->quick && *prices[p].values[1]]; *value; value++) {
+      flesh_accuracy_row *row = add_row(plan, prices[p].group, plan->representative, plan->representative_step);
+      snprintf(row->extra, sizeof row->extra, "%s=%s", prices[p].key, *value);
+      snprintf(row->setting, sizeof row->setting, "%s", row->extra);
+      if (flesh_option_number(*value, &row->value)) row->value = NAN;
+    }
 }
 
 static void make_runs(flesh_accuracy_plan *plan)
 {
-  static const char *const newton[] = {"1e-1", "1e-2", "1e-3", "1e-4", "1e-6", "1e-8", NULL};
-  static const char *const newton_quick[] = {"1e-2", "1e-4", "1e-6", NULL};
-  static const char *const linear[] = {"3e-1", "1e-1", "1e-2", "1e-3", "1e-4", "1e-6", NULL};
-  static const char *const linear_quick[] = {"1e-1", "1e-2", "1e-4", NULL};
-  static const char *const projection[] = {"auto", "trust-region-always", "none", NULL};
-  static const char *const mass[] = {"lumped", "consistent", NULL};
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
@@ -210,13 +215,7 @@ static void make_runs(flesh_accuracy_plan *plan)
                adaptive ? row->tolerance.text : step.text);
     }
   }
-  if (plan->representative < 0) return;
-  add_prices(plan, FLESH_ACCURACY_NEWTON, "solver.newton_tolerance",
-             plan->quick ? newton_quick : newton);
-  add_prices(plan, FLESH_ACCURACY_LINEAR, "solver.linear_tolerance",
-             plan->quick ? linear_quick : linear);
-  add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.eigenvalue_filter", projection);
-  add_prices(plan, FLESH_ACCURACY_MASS, "body.mass", mass);
+  if (plan->representative >= 0) add_prices(plan);
 }
 
 int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)

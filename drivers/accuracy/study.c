@@ -20,7 +20,8 @@
 static const flesh_study_field fields[] = {
     FIGURE(INT, "status_code", status), FIGURE(INT, "steps", cost.counts.steps), FIGURE(INT, "rejected", cost.rejected),
     FIGURE(INT, "residual_evaluations", cost.counts.residuals), FIGURE(INT, "hessian_assemblies", cost.counts.assemblies),
-    FIGURE(INT, "newton", cost.counts.newton), FIGURE(INT, "linear_iterations", cost.counts.linear), FIGURE(DOUBLE, "cpu_s", cost.cpu_s),
+    FIGURE(INT, "newton", cost.counts.newton), FIGURE(INT, "linear_iterations", cost.counts.linear),
+    FIGURE(DOUBLE, "cpu_s", cost.cpu_s),
     FIGURE(DOUBLE, "wall_s_median", wall_s_median), FIGURE(DOUBLE, "wall_s_min", wall_s_min),
     FIGURE(DOUBLE, "error_position_rms", errors.position_rms), FIGURE(DOUBLE, "error_position_max", errors.position_max),
     FIGURE(DOUBLE, "error_tip", errors.tip), FIGURE(DOUBLE, "error_volume", errors.volume),

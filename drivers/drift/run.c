@@ -188,8 +188,8 @@ void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *
   watcher w = {.figures = f};
   *f = (flesh_drift_figures){
       .run = {.max_volume_drift = NAN, .final_volume_drift = NAN, .J_min = NAN, .J_bound = NAN, .wall_s = NAN},
-      .first_inverted_step = -1, .first_bound_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN, .newton_per_step = NAN,
-      .linear_per_newton = NAN, .failed_at = NAN, .distance_from_rest = NAN};
+      .first_inverted_step = -1, .first_bound_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN,
+      .newton_per_step = NAN, .linear_per_newton = NAN, .failed_at = NAN, .distance_from_rest = NAN};
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   if (status) {

@@ -87,6 +87,7 @@ static json_t *facts_of(const void *data, int number)
 {
   const flesh_hardcases_plan *plan = data;
   const flesh_hardcases_run *run = &plan->runs[number];
+  const flesh_hardcases_case *hardcase = run->hardcase;
   const flesh_hardcases_setting *s = run->setting;
   flesh_hardcases_setting alike = *s; /* the same setting on the cases' own meshes */
   char title[112], sheet[112];
@@ -94,15 +95,15 @@ static json_t *facts_of(const void *data, int number)
   flesh_hardcases_setting_title(s, title);
   flesh_hardcases_setting_title(&alike, sheet);
   return json_pack(
-      "{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", run->hardcase->name, "group", run->hardcase->group,
+      "{ss ss si ss ss sf sf ss ss ss sb sb sb ss sf so so si ss sf sf sb sb}", "case", hardcase->name, "group", hardcase->group,
       "seed", run->seed, "energy", flesh_energy_name(s->energy), "constants", flesh_constants_name(s->constants), "poisson",
-      flesh_hardcases_poisson(run), "step", run->hardcase->step > 0 ? run->hardcase->step : s->step, "solver",
+      flesh_hardcases_poisson(run), "step", hardcase->step > 0 ? hardcase->step : s->step, "solver",
       flesh_hardcases_solver_name(s->solver), "element", flesh_element_name(s->element), "mesh", s->body ? s->body->name : "",
-      "static", run->hardcase->is_static, "random", run->hardcase->random, "hardest",
-      run->hardcase->expects == FLESH_HARDCASES_HARDEST, "title", title, "own_poisson", run->hardcase->poisson > 0 ? run->hardcase->poisson : 0.0,
-      "folder", flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->options.out), "setting", (int)(s - plan->settings), "sheet", sheet,
-      "setting_poisson", s->poisson, "setting_step", s->step, "held", run->hardcase->held == FLESH_HARDCASES_FACE, "first_of_own",
-      s->first_poisson && !isnan(run->hardcase->poisson));
+      "static", hardcase->is_static, "random", hardcase->random, "hardest", hardcase->expects == FLESH_HARDCASES_HARDEST,
+      "title", title, "own_poisson", hardcase->poisson > 0 ? hardcase->poisson : 0.0, "folder",
+      flesh_json_text(flesh_hardcases_run_folder(run)), "out", flesh_json_text(plan->options.out), "setting",
+      (int)(s - plan->settings), "sheet", sheet, "setting_poisson", s->poisson, "setting_step", s->step, "held",
+      hardcase->held == FLESH_HARDCASES_FACE, "first_of_own", s->first_poisson && !isnan(hardcase->poisson));
 }
 
 static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)

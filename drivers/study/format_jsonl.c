@@ -28,4 +28,4 @@ static void print_row(FILE *stream, int count, const char *const *names, const f
   fputs("}\n", stream);
 }
 
-const flesh_format flesh_format_jsonl = {NULL, print_row};
+const flesh_format flesh_format_jsonl = {0, print_row, NULL};

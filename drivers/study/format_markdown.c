@@ -9,14 +9,8 @@ static void print_text(FILE *stream, const char *text)
   }
 }
 
-static void print_head(FILE *stream, int count, const char *const *names)
+static void print_rule(FILE *stream, int count)
 {
-  for (int c = 0; c < count; c++) {
-    fputs("| ", stream);
-    print_text(stream, names[c]);
-    putc(' ', stream);
-  }
-  fputs("|\n", stream);
   for (int c = 0; c < count; c++) fputs("|---", stream);
   fputs("|\n", stream);
 }
@@ -33,4 +27,4 @@ static void print_row(FILE *stream, int count, const char *const *names, const f
   fputs("|\n", stream);
 }
 
-const flesh_format flesh_format_markdown = {print_head, print_row};
+const flesh_format flesh_format_markdown = {1, print_row, print_rule};

@@ -32,8 +32,10 @@ int flesh_format_print(const char *path, sqlite3_stmt *query, const flesh_format
   const char **names = calloc((size_t)count + 1, sizeof *names);
   flesh_format_cell *cells = calloc((size_t)count + 1, sizeof *cells);
   int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_no_memory();
-  for (int c = 0; c < count && !status; c++) names[c] = sqlite3_column_name(query, c);
-  if (!status && format->head) format->head(stream, count, names);
+  for (int c = 0; c < count && !status; c++)
+    cells[c] = (flesh_format_cell){.kind = FLESH_CELL_TEXT, .text = names[c] = sqlite3_column_name(query, c)};
+  if (!status && format->has_names) format->row(stream, count, names, cells);
+  if (!status && format->rule) format->rule(stream, count);
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
     for (int c = 0; c < count; c++) cells[c] = cell_of(query, c);
     format->row(stream, count, names, cells);

@@ -20,8 +20,9 @@ typedef struct flesh_format_cell {
 } flesh_format_cell;
 
 typedef struct flesh_format {
-  void (*head)(FILE *stream, int count, const char *const *names); /* NULL: there is no head */
+  int has_names; /* 1: the names of the columns are printed as the first row */
   void (*row)(FILE *stream, int count, const char *const *names, const flesh_format_cell *cells);
+  void (*rule)(FILE *stream, int count); /* prints what stands below the names; NULL: nothing does */
 } flesh_format;
 
 /* Prints the rows of a query of a database; `path` names the database in error messages. FLESH_ERR_FILE,

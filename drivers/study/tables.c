@@ -86,8 +86,8 @@ int flesh_study_tables_create(flesh_study_store *store, const flesh_study *study
   if (!status && columns.failed) status = flesh_no_memory();
   if (!status)
     status = flesh_study_store_execute(
-        store, "CREATE TABLE cases (id INTEGER PRIMARY KEY%s, status TEXT NOT NULL, exit_code INTEGER, message TEXT, seconds REAL, "
-               "started TEXT, worker TEXT, scene TEXT, overrides TEXT, result TEXT, case_key TEXT UNIQUE);\n"
+        store, "CREATE TABLE cases (id INTEGER PRIMARY KEY%s, status TEXT NOT NULL, exit_code INTEGER, message TEXT, "
+               "seconds REAL, started TEXT, worker TEXT, scene TEXT, overrides TEXT, result TEXT, case_key TEXT UNIQUE);\n"
                "CREATE INDEX cases_by_status ON cases (status, id)", columns.data);
   free(columns.data);
   return status;
