@@ -89,7 +89,7 @@ SELECT share, method, cpu_before * pow(cpu_s / cpu_before, ln(error_before / tar
 FROM (SELECT *, row_number() OVER (PARTITION BY share, method ORDER BY number) AS place FROM curve JOIN shares
   WHERE error <= target)
 WHERE place = 1;
-CREATE TEMP VIEW told AS
+CREATE TEMP VIEW described AS
 SELECT number, cpu_s, method, printf('%s in %s s, %d steps, error ', setting, number('%.3g', cpu_s), steps) ||
   iif(below, 'below the reference''s uncertainty', number('%.3g', 100 * error / motion) || ' %') ||
   iif(energy_gain > 0.01, ', gains energy', '') AS words FROM done JOIN reference;
@@ -114,10 +114,10 @@ SELECT text FROM (
     WHEN t.number IS NOT NULL THEN printf('%s; %s times as much', t.words, number('%.3g', t.cpu_s / best.cpu_s))
     ELSE coalesce('not reached; its best: ' || other.words, 'no run to judge by') END
   FROM shares s JOIN methods m LEFT JOIN best b ON b.share = s.share AND b.scope = m.method LEFT
-    JOIN told t ON t.number = b.number
-  LEFT JOIN best c ON c.share = s.share AND c.scope = '*' LEFT JOIN told best ON best.number = c.number
+    JOIN described t ON t.number = b.number
+  LEFT JOIN best c ON c.share = s.share AND c.scope = '*' LEFT JOIN described best ON best.number = c.number
   LEFT JOIN pairs p ON p.a = t.number AND p.b = best.number
-  LEFT JOIN most_accurate o ON o.method = m.method LEFT JOIN told other ON other.number = o.number WHERE is_known
+  LEFT JOIN most_accurate o ON o.method = m.method LEFT JOIN described other ON other.number = o.number WHERE is_known
   UNION ALL
   SELECT share, 1e6, '  no setting that was measured reaches it.' FROM shares
   WHERE is_known AND share NOT IN (SELECT share FROM best)

@@ -49,13 +49,13 @@ int flesh_pool_open(flesh_ranks *ranks, int jobs, int count, const flesh_pool_ca
 
 static void order_all(const flesh_ranks *ranks, int kind, int number)
 {
-  const flesh_pool_order order = {kind, number};
+  const flesh_pool_message order = {.kind = kind, .number = number};
   for (int r = 1; ranks && r < ranks->count; r++) flesh_ranks_send(r, sizeof order, &order);
 }
 
 /* Receives the next message: its head, and the rest as a text. Returns 0 if there is none. Adopts a signal to another
  * rank, as it may come while another message is waited for. */
-static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
+static int receive(flesh_pool_message *head, flesh_text *behind, int *from)
 {
   size_t size;
   if (!flesh_ranks_probe(from, &size)) return 0;
@@ -73,7 +73,7 @@ static int receive(flesh_pool_head *head, flesh_text *behind, int *from)
 static void hear_out(int left)
 {
   while (left > 0) {
-    flesh_pool_head head;
+    flesh_pool_message head;
     flesh_text behind = {0};
     int from;
     if (receive(&head, &behind, &from)) left -= head.kind == FLESH_POOL_DONE;
@@ -87,10 +87,10 @@ typedef struct helper {
   int told, left, code; /* the first rank knows of a signal; ordered to leave, with this exit code */
 } helper;
 
-static void tell(const flesh_pool_head *head, size_t size, const char *behind)
+static void tell(const flesh_pool_message *head, size_t size, const char *behind)
 {
   char *bytes = malloc(sizeof *head + size);
-  const flesh_pool_head lacks = {.kind = FLESH_POOL_LACKS, .number = head->number};
+  const flesh_pool_message lacks = {.kind = FLESH_POOL_LACKS, .number = head->number};
   if (bytes) memcpy(bytes, head, sizeof *head);
   if (bytes && size) memcpy(bytes + sizeof *head, behind, size);
   if (bytes) flesh_ranks_send(0, sizeof *head + size, bytes);
@@ -102,16 +102,16 @@ static void run(helper *h, int number)
 {
   int started = 0, status = FLESH_OK;
   if (flesh_interrupt_signal()) {
-    tell(&(flesh_pool_head){.kind = FLESH_POOL_ENDED, .number = number, .ended = SIGTERM}, 0, NULL);
+    tell(&(flesh_pool_message){.kind = FLESH_POOL_ENDED, .number = number, .ended = SIGTERM}, 0, NULL);
     return;
   }
   if (h->slots.running < h->slots.limit) status = flesh_slots_start(&h->slots, number, &started);
   if (started) return;
   const char *why = status ? flesh_error_text() : "no more processes can be had";
-  tell(&(flesh_pool_head){.kind = FLESH_POOL_LACKS, .number = number}, strlen(why) + 1, why);
+  tell(&(flesh_pool_message){.kind = FLESH_POOL_LACKS, .number = number}, strlen(why) + 1, why);
 }
 
-static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh_pool_cases *cases)
+static void obey(helper *h, const flesh_pool_message *order, int jobs, const flesh_pool_cases *cases)
 {
   switch (order->kind) {
   case FLESH_POOL_RUN:
@@ -123,10 +123,10 @@ static void obey(helper *h, const flesh_pool_order *order, int jobs, const flesh
   case FLESH_POOL_OVER:
     flesh_slots_close(&h->slots);
     if (flesh_slots_open(jobs, cases, &h->slots)) h->slots.room = h->slots.limit = 0;
-    tell(&(flesh_pool_head){.kind = FLESH_POOL_DONE}, 0, NULL);
+    tell(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
     break;
   default:
-    tell(&(flesh_pool_head){.kind = FLESH_POOL_DONE}, 0, NULL);
+    tell(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
     h->left = 1;
     h->code = order->number;
   }
@@ -138,13 +138,13 @@ static void attend(helper *h)
   flesh_pool_end end;
   flesh_slots_wait(&h->slots, 2, &end);
   if (end.number >= 0)
-    tell(&(flesh_pool_head){FLESH_POOL_ENDED, end.number, end.ended, end.killed, end.seconds}, end.answer.size,
+    tell(&(flesh_pool_message){FLESH_POOL_ENDED, end.number, end.ended, end.killed, end.seconds}, end.answer.size,
          end.answer.data);
   free(end.answer.data);
   if (!flesh_interrupt_signal() || h->told) return;
   h->told = 1;
   flesh_slots_stop(&h->slots);
-  tell(&(flesh_pool_head){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
+  tell(&(flesh_pool_message){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
 }
 
 /* Works as a rank behind the first until it is ordered to leave. Returns the exit code of that order. */
@@ -154,7 +154,7 @@ static int serve(int jobs, const flesh_pool_cases *cases)
   const int room = flesh_slots_fit(jobs, jobs);
   if (flesh_slots_open(room, cases, &h.slots)) h.slots.room = h.slots.limit = 0; /* every case is then refused */
   while (!h.left) {
-    flesh_pool_order order;
+    flesh_pool_message order;
     size_t size;
     int from;
     if (flesh_ranks_probe(&from, &size)) {
@@ -199,7 +199,7 @@ int flesh_pool_stand_by(void)
 
 void flesh_pool_listen(const flesh_ranks *ranks)
 {
-  flesh_pool_head head;
+  flesh_pool_message head;
   flesh_text behind = {0};
   int from;
   if (!ranks || ranks->all <= ranks->count || !flesh_ranks_first(ranks)) return;
@@ -209,7 +209,7 @@ void flesh_pool_listen(const flesh_ranks *ranks)
 
 void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
 {
-  const flesh_pool_order leave = {FLESH_POOL_LEAVE, code};
+  const flesh_pool_message leave = {.kind = FLESH_POOL_LEAVE, .number = code};
   if (!ranks || !flesh_ranks_first(ranks)) return;
   for (int r = ranks->count; r < ranks->all; r++) flesh_ranks_send(r, sizeof leave, &leave);
   hear_out(ranks->all - ranks->count);
@@ -234,7 +234,7 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started)
   const int rank = free_rank(pool), here = pool->slots.running < pool->slots.limit;
   if (here && (!rank || pool->slots.running <= pool->busy[rank]))
     return flesh_slots_start(&pool->slots, number, started);
-  const flesh_pool_order order = {FLESH_POOL_RUN, number};
+  const flesh_pool_message order = {.kind = FLESH_POOL_RUN, .number = number};
   flesh_ranks_send(rank, sizeof order, &order);
   pool->busy[rank]++;
   pool->away++;
@@ -245,7 +245,7 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started)
 /* Receives a message; returns whether it says that a case of another rank has ended. */
 static int hear(flesh_pool *pool, flesh_pool_end *end, int *status)
 {
-  flesh_pool_head head;
+  flesh_pool_message head;
   int from;
   if (!pool->ranks || !receive(&head, &pool->last, &from)) return 0;
   if (head.kind == FLESH_POOL_SIGNALLED) return 0;

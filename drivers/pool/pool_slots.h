@@ -45,14 +45,11 @@ enum {
   FLESH_POOL_DONE      /* the rank will send nothing more */
 };
 
-typedef struct flesh_pool_order {
-  int kind, number;
-} flesh_pool_order;
-
-typedef struct flesh_pool_head {
+/* An order or a message; the last three members are of a case that has ended. */
+typedef struct flesh_pool_message {
   int kind, number;
   int ended, killed;
   double seconds;
-} flesh_pool_head;
+} flesh_pool_message;
 
 #endif

@@ -23,12 +23,8 @@
 /* Seconds for which a case waits until another process has left its folder. */
 static const double PATIENCE = 5;
 
-/* Data for the processes of the cases, on every rank; `store` is NULL on ranks without the database. */
-typedef struct given {
-  const flesh_study *study;
-  flesh_study_store *store;
-} given;
-
+/* A study that runs; data for the processes of its cases. On ranks behind the first, which have no database, only `study`
+ * is set. */
 typedef struct crew {
   const flesh_study *study;
   flesh_study_store *store;
@@ -72,9 +68,9 @@ static void direct_output(const char *folder)
 /* Runs in a case's process; the process that has started it holds the claim in the database. */
 static void work(const void *data, int number, flesh_text *answer)
 {
-  const given *g = data;
-  const flesh_study *study = g->study;
-  if (g->store) close(g->store->lock);
+  const crew *w = data;
+  const flesh_study *study = w->study;
+  if (w->store) close(w->store->lock);
   char *folder = study->folder ? study->folder(study->data, number) : NULL;
   if (study->folder) direct_output(folder);
   json_t *record = study->work(study->data, number, folder);
@@ -181,9 +177,8 @@ static int run_all(crew *w)
 
 int flesh_study_run(const flesh_study *study, flesh_study_store *store, const flesh_study_options *options)
 {
-  const given g = {study, store};
-  const flesh_pool_cases cases = {work, &g, study->max_seconds};
   crew w = {.study = study, .store = store, .options = options, .started = flesh_wall_seconds()};
+  const flesh_pool_cases cases = {work, &w, study->max_seconds};
   const int count = flesh_study_store_count(store, NULL);
   int abandoned = 0, elsewhere, status = flesh_pool_open(options->ranks, options->jobs, count, &cases, &w.pool);
   w.running = calloc((size_t)flesh_pool_slots(options->ranks, options->jobs, count) + 1, sizeof *w.running);
@@ -302,8 +297,8 @@ int flesh_study_lead(const flesh_study *study, flesh_study_options *options, int
   int shard, shards;
   if (!status) status = flesh_study_read_shard(options->shard, &shard, &shards);
   options->jobs = flesh_pool_jobs(options->ranks, options->jobs);
-  const given g = {study, NULL};
-  const flesh_pool_cases cases = {work, &g, study->max_seconds};
+  const crew w = {.study = study};
+  const flesh_pool_cases cases = {work, &w, study->max_seconds};
   leader l = {study, options, course};
   return flesh_pool_lead(options->ranks, study->name, status, options->jobs, &cases, lead, &l);
 }

@@ -189,7 +189,7 @@ static void swing(double w, double kink, double kept, int at, double t, double *
 }
 
 /* Finds the largest error of the track between its times, and the error that it reports. */
-static void interpolated(double w, double kink, double kept, int told, int intervals, double *error, double *doubt)
+static void interpolated(double w, double kink, double kept, int has_break, int intervals, double *error, double *doubt)
 {
   const double corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
   const int tet[] = {0, 1, 2, 3};
@@ -199,7 +199,7 @@ static void interpolated(double w, double kink, double kept, int told, int inter
   flesh_accuracy_track track;
   flesh_accuracy_errors errors;
   const flesh_accuracy_measure measure = {
-      .nodes = 4, .mass = mass, .rest_volume = 1.0 / 6, .break_count = told, .breaks = &kink};
+      .nodes = 4, .mass = mass, .rest_volume = 1.0 / 6, .break_count = has_break, .breaks = &kink};
   const flesh_accuracy_scale scale = {.energy = 1};
   CHECK_OK(flesh_mesh_create(4, corners, 1, tet, NULL, &mesh));
   CHECK_OK(flesh_system_create(mesh, &system));
@@ -214,7 +214,7 @@ static void interpolated(double w, double kink, double kept, int told, int inter
   for (int k = 0; k <= 7 * intervals; k++) {
     double t = k / (7.0 * intervals);
     const int known = flesh_accuracy_track_at(&track, &measure, t, x, v);
-    const double cut = told ? floor(kink * intervals + 1e-9) / intervals : 2, r = 1e-9;
+    const double cut = has_break ? floor(kink * intervals + 1e-9) / intervals : 2, r = 1e-9;
     CHECK(known == !(kink > cut + r && t > cut + r && t < cut + 1. / intervals - r));
     if (!known) continue;
     for (int d = 0; d < 12; d++) {

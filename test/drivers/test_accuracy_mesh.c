@@ -68,7 +68,7 @@ static void lacks(const char *text, const char *what)
   if (strstr(text, what)) printf("# it says: %s\n", what);
 }
 
-static void a_mesh_that_dominates_is_told(void)
+static void a_mesh_that_dominates_is_reported(void)
 {
   const double meshes[] = {0.51, 0.004, 0.002, 0.2}, steps[] = {0.02, 0.0001, 0.00003};
   char *text = words(meshes, steps, 0.001, NULL);
@@ -93,7 +93,7 @@ static void a_mesh_that_dominates_is_told(void)
   free(text);
 }
 
-static void a_step_that_dominates_is_told(void)
+static void a_step_that_dominates_is_reported(void)
 {
   char *text = words((const double[]){0.01, 0.004, 0.0005, 0.002}, (const double[]){0.4, 0.2, 0.1}, 0.001, NULL);
   CHECK_TEXT(text, "are 1 % off; the step (newmark at 1/60 s) adds 20 %.");
@@ -124,7 +124,7 @@ static void times_to_an_error_are_interpolated(void)
   free(text);
 }
 
-static void what_the_reference_leaves_open_is_not_told(void)
+static void what_the_reference_leaves_open_is_not_reported(void)
 {
   const double meshes[] = {0.51, 0.01, 0.01, 0.2}, steps[] = {0.02, 0.0001, 0.00003};
   char *text = words(meshes, steps, 0.02, NULL);
@@ -147,6 +147,6 @@ static void what_the_reference_leaves_open_is_not_told(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(a_mesh_that_dominates_is_told), TEST(a_step_that_dominates_is_told),
-                   TEST(times_to_an_error_are_interpolated), TEST(what_the_reference_leaves_open_is_not_told));
+  return RUN_TESTS(argc, argv, TEST(a_mesh_that_dominates_is_reported), TEST(a_step_that_dominates_is_reported),
+                   TEST(times_to_an_error_are_interpolated), TEST(what_the_reference_leaves_open_is_not_reported));
 }

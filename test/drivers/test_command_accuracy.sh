@@ -94,7 +94,7 @@ accuracy_of_ida() {
 
 # A nearly incompressible bar swings for long: order 5 feeds energy into its fast oscillations, which is reported; order 2
 # does not.
-energy_from_nowhere_is_told() {
+energy_from_nowhere_is_reported() {
   accuracy_of_ida gains --set time.max_energy_gain=1e9 && accuracy_of_ida ended || return 1
   [ "$(column ended/accuracy.csv status ida5 | sort -u)" = failed ] && has ended/verdict.txt 'ida5 gains energy' || return 1
   ! has gains/verdict.txt 'warning: ida gains' && has gains/verdict.txt 'warning: ida5 gains energy' && has gains/verdict.txt 'not stable for fast oscillations' ||
@@ -164,15 +164,15 @@ the_named_command_repeats_a_run() {
   expect 0 "$flesh" run bar.yaml --set time.method=midpoint --set time.step=1/6400 --out fine --no-frames --quiet ||
     return 1
   setting=$(echo "$command" | sed 's/.*time.step=//')
-  told=$(awk -F , -v s="step=$setting" '
+  reported=$(awk -F , -v s="step=$setting" '
     NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
     $1 == "midpoint" && $2 == s { print $at["error_position_max"]; exit }' one/accuracy.csv)
   grep -v '^#' named/state.txt >one.txt
   grep -v '^#' fine/state.txt >two.txt
   # The largest error of a node at the end is at most the reported one, that at the worst time, and at least 1/20 of it.
-  paste -d ' ' one.txt two.txt | awk -v told="$told" '
+  paste -d ' ' one.txt two.txt | awk -v reported="$reported" '
     { d = sqrt(($1-$7)^2 + ($2-$8)^2 + ($3-$9)^2); if (d > most) most = d }
-    END { print most, told; exit !(most <= 1.05 * told && most > told / 20) }'
+    END { print most, reported; exit !(most <= 1.05 * reported && most > reported / 20) }'
 }
 
 # If the scene's own steps are adaptive, rows of fixed steps, also those with other settings, have fixed steps all the same.
@@ -290,7 +290,7 @@ without_gnuplot_the_figures_stand() {
 tests="the_table_is_complete
 errors_fall_with_the_step
 errors_follow_the_tolerance
-${long:+energy_from_nowhere_is_told}
+${long:+energy_from_nowhere_is_reported}
 orders_are_those_of_the_methods
 the_reference_is_known
 ${long:+a_poor_reference_tells_less worst_is_the_worst_of_all_steps}

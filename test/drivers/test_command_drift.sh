@@ -143,7 +143,7 @@ END
 
 # A run that cannot write its files is reported and gives no verdict, as its figures say nothing of the energy; it is run
 # again when the comparison resumes.
-a_run_that_cannot_write_is_told() {
+a_run_that_cannot_write_is_reported() {
   set -- drift "$scenes/finger_pull_coarse.yaml" --energies S --poisson 0.45 --solvers guarded --set time.end=1/30 --out blocked
   mkdir blocked && echo file >blocked/runs || return 1
   expect 3 "$flesh" "$@" && has stderr.txt '1 of 1 cases could not write or read their files; the first: ' &&
@@ -170,4 +170,4 @@ bad_lists_are_refused() {
 
 run_tests the_comparison_ends_well the_table_has_the_promised_columns guarded_runs_survive a_failed_run_is_a_row \
   the_figures_are_physical pictures_are_drawn volumes_say_what_they_show nothing_is_minus_zero no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
-  meshes_and_elements_are_told_apart a_run_that_cannot_write_is_told bad_lists_are_refused
+  meshes_and_elements_are_told_apart a_run_that_cannot_write_is_reported bad_lists_are_refused

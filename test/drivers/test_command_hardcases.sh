@@ -111,7 +111,7 @@ without_gnuplot_the_frames_are_drawn() {
 }
 
 # If a signal ends gnuplot and the command, as ^C does, the command's end is that of the signal.
-an_interrupted_picture_is_told() {
+an_interrupted_picture_is_reported() {
   printf '#!/bin/sh\nkill -TERM $PPID $$\n' >bare/gnuplot && chmod +x bare/gnuplot || return 1
   PATH=$work/bare:$PATH expect 143 "$flesh" hardcases --quick --out unfinished --energies S --poisson 0.45 --cases single_plane &&
     has stderr.txt 'matrix.png is not drawn: interrupted by SIGTERM' && [ ! -e unfinished/matrix.log ]
@@ -247,7 +247,7 @@ a_long_step_is_named() {
 run_tests ${long:+hard_starts_recover violent_loads_recover} collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
   ${long:+ends_of_ten_node_bodies_are_judged} an_early_end_is_no_recovery ${long:+a_death_is_a_row} a_setting_of_ones_own_is_kept_in_the_scene \
-  the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn an_interrupted_picture_is_told a_spent_budget_is_a_row \
+  the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn an_interrupted_picture_is_reported a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done a_battery_is_shared_out_and_extended the_list_names_every_case \
   a_battery_of_ones_own_is_run bad_options_are_refused \
   chaos_is_entered_through_softer_materials what_has_vanished_is_laid_out ${long:+soft_parts_come_to_rest_far_away} \

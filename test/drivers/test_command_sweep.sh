@@ -5,7 +5,7 @@ set -u
 . "$source_folder/shared/sweep.sh"
 bar_spec 1/2 >bar.yaml
 
-a_plan_is_told_and_nothing_is_done() {
+a_plan_is_printed_and_nothing_is_done() {
   spec 'repeats: 2' 'axes:' '  - {key: body.material.young, from: 1e4, to: 1e6, count: 3, spacing: logarithmic}' \
     '  - zip:' '    - {key: time.step, values: [1/60, 1/120]}' \
     '    - {key: effects.gravity.acceleration, name: g, values: [[0, 0, -9.81], [0, 0, -1]]}' \
@@ -313,7 +313,7 @@ snakemake_runs_the_shards() {
     [ "$(lines 'by snakemake/results.csv')" -eq 49 ]
 }
 
-run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives names_of_the_database_are_free \
+run_tests a_plan_is_printed_and_nothing_is_done a_row_is_what_a_run_gives names_of_the_database_are_free \
   failed_cases_are_rows bad_specs_are_refused an_older_sweep_is_not_overwritten an_axis_may_grow derived_columns_may_change \
   numbers_of_a_range_are_round shards_join_to_the_same_bits tables_are_exported a_finished_sweep_needs_no_log \
   near_values_are_told_apart words_beside_a_heat_map_have_room pictures_are_drawn \

@@ -54,7 +54,7 @@ static void lacks(const char *text, const char *words)
 enum { P1 = FLESH_ELEMENT_TET4, MEAN = FLESH_ELEMENT_TET10_MEAN };
 
 /* The finger's figures: on a coarse mesh of tet4 B changes more than D, on the finest mesh less. */
-static void an_order_that_the_mesh_makes_is_told(void)
+static void an_order_that_the_mesh_makes_is_reported(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.60, 1.93, .59}, {1.44, 1.94, .69}, {1.42, 1.94, .68}};
   char *text = verdict(4, drift, (int[]){P1, P1, MEAN, MEAN}, (int[]){500, 20000, 2500, 20000}, NULL);
@@ -71,7 +71,7 @@ static void an_order_that_the_mesh_makes_is_told(void)
 }
 
 /* Without the finest figures, no claim is made that does not hold. */
-static void what_the_meshes_cannot_tell_is_not_told(void)
+static void what_the_meshes_cannot_tell_is_not_reported(void)
 {
   const double drift[][VARIANTS] = {{2.07, 1.90, .94}, {1.82, 1.92, .78}};
   char *text = verdict(2, drift, (int[]){P1, P1}, (int[]){500, 4000}, NULL);
@@ -137,7 +137,7 @@ static void inverted_tets_and_bounds_are_told_apart(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(an_order_that_the_mesh_makes_is_told), TEST(what_the_meshes_cannot_tell_is_not_told),
+  return RUN_TESTS(argc, argv, TEST(an_order_that_the_mesh_makes_is_reported), TEST(what_the_meshes_cannot_tell_is_not_reported),
                    TEST(an_order_of_neighbours_is_none_of_others),
                    TEST(a_figure_without_a_second_claims_nothing), TEST(inverted_tets_and_bounds_are_told_apart));
 }
