@@ -155,7 +155,6 @@ static inline double flesh_hardcases_poisson(const flesh_hardcases_run *run)
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 /* Returns the technique that the solver omits; 0: none. */
 flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver);
-const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 
 /* Writes "S 0.49 default"; with mesh, constants, step and element if they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[112]);

@@ -33,12 +33,6 @@ flesh_technique flesh_hardcases_left_out(flesh_hardcases_solver solver)
   return (flesh_technique)(bit & FLESH_TECHNIQUES_ALL);
 }
 
-const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
-{
-  static const char *const names[] = {FLESH_HARDCASES_OUTCOME_LIST(NAME)};
-  return names[outcome];
-}
-
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[112])
 {
   char constants[16] = "", step[32] = "", element[24] = "", body[40] = "";

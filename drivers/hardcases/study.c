@@ -72,14 +72,15 @@ static void shed(const char *out, const flesh_hardcases_run *run)
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
+#define NAME(id, name, ...) name,
+  static const char *const names[] = {FLESH_HARDCASES_OUTCOME_LIST(NAME)};
   const flesh_hardcases_plan *plan = data;
   const flesh_hardcases_run *run = &plan->runs[number];
   flesh_hardcases_figures figures;
   flesh_hardcases_run_one(plan, run, &figures);
   const flesh_hardcases_outcome outcome = flesh_hardcases_judge(run->hardcase, &figures);
   if (plan->lean && outcome <= (plan->filters ? FLESH_HARDCASES_UNCONVERGED : FLESH_HARDCASES_RECOVERED)) shed(plan->options.out, run);
-  return flesh_fields_record(flesh_hardcases_outcome_name(outcome), figures.exit_code, figures.message,
-                             flesh_fields_json(fields, &figures));
+  return flesh_fields_record(names[outcome], figures.exit_code, figures.message, flesh_fields_json(fields, &figures));
 }
 
 /* Returns facts for the SQL about a run of the plan, whether it is done or not. */

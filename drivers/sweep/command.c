@@ -54,15 +54,13 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 }
 
 /* Reads the scene as the case will. */
-static int build(const flesh_sweep *sweep, int number)
+static int read_case(const flesh_sweep *sweep, int number, flesh_scene **scene)
 {
   const flesh_sweep_work given = {sweep, NULL, 0};
   flesh_study_case c;
-  flesh_scene *scene = NULL;
   int status = make_case(&given, number, &c);
   if (status) return status;
-  status = flesh_overrides_read(&c.overrides, c.scene, &scene);
-  flesh_scene_destroy(&scene);
+  status = flesh_overrides_read(&c.overrides, c.scene, scene);
   flesh_study_case_free(&c);
   return status;
 }
@@ -74,7 +72,9 @@ static int try_cases(const flesh_sweep *sweep, int shard, int shards)
   char first[900] = "";
   int cases = 0, refused = FLESH_OK;
   for (int number = shard - 1; number < sweep->case_count; number += shards, cases++) {
-    int status = build(sweep, number);
+    flesh_scene *scene = NULL;
+    const int status = read_case(sweep, number, &scene);
+    flesh_scene_destroy(&scene);
     if (!status || status == FLESH_ERR_MEMORY || flesh_interrupt_signal()) return FLESH_OK;
     if (refused) continue;
     refused = status;
@@ -137,12 +137,8 @@ static json_t *figures_of(const void *data)
   json_t *figures = NULL;
   flesh_scene *scene = NULL;
   flesh_figures empty = {0};
-  for (int number = 0; number < sweep->case_count && !scene && !flesh_interrupt_signal(); number++) {
-    flesh_study_case c;
-    if (make_case(data, number, &c)) break;
-    flesh_overrides_read(&c.overrides, c.scene, &scene);
-    flesh_study_case_free(&c);
-  }
+  for (int number = 0; number < sweep->case_count && !scene && !flesh_interrupt_signal(); number++)
+    read_case(sweep, number, &scene);
   if (scene && !flesh_figures_open(&empty, flesh_scene_system(scene), scene))
     figures = flesh_figures_json(&empty, flesh_scene_system(scene), scene);
   flesh_figures_close(&empty);
