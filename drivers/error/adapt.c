@@ -59,7 +59,7 @@ typedef struct adapt {
   double tolerance;
   int relative;
   flesh_mesh *mesh; /* with its marks */
-  flesh_state state; /* equilibrium on the mesh; x is NULL if it is not yet known */
+  double *indicators; /* [tets] of the mesh */
   int local;        /* a tet that is halved in any case; -1: none */
   double jump;      /* largest change so far to another equilibrium */
   int levels;
@@ -119,6 +119,19 @@ static int check(adapt *a, const flesh_scene *scene)
                                                           "finer: it has no bar", a->column);
 }
 
+/* Warns of what the bar of a column leaves out; for positions the bar includes different materials. */
+static int warn_of_cut(const flesh_scene *scene, const char *column)
+{
+  flesh_cut_words cut;
+  const int status = flesh_cut_say(scene, &cut), is_place = strstr(column, ".position_") != NULL;
+  if (*cut.regions && (cut.has_density || !is_place))
+    fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count %s\n", cut.regions, column,
+            is_place ? "the densities" : "that");
+  if (*cut.muscles)
+    fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count that\n", cut.muscles, column);
+  return status;
+}
+
 /* Reads the given scene with ten-node tets, and takes its mesh with the selections as named sets. */
 static int begin(adapt *a, const flesh_texts *given)
 {
@@ -131,7 +144,7 @@ static int begin(adapt *a, const flesh_texts *given)
   flesh_overrides_add(&a->overrides, "output.error_bars", "false");
   int status = flesh_overrides_read(&a->overrides, a->options->scene_path, &scene);
   if (!status) status = check(a, scene);
-  if (!status && !a->options->quiet) status = flesh_cut_warn(scene, a->column);
+  if (!status && !a->options->quiet) status = warn_of_cut(scene, a->column);
   if (!status) status = flesh_error_carry(scene, a->options->quiet, &a->overrides, &a->mesh);
   flesh_overrides_add(&a->overrides, "body.refine", "0");
   if (!status && !strstr(a->column, ".position_") && flesh_scene_solver(scene)->newton_tolerance > newton_tolerance)
@@ -140,17 +153,6 @@ static int begin(adapt *a, const flesh_texts *given)
   if (!status && a->overrides.failed) status = flesh_no_memory();
   flesh_scene_destroy(&scene);
   return status;
-}
-
-/* Keeps the state of the run's last record. */
-static int keep_state(void *data, const flesh_step_record *record)
-{
-  adapt *a = data;
-  const size_t bytes = 3 * (size_t)a->mesh->nodes * sizeof(double);
-  if (!record->last) return FLESH_OK;
-  memcpy(a->state.x, record->state->x, bytes);
-  memcpy(a->state.v, record->state->v, bytes);
-  return FLESH_OK;
 }
 
 /* Reads the column's last value and unit; for a position, `moved` is the distance from rest, 0 if it is only
@@ -175,7 +177,6 @@ static int read_value(adapt *a, const char *folder, const flesh_scene *scene, le
 /* Runs the scene quietly on the mesh, in `folder`; the last run also writes frames and the saved state. */
 static int run(adapt *a, const char *folder, int last, flesh_scene **scene, level *l)
 {
-  flesh_overrides own;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
   int status = flesh_folder_make(folder);
@@ -185,23 +186,17 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   status = flesh_mesh_write(a->mesh, mesh);
   if (!status && !(absolute = realpath(mesh, NULL))) status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be found", mesh);
   if (!status) {
-    flesh_overrides_copy(&own, &a->overrides.texts);
-    flesh_overrides_add_text(&own, "body.mesh", absolute);
-    status = flesh_overrides_read(&own, a->options->scene_path, scene);
-    flesh_overrides_close(&own);
+    flesh_overrides_add_text(&a->overrides, "body.mesh", absolute);
+    status = flesh_overrides_read(&a->overrides, a->options->scene_path, scene);
   }
   free(absolute);
   if (status) return status;
-  const flesh_observer observer = {keep_state, a};
   flesh_runner_options options = *a->options;
   options.out = folder;
   options.quiet = 1;
   options.no_frames |= !last;
   options.save_state = last ? options.save_state : NULL;
-  options.observer_count = 1;
-  options.observers = &observer;
-  if (!a->state.x) status = flesh_state_make(a->mesh->nodes, 0, 0, &a->state);
-  if (!status) status = flesh_runner_run(*scene, &options, &figures, &outcome);
+  status = flesh_runner_run(*scene, &options, &figures, &outcome);
   if (outcome.status) status = flesh_fail(outcome.status, "%s", outcome.message);
   else if (!status && figures.final_inverted)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
@@ -266,7 +261,7 @@ typedef struct indicated {
 } indicated;
 
 /* Refines the tets with the largest indicators, which together make up the share. */
-static int refine(adapt *a, const double *indicators)
+static int refine(adapt *a)
 {
   const int tets = a->mesh->tets;
   uint8_t *halvings = calloc((size_t)tets, 1);
@@ -275,7 +270,7 @@ static int refine(adapt *a, const double *indicators)
   const double share = a->list[a->levels - 1].bar <= nearly_allowed * allowed(a) ? marked_share / 2 : marked_share;
   double total = 0, sum = 0;
   flesh_mesh *finer = NULL, *smooth = NULL;
-  for (int t = 0; t < tets && !status; t++) order[t] = (indicated){-fabs(indicators[t]), t}, total += fabs(indicators[t]);
+  for (int t = 0; t < tets && !status; t++) order[t] = (indicated){-fabs(a->indicators[t]), t}, total -= order[t].size;
   if (!status) flesh_sort(order, (size_t)tets, sizeof *order, flesh_compare_double);
   for (int k = 0; k < tets && !status && (!k || sum < share * total); k++) {
     halvings[order[k].tet] = 1;
@@ -284,8 +279,6 @@ static int refine(adapt *a, const double *indicators)
   if (!status && a->local >= 0) halvings[a->local] = 3;
   if (!status) status = flesh_mesh_refine_marked(a->mesh, halvings, &finer, NULL);
   if (!status) status = flesh_mesh_smooth(finer, smooth_below, &smooth);
-  free(a->state.x);
-  a->state.x = NULL;
   if (!status) {
     flesh_mesh_destroy(&a->mesh);
     a->mesh = smooth;
@@ -303,24 +296,28 @@ static int digits_of(const level *l)
 }
 
 /* Makes a level: its run, its indicators, its bar. */
-static int step(adapt *a, double **indicators)
+static int step(adapt *a)
 {
   flesh_scene *scene = NULL;
+  flesh_state state = {0};
   level *l = &a->list[a->levels++];
   flesh_mesh_info info;
   flesh_mesh_inspect(a->mesh, &info);
   *l = (level){.nodes = info.nodes, .tets = info.tets, .quality = info.radius_ratio_min};
   char *folder = flesh_text_new("%s/to/%d", a->options->out, a->levels - 1);
   int status = folder ? run(a, folder, 0, &scene, l) : flesh_no_memory();
-  free(folder);
   if (!status) l->dofs = count_free(scene);
-  *indicators = malloc((size_t)a->mesh->tets * sizeof **indicators);
-  if (!status && !*indicators) status = flesh_no_memory();
+  if (!status) status = flesh_state_make(a->mesh->nodes, 0, 0, &state);
+  if (!status) status = flesh_state_read(flesh_path("%s/state.txt", folder), a->mesh->nodes, &state);
+  free(folder);
+  free(a->indicators);
+  a->indicators = malloc((size_t)a->mesh->tets * sizeof *a->indicators);
+  if (!status && !a->indicators) status = flesh_no_memory();
   int is_goal = 0;
-  if (!status) a->state.t = scene->time.end;
-  if (!status) status = flesh_error_indicate(scene, &a->state, a->column, *indicators, &is_goal, &l->cut_off);
+  if (!status) status = flesh_error_indicate(scene, &state, a->column, a->indicators, &is_goal, &l->cut_off);
+  free(state.x);
   l->estimate = is_goal ? 0 : NAN;
-  for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += fabs((*indicators)[t]);
+  for (int t = 0; t < a->mesh->tets && !status && is_goal; t++) l->estimate += fabs(a->indicators[t]);
   /* Strain and stress at a point depend more on its tet than the work of the loads does. */
   const flesh_probe *probe = status ? NULL : flesh_probe_of(scene, a->column);
   a->local = !probe || is_goal || isnan(probe->point[0]) ? -1 : probe->tet;
@@ -412,16 +409,14 @@ int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *over
   strcpy(a.column, spec);
   int status = begin(&a, overrides), reached = 0;
   while (!status && !reached) {
-    double *indicators = NULL;
-    status = step(&a, &indicators);
+    status = step(&a);
     if (!status) reached = a.list[a.levels - 1].bar <= allowed(&a);
     if (!status && !reached) status = check_progress(&a);
-    if (!status && !reached) status = refine(&a, indicators);
-    free(indicators);
+    if (!status && !reached) status = refine(&a);
   }
   if (!status) status = finish(&a);
   flesh_overrides_close(&a.overrides);
   flesh_mesh_destroy(&a.mesh);
-  free(a.state.x);
+  free(a.indicators);
   return status;
 }

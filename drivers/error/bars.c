@@ -132,7 +132,7 @@ static int write_table(const bars *b, const char *folder, int tab)
 
 /* Computes the bars by SQL from the tables of the run and its companions; writes the tables and result.json, and prints
  * what they say. */
-static int tell(bars *b, const char *folder, int quiet)
+static int write_bars(bars *b, const char *folder, int quiet)
 {
   const flesh_results to = {.out = folder, .quiet = quiet};
   const char *const words[] = {flesh_own_text("error_words"), NULL};
@@ -167,7 +167,7 @@ static int make(bars *b, const flesh_runner_options *options)
     if (!status) status = flesh_error_run(&of_companions, &b->judges[kind]);
   }
   free(path);
-  return status ? status : tell(b, options->out, options->quiet);
+  return status ? status : write_bars(b, options->out, options->quiet);
 }
 
 int flesh_error_bars(const flesh_runner_options *options)

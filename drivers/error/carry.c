@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "mesh/edges.h"
+#include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "scene/effect_list.h"
 #include "scene/scene.h"
@@ -149,16 +150,20 @@ typedef struct work {
   uint8_t *meets;        /* [count*tets] whether a region would choose the tet but for its box */
   int *entries, *counts; /* [tets] region of each tet, -1: none; [count+1] number of a tet's points in no region and in each */
   int *sample;           /* [count+1] a tet of no region and of each; -1: there is no such tet */
-  double points[POINTS][4];
 } work;
 
-static void find_place(const flesh_mesh *mesh, int t, const double L[4], double x[3])
+/* Lists the sample points of a tet. */
+static void list_points(const flesh_mesh *mesh, int t, double (*x)[3])
 {
-  memset(x, 0, 3 * sizeof *x);
-  for (int a = 0; a < 4; a++) {
-    const double *at = mesh->positions + 3 * (size_t)mesh->tet_nodes[4 * (size_t)t + (size_t)a];
-    for (int c = 0; c < 3; c++) x[c] += L[a] * at[c];
-  }
+  const int n = POINTS_OF_EDGE, *corners = mesh->tet_nodes + 4 * (size_t)t;
+  for (int i = 0; i < n; i++)
+    for (int j = 0; i + j < n; j++)
+      for (int k = 0; i + j + k < n; k++, x++) {
+        const double L[4] = {(i + .25) / n, (j + .25) / n, (k + .25) / n, (n - 1 - i - j - k + .25) / n};
+        memset(*x, 0, sizeof *x);
+        for (int a = 0; a < 4; a++)
+          for (int c = 0; c < 3; c++) (*x)[c] += L[a] * mesh->positions[3 * (size_t)corners[a] + (size_t)c];
+      }
 }
 
 static int is_within(const double box[6], const double x[3])
@@ -169,48 +174,30 @@ static int is_within(const double box[6], const double x[3])
 }
 
 /* Returns the region at a place in a tet; -1: none. */
-static int entry_at(const work *w, int t, const double L[4])
+static int region_at(const work *w, int t, const double x[3])
 {
   const flesh_scene_region *regions = w->scene->keys.body.regions.values;
-  double x[3];
-  find_place(w->scene->mesh, t, L, x);
   for (int e = 0; e < w->count; e++)
     if (w->meets[(size_t)e * (size_t)w->tets + (size_t)t] && is_within(regions[e].tets.box, x)) return e;
   return -1;
 }
 
-/* Lists the sample points of a tet, [POINTS][4] barycentric coordinates. */
-static void list_points(double (*L)[4])
-{
-  const int n = POINTS_OF_EDGE;
-  for (int i = 0; i < n; i++)
-    for (int j = 0; i + j < n; j++)
-      for (int k = 0; i + j + k < n; k++, L++) {
-        const double at[4] = {(i + .25) / n, (j + .25) / n, (k + .25) / n, (n - 1 - i - j - k + .25) / n};
-        memcpy(*L, at, sizeof at);
-      }
-}
-
-/* Counts a tet's points by region. */
-static void count_points(const work *w, int t)
-{
-  for (int e = 0; e <= w->count; e++) w->counts[e] = 0;
-  for (int k = 0; k < POINTS; k++) w->counts[1 + entry_at(w, t, w->points[k])]++;
-}
-
 /* Finds which tets are cut, and by how much. */
 static void find(const work *w, flesh_cut *cut)
 {
-  const double middle[4] = {.25, .25, .25, .25}, *volumes = w->scene->mesh->volumes;
+  const flesh_mesh *mesh = w->scene->mesh;
   const flesh_body *body = &w->scene->body;
-  double all = 0;
+  double all = 0, x[POINTS][3];
   for (int t = w->tets; t-- > 0;) {
-    w->entries[t] = entry_at(w, t, middle);
+    flesh_mesh_centre(mesh, mesh->positions, t, x[0]);
+    w->entries[t] = region_at(w, t, x[0]);
     w->sample[1 + w->entries[t]] = t;
   }
   for (int t = 0; t < w->tets; t++) {
-    count_points(w, t);
     int most = 0, wrong = 0;
+    list_points(mesh, t, x);
+    memset(w->counts, 0, ((size_t)w->count + 1) * sizeof *w->counts);
+    for (int k = 0; k < POINTS; k++) w->counts[1 + region_at(w, t, x[k])]++;
     cut->materials[t] = body->tet_material ? body->tet_material[t] : 0;
     for (int e = 0; e <= w->count; e++) {
       const int s = w->sample[e], is_denser = s >= 0 && body->density[s] != body->density[t];
@@ -222,10 +209,10 @@ static void find(const work *w, flesh_cut *cut)
       if (w->counts[e] > most && body->tet_material) cut->materials[t] = body->tet_material[s];
       if (w->counts[e] > most) most = w->counts[e];
     }
-    all += volumes[t];
+    all += mesh->volumes[t];
     cut->count += wrong > 0;
     cut->shares[t] = (double)wrong / POINTS;
-    cut->share += volumes[t] * cut->shares[t];
+    cut->share += mesh->volumes[t] * cut->shares[t];
   }
   cut->share /= all;
 }
@@ -253,13 +240,13 @@ int flesh_cut_find(const flesh_scene *scene, flesh_cut *cut)
 {
   work w = {.scene = scene, .tets = scene->parts[0].tets, .count = scene->keys.body.regions.count};
   const size_t tets = (size_t)w.tets, count = (size_t)w.count, all = (size_t)scene->mesh->tets;
+  flesh_arena *memory = &cut->memory;
   *cut = (flesh_cut){0};
   if (!count) return FLESH_OK;
-  list_points(w.points);
-  cut->shares = calloc(all, sizeof *cut->shares);
-  cut->materials = calloc(all, sizeof *cut->materials);
-  w.meets = calloc(count * tets, 1);
-  w.entries = calloc(tets + 2 * (count + 1), sizeof *w.entries);
+  cut->shares = flesh_arena_take(memory, all * sizeof *cut->shares);
+  cut->materials = flesh_arena_take(memory, all * sizeof *cut->materials);
+  w.meets = flesh_arena_take(memory, count * tets);
+  w.entries = flesh_arena_take(memory, (tets + 2 * (count + 1)) * sizeof *w.entries);
   int status = cut->shares && cut->materials && w.meets && w.entries ? FLESH_OK : flesh_no_memory();
   if (!status) {
     w.counts = w.entries + tets;
@@ -268,50 +255,44 @@ int flesh_cut_find(const flesh_scene *scene, flesh_cut *cut)
   }
   if (!status) find(&w, cut);
   if (status || !cut->count) flesh_cut_clear(cut);
-  free(w.meets);
-  free(w.entries);
   return status;
 }
 
 void flesh_cut_clear(flesh_cut *cut)
 {
-  free(cut->shares);
-  free(cut->materials);
+  flesh_arena_free(&cut->memory);
   *cut = (flesh_cut){0};
-}
-
-void flesh_cut_say(const flesh_cut *cut, size_t size, char *words)
-{
-  snprintf(words, size, "boxes of body.regions cut %d tets, which have the %s of the region that their middle is in: %.2g %% of "
-                        "the volume has that of the other side", cut->count, cut->has_density ? "density and material" : "material",
-           100 * cut->share);
 }
 
 /* Counts the tets of a selection that its box cuts. */
 static int count_cut(const flesh_scene *scene, const flesh_tet_selection *selection, int *count)
 {
-  double points[POINTS][4], x[3];
+  double x[POINTS][3];
   flesh_tet_selection rest = *selection;
   flesh_chosen_fibres chosen;
   rest.box[0] = NAN;
-  list_points(points);
   const int status = flesh_tets_choose(&rest, &scene->body, &chosen);
   for (int k = 0; k < chosen.count && !status; k++) {
     int within = 0;
-    for (int p = 0; p < POINTS; p++) {
-      find_place(scene->mesh, chosen.tets[k], points[p], x);
-      within += is_within(selection->box, x);
-    }
+    list_points(scene->mesh, chosen.tets[k], x);
+    for (int p = 0; p < POINTS; p++) within += is_within(selection->box, x[p]);
     *count += within > 0 && within < POINTS;
   }
   flesh_fibres_free(&chosen);
   return status;
 }
 
-int flesh_cut_say_muscles(const flesh_scene *scene, size_t size, char *words)
+int flesh_cut_say(const flesh_scene *scene, flesh_cut_words *words)
 {
   const flesh_effect_entry *entries = scene->keys.effects.values;
-  int status = FLESH_OK;
+  flesh_cut cut;
+  int status = flesh_cut_find(scene, &cut);
+  *words = (flesh_cut_words){.has_density = cut.has_density};
+  if (cut.count)
+    snprintf(words->regions, sizeof words->regions,
+             "boxes of body.regions cut %d tets, which have the %s of the region that their middle is in: %.2g %% of the volume "
+             "has that of the other side", cut.count, cut.has_density ? "density and material" : "material", 100 * cut.share);
+  flesh_cut_clear(&cut);
   for (int k = 0; k < scene->keys.effects.count && !status; k++) {
     const flesh_key *keys = entries[k].path && entries[k].node ? entries[k].row->keys : NULL;
     int count = 0;
@@ -320,25 +301,9 @@ int flesh_cut_say_muscles(const flesh_scene *scene, size_t size, char *words)
     const flesh_tet_selection *selection = (const void *)(parameters + keys->offset);
     if (!isnan(selection->box[0])) status = count_cut(scene, selection, &count);
     if (count)
-      flesh_text_add(words, size, "%s%s.box cuts %d tets, whose middle decides whether they have fibres", *words ? "; " : "",
+      flesh_text_add(words->muscles, sizeof words->muscles,
+                     "%s%s.box cuts %d tets, whose middle decides whether they have fibres", *words->muscles ? "; " : "",
                      entries[k].path, count);
   }
-  return status;
-}
-
-int flesh_cut_warn(const flesh_scene *scene, const char *column)
-{
-  flesh_cut cut;
-  char words[320], muscles[320] = "";
-  int status = flesh_cut_find(scene, &cut);
-  const int is_place = strstr(column, ".position_") != NULL;
-  if (cut.count && (cut.has_density || !is_place)) {
-    flesh_cut_say(&cut, sizeof words, words);
-    fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count %s\n", words, column,
-            is_place ? "the densities" : "that");
-  }
-  flesh_cut_clear(&cut);
-  if (!status) status = flesh_cut_say_muscles(scene, sizeof muscles, muscles);
-  if (*muscles) fprintf(stderr, "flesh: warning: %s on the first mesh; the bar of %s does not count that\n", muscles, column);
   return status;
 }

@@ -33,7 +33,7 @@ static void refuse(flesh_error_judge *judge, const char *words)
 
 /* Drops companion k, which failed, and those that depend on it, if the remaining ones suffice. Returns whether they
  * do. */
-static int spare(flesh_error_judge *judge, int k)
+static int drop(flesh_error_judge *judge, int k)
 {
   if (!judge->coarser || !k) return 0;
   const int is_last = k == judge->count - 1; /* has the other element; a double step needs all before it */
@@ -144,25 +144,15 @@ static void choose_steps(const flesh_scene *scene, flesh_error_judge *judge)
 static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
 {
   const flesh_scene_time *time = &scene->time;
-  if (time->adaptive.control || time->method == FLESH_METHOD_IDA) {
-    add_tolerance(time, judge);
-    return;
-  }
-  switch (time->method) {
-  case FLESH_METHOD_STATIC:
-    if (depends_on_path(scene)) choose_steps(scene, judge);
-    else refuse(judge, "these equilibria do not depend on the steps between them");
-    return;
-  case FLESH_METHOD_BACKWARD_EULER:
-    judge->count = 1;
+  if (time->adaptive.control || time->method == FLESH_METHOD_IDA) add_tolerance(time, judge);
+  else if (time->method == FLESH_METHOD_STATIC && !depends_on_path(scene))
+    refuse(judge, "these equilibria do not depend on the steps between them");
+  else if (time->method == FLESH_METHOD_BACKWARD_EULER) {
     judge->factor = of_newmark;
-    snprintf(judge->companions[0].folder, FLESH_ERROR_FOLDER, "error/step");
+    add(judge, "step", "", 0, 0);
     strcpy(judge->companions[0].set[0], "time.method=newmark");
     snprintf(judge->words, sizeof judge->words, "newmark with the same steps");
-    return;
-  default:
-    choose_steps(scene, judge);
-  }
+  } else choose_steps(scene, judge);
 }
 
 typedef struct ends {
@@ -213,12 +203,10 @@ static int check_ends(const flesh_scene *scene, flesh_error_judge *judge)
  * the wrong material only by chance. */
 static int check_cut(const flesh_scene *scene, flesh_error_judge *judge)
 {
-  flesh_cut cut;
+  flesh_cut_words cut;
   char words[FLESH_ERROR_WORDS] = "";
-  int status = flesh_cut_find(scene, &cut);
-  if (cut.count) flesh_cut_say(&cut, sizeof words, words);
-  flesh_cut_clear(&cut);
-  if (!status) status = flesh_cut_say_muscles(scene, sizeof words, words);
+  const int status = flesh_cut_say(scene, &cut);
+  flesh_text_add(words, sizeof words, "%s%s%s", cut.regions, *cut.regions && *cut.muscles ? "; " : "", cut.muscles);
   if (*words) snprintf(judge->left_out, sizeof judge->left_out, "%.290s, which the bars do not count", words);
   return status;
 }
@@ -229,7 +217,7 @@ static int read_scenes(const char *path, flesh_error_judge *judge)
   for (int k = 0; k < judge->count && !status; k++) {
     const char *const sets[] = {"output.error_bars=false", judge->companions[k].set[0], judge->companions[k].set[1]};
     status = flesh_scene_read(path, *sets[2] ? 3 : 2, sets, &judge->companions[k].scene);
-    if (status && status != FLESH_ERR_MEMORY && status != FLESH_ERR_INTERRUPTED && spare(judge, k)) status = FLESH_OK;
+    if (status && status != FLESH_ERR_MEMORY && status != FLESH_ERR_INTERRUPTED && drop(judge, k)) status = FLESH_OK;
   }
   if (status && status != FLESH_ERR_MEMORY && status != FLESH_ERR_INTERRUPTED) {
     refuse(judge, flesh_error_text());
@@ -262,7 +250,7 @@ int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
     flesh_runner_run(judge->companions[k].scene, &options, &figures, &outcome);
     judge->companions[k].cpu_s = figures.cpu_s;
     if (outcome.status == FLESH_ERR_INTERRUPTED) status = outcome.status;
-    if (outcome.status && !spare(judge, k)) {
+    if (outcome.status && !drop(judge, k)) {
       char words[FLESH_ERROR_WORDS];
       snprintf(words, sizeof words, "the companion (%.120s) ended: %.*s", judge->words,
                (int)strcspn(outcome.message, ";"), outcome.message);

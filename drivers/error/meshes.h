@@ -14,23 +14,22 @@ typedef struct flesh_cut {
   int count;        /* number of tets that are cut between different densities or materials */
   double share;     /* of the body's volume that has density or material of the wrong side */
   int has_density;  /* whether densities differ there */
-  double *shares;   /* [tets] wrong share of each tet's volume; NULL: no tet is cut. Owned, as the next member */
+  double *shares;   /* [tets] wrong share of each tet's volume; NULL: no tet is cut */
   int *materials;   /* [tets] material of the other side; for tets that are not cut, their own */
+  flesh_arena memory; /* owns both arrays */
 } flesh_cut;
 
 /* Finds the tets that boxes cut. FLESH_ERR_MEMORY, with *cut cleared. */
 int flesh_cut_find(const flesh_scene *scene, flesh_cut *cut);
 void flesh_cut_clear(flesh_cut *cut);
 
-/* Writes "boxes of body.regions cut 12 tets, ..." for a cut that has tets. */
-void flesh_cut_say(const flesh_cut *cut, size_t size, char *words);
-
-/* Adds "effects[2].muscle.box cuts 12 tets, ..." for each muscle's box that cuts tets. FLESH_ERR_MEMORY. */
-int flesh_cut_say_muscles(const flesh_scene *scene, size_t size, char *words);
-
-/* Prints a warning of what the bar of a column by `flesh run --to` leaves out; for positions the bar includes different
- * materials. FLESH_ERR_MEMORY. */
-int flesh_cut_warn(const flesh_scene *scene, const char *column);
+/* Sentences about the tets that boxes cut: "boxes of body.regions cut 12 tets, ..." and, for each muscle's box that cuts
+ * tets, "effects[2].muscle.box cuts 12 tets, ..."; "": there are none. */
+typedef struct flesh_cut_words {
+  int has_density; /* of flesh_cut */
+  char regions[320], muscles[320];
+} flesh_cut_words;
+int flesh_cut_say(const flesh_scene *scene, flesh_cut_words *words); /* FLESH_ERR_MEMORY */
 
 /* Calls `see` with each selection of nodes or faces in the scene's effects, and with its path, until a call fails. */
 typedef int flesh_error_see(void *data, const flesh_selection *selection, const char *path);
