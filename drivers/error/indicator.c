@@ -178,14 +178,14 @@ int flesh_error_indicate(const flesh_scene *scene, const flesh_state *state, con
     w.means = w.dilation + POINTS * tets;
     w.weights = w.means + FIELDS * nodes;
   }
-  flesh_asked asked = {0}; /* by_x only for positions */
-  if (!status && flesh_asked_find(scene, column, state->t, &asked) == FLESH_ERR_MEMORY) status = FLESH_ERR_MEMORY;
-  *is_goal = !status && asked.by_x;
+  flesh_response response = {0}; /* by_x only for positions */
+  if (!status && flesh_response_find(scene, column, state->t, &response) == FLESH_ERR_MEMORY) status = FLESH_ERR_MEMORY;
+  *is_goal = !status && response.by_x;
   for (size_t i = 0; i < 3 * nodes && !status && !*is_goal; i++) w.lambda[i] = state->x[i] - scene->mesh->positions[i];
-  if (!status && *is_goal) status = solve_adjoint(&w, asked.by_x);
+  if (!status && *is_goal) status = solve_adjoint(&w, response.by_x);
   if (!status) indicate(&w, indicators);
   if (!status) status = add_cut(&w, indicators, cut_off);
-  flesh_asked_clear(&asked);
+  flesh_response_clear(&response);
   flesh_tet_stress_clear(&w.stress);
   free(w.lambda);
   return status;

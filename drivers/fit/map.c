@@ -112,10 +112,10 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
     if (m->table == FLESH_FIT_OF_HISTORY)
       return flesh_node_fail(m->place, "a map is fitted to positions and to columns of probes, not to history");
     for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !e->moves && !status; q++) {
-      flesh_asked asked;
-      status = flesh_asked_find(scene, m->quantities[q].name, e->end, &asked);
-      if (!status && asked.probes) status = flesh_fail(FLESH_ERR_ARGUMENT, "it is not linear in the state");
-      flesh_asked_clear(&asked);
+      flesh_response response;
+      status = flesh_response_find(scene, m->quantities[q].name, e->end, &response);
+      if (!status && response.probes) status = flesh_fail(FLESH_ERR_ARGUMENT, "it is not linear in the state");
+      flesh_response_clear(&response);
       if (status && status != FLESH_ERR_MEMORY)
         return flesh_node_fail_within(status, m->place, "%s: column %s is none that a map can be fitted to: ", m->path,
                                       m->quantities[q].name);

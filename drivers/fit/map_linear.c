@@ -80,12 +80,12 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
   state->answers = flesh_arena_take(&self->memory, (size_t)count * sizeof *state->answers);
   if (!state->answers) return flesh_no_memory();
   for (int c = 0; c < count && !status; c++) {
-    flesh_asked asked = {0};
+    flesh_response response = {0};
     double *answer = state->answers[c] = flesh_arena_take(&self->memory, (size_t)self->n * sizeof *answer);
-    status = answer ? flesh_asked_find(x->scene, x->e->columns[c], t, &asked) : flesh_no_memory();
-    if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){asked.by_x, asked.of_residual}, answer);
-    for (int d = 0; d < self->n && !status; d++) answer[d] = (asked.of_residual ? asked.of_residual[d] : 0) - answer[d];
-    flesh_asked_clear(&asked);
+    status = answer ? flesh_response_find(x->scene, x->e->columns[c], t, &response) : flesh_no_memory();
+    if (!status) status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){response.by_x, response.of_residual}, answer);
+    for (int d = 0; d < self->n && !status; d++) answer[d] = (response.of_residual ? response.of_residual[d] : 0) - answer[d];
+    flesh_response_clear(&response);
     self->fit->linear++;
   }
   return status;

@@ -133,7 +133,7 @@ struct flesh_fit_motion {
   flesh_integrator *integrator;
   flesh_trajectory *trajectory;
   flesh_fit_told told;
-  flesh_asked *columns; /* of probes; they are linear in the state, so their derivatives are the same at all states */
+  flesh_response *columns; /* of probes; they are linear in the state, so their derivatives are the same at all states */
 };
 
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
@@ -141,10 +141,10 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
   for (int k = 0; k < e->measured_count; k++)
     if (e->measured[k].table == FLESH_FIT_OF_HISTORY) return "it is a motion of which history is measured";
   for (int c = 0; c < e->column_count; c++) {
-    flesh_asked asked;
-    const int status = flesh_asked_find(scene, e->columns[c], e->end, &asked);
-    const int is_other = status || asked.over != FLESH_AT_END || asked.probes;
-    flesh_asked_clear(&asked);
+    flesh_response response;
+    const int status = flesh_response_find(scene, e->columns[c], e->end, &response);
+    const int is_other = status || response.over != FLESH_AT_END || response.probes;
+    flesh_response_clear(&response);
     if (is_other) return "it is a motion of which more than positions and velocities is measured";
   }
   return "";
@@ -179,7 +179,7 @@ int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, fle
   m->columns = calloc((size_t)e->column_count + 1, sizeof *m->columns);
   int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : flesh_no_memory();
   for (int c = 0; c < e->column_count && !status; c++)
-    status = flesh_asked_find(m->scene, e->columns[c], e->end, &m->columns[m->column_count++]);
+    status = flesh_response_find(m->scene, e->columns[c], e->end, &m->columns[m->column_count++]);
   if (!status) status = record(m);
   fit->made++;
   if (status) flesh_fit_motion_destroy(motion);
@@ -193,7 +193,7 @@ void flesh_fit_motion_destroy(flesh_fit_motion **motion)
   flesh_trajectory_destroy(&m->trajectory);
   flesh_integrator_destroy(&m->integrator);
   flesh_scene_destroy(&m->scene);
-  for (int c = 0; c < m->column_count; c++) flesh_asked_clear(&m->columns[c]);
+  for (int c = 0; c < m->column_count; c++) flesh_response_clear(&m->columns[c]);
   free(m->columns);
   free(m->told.times);
   free(m);
@@ -213,10 +213,10 @@ typedef struct following {
 static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
 {
   const following *f = data;
-  const flesh_asked *asked = &f->motion->columns[c < 0 ? 0 : c];
+  const flesh_response *response = &f->motion->columns[c < 0 ? 0 : c];
   double sum = c < 0 ? flesh_fit_told_position(m, d, f->dx) : 0;
   for (int i = 0; i < f->motion->n && c >= 0; i++)
-    sum += (asked->by_x ? asked->by_x[i] * f->dx[i] : 0) + (asked->by_v ? asked->by_v[i] * f->dv[i] : 0);
+    sum += (response->by_x ? response->by_x[i] * f->dx[i] : 0) + (response->by_v ? response->by_v[i] * f->dv[i] : 0);
   f->to[(size_t)row * (size_t)f->stride] += weight * sum;
 }
 
@@ -284,10 +284,10 @@ static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum 
   const giving *g = data;
   const double y = weight * g->y[row];
   if (c < 0) flesh_fit_told_give(m, d, y, g->by_x);
-  const flesh_asked *asked = &g->motion->columns[c < 0 ? 0 : c];
+  const flesh_response *response = &g->motion->columns[c < 0 ? 0 : c];
   for (int i = 0; i < g->motion->n && c >= 0; i++) {
-    if (asked->by_x) g->by_x[i] += y * asked->by_x[i];
-    if (asked->by_v) g->by_v[i] += y * asked->by_v[i];
+    if (response->by_x) g->by_x[i] += y * response->by_x[i];
+    if (response->by_v) g->by_v[i] += y * response->by_v[i];
   }
 }
 

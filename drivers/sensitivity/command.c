@@ -32,32 +32,30 @@ typedef struct study {
   flesh_overrides overrides;
   flesh_scene *scene;
   flesh_state state;
-  double *residual; /* [3*nodes] at the end, for equilibria */
-  int asked_count, varied_count;
-  flesh_asked asked[MOST];
-  flesh_varied varied[MOST];
-  flesh_asked *beside; /* [asked*varied*4] columns in the scenes beside; n is 0 if one weighs the state as the scene's own */
-  double *gradients; /* [asked*varied] */
+  int response_count, key_count;
+  flesh_response responses[MOST];
+  flesh_varied_key keys[MOST];
+  flesh_parameter parameters[MOST]; /* [keys] */
+  flesh_response *beside; /* [responses*keys*4] columns in the scenes beside; n is 0 if one is the scene's own function */
+  double *gradients; /* [responses*keys] */
 } study;
-
-/* Returns whether all steps are differentiated: for a motion, and for equilibria that depend on earlier ones. */
-static int has_way(const study *s) { return *flesh_scene_tangents_refused(s->scene) != 0; }
 
 /* ---- columns and keys ---- */
 
 static int take_column(void *data, const char *name)
 {
   study *s = data;
-  if (s->asked_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--of has more than %d columns", MOST);
-  const int status = flesh_asked_find(s->scene, name, flesh_scene_times(s->scene)->end, &s->asked[s->asked_count++]);
+  if (s->response_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--of has more than %d columns", MOST);
+  const int status = flesh_response_find(s->scene, name, flesh_scene_times(s->scene)->end, &s->responses[s->response_count++]);
   return status ? flesh_fail_within(status, "--of is %s; ", name) : FLESH_OK;
 }
 
 static int take_key(void *data, const char *key)
 {
   study *s = data;
-  if (s->varied_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--to has more than %d keys", MOST);
-  return flesh_varied_make(s->scene, s->path, &s->overrides, key, &s->varied[s->varied_count++]);
+  if (s->key_count == MOST) return flesh_fail(FLESH_ERR_ARGUMENT, "--to has more than %d keys", MOST);
+  const int k = s->key_count++;
+  return flesh_varied_key_read(s->scene, s->path, &s->overrides, key, &s->keys[k], &s->parameters[k]);
 }
 
 static int open_study(study *s)
@@ -71,20 +69,15 @@ static int open_study(study *s)
 /* ---- the run ---- */
 
 /* Returns the scene of column k of `beside`. */
-static const flesh_scene *beside_of(const study *s, int k) { return s->varied[k / 4 % s->varied_count].scenes[k % 4]; }
-
-static int weigh_alike(const double *own, const double *its, int n)
-{
-  return !own ? !its : its && !memcmp(own, its, (size_t)n * sizeof *own);
-}
+static const flesh_scene *beside_of(const study *s, int k) { return s->keys[k / 4 % s->key_count].scenes[k % 4]; }
 
 /* Returns whether quantities of tets, as functions of the state, are the same in the scenes of key j. */
-static int tets_tell_alike(const study *s, int j)
+static int tets_respond_alike(const study *s, int j)
 {
   const flesh_system *system = flesh_scene_system(s->scene);
   const int count = flesh_system_effect_count(system);
   unsigned char *same = calloc((size_t)count + 1, 1);
-  int alike = same && flesh_parameter_compare(&s->varied[j].parameter, system, same);
+  int alike = same && flesh_parameter_compare(&s->parameters[j], system, same);
   for (int e = 0; e < count && alike; e++) {
     const flesh_effect_operations *can = flesh_system_effect(system, e)->operations;
     alike = same[e] || (can->role != FLESH_ROLE_ELASTICITY && !(can->figures && can->figures->stress));
@@ -93,30 +86,19 @@ static int tets_tell_alike(const study *s, int j)
   return alike;
 }
 
-static int make_start(study *s)
+/* Finds the columns in the scenes beside, except those that are the same functions of the state as in the scene. */
+static int find_beside(study *s)
 {
-  const size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
-  s->residual = flesh_arena_take(&s->memory, unknowns * sizeof *s->residual);
-  s->gradients = flesh_arena_take(&s->memory, (size_t)s->asked_count * (size_t)s->varied_count * sizeof *s->gradients);
-  s->beside = flesh_arena_take(&s->memory, 4 * (size_t)s->asked_count * (size_t)s->varied_count * sizeof *s->beside);
-  int status = s->residual && s->gradients && s->beside ? flesh_start_make(s->scene, &s->state) : flesh_no_memory();
-  for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++) {
-    const flesh_asked *asked = &s->asked[k / 4 / s->varied_count];
-    flesh_asked *its = &s->beside[k];
-    status = flesh_asked_find(beside_of(s, k), asked->name, s->state.t, its);
-    const int alike = !asked->probes
-                          ? weigh_alike(asked->by_x, its->by_x, its->n) && weigh_alike(asked->by_v, its->by_v, its->n)
-                          : asked->probe.quantities & FLESH_PROBE_OF_TETS && tets_tell_alike(s, k / 4 % s->varied_count);
-    if (!status && alike) flesh_asked_clear(its);
+  const size_t pairs = (size_t)s->response_count * (size_t)s->key_count;
+  s->gradients = flesh_arena_take(&s->memory, pairs * sizeof *s->gradients);
+  s->beside = flesh_arena_take(&s->memory, 4 * pairs * sizeof *s->beside);
+  int status = s->gradients && s->beside ? FLESH_OK : flesh_no_memory();
+  for (int k = 0; k < 4 * s->response_count * s->key_count && !status; k++) {
+    const flesh_response *own = &s->responses[k / 4 / s->key_count];
+    if (own->probe.quantities & FLESH_PROBE_OF_TETS && tets_respond_alike(s, k / 4 % s->key_count)) continue;
+    status = flesh_response_find(beside_of(s, k), own->name, flesh_scene_times(s->scene)->end, &s->beside[k]);
   }
   return status;
-}
-
-static int make_integrator(const study *s, flesh_solver_options *options, flesh_integrator **integrator)
-{
-  *options = *flesh_scene_solver(s->scene);
-  options->newton_tolerance = fmin(options->newton_tolerance, newton_tolerance);
-  return flesh_start_integrator(s->scene, flesh_scene_system(s->scene), options, integrator);
 }
 
 /* Implements flesh_observer.observe: measures the columns, in the scenes beside, too, where they differ. */
@@ -124,69 +106,54 @@ static int observe(void *data, const flesh_step_record *record)
 {
   study *s = data;
   int status = FLESH_OK;
-  for (int k = 0; k < s->asked_count && !status; k++) {
-    status = flesh_asked_go_on(s->scene, record, &s->asked[k]);
-    if (!status) status = flesh_asked_keep(s->scene, record, &s->asked[k]);
+  for (int k = 0; k < s->response_count && !status; k++) {
+    status = flesh_response_observe(s->scene, record, &s->responses[k]);
+    if (!status) status = flesh_response_differentiate(s->scene, record, &s->responses[k]);
   }
-  for (int k = 0; k < 4 * s->asked_count * s->varied_count && !status; k++)
-    if (s->beside[k].n) status = flesh_asked_go_on(beside_of(s, k), record, &s->beside[k]);
+  for (int k = 0; k < 4 * s->response_count * s->key_count && !status; k++)
+    if (s->beside[k].n) status = flesh_response_observe(beside_of(s, k), record, &s->beside[k]);
   return status;
-}
-
-static int run(study *s, flesh_integrator *integrator)
-{
-  const flesh_scene_time *time = flesh_scene_times(s->scene);
-  const flesh_observer observer = {observe, s};
-  const flesh_run_options options = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked, .observer_count = 1,
-                                     .observers = &observer};
-  return flesh_run(flesh_scene_system(s->scene), integrator, &options, &s->state, NULL);
 }
 
 /* ---- derivatives ---- */
 
-static void list_parameters(const study *s, flesh_parameter parameters[MOST])
-{
-  for (int k = 0; k < s->varied_count; k++) parameters[k] = s->varied[k].parameter;
-}
-
 static int differentiate_equilibrium(study *s, const flesh_solver_options *options)
 {
   const flesh_system *system = flesh_scene_system(s->scene);
-  flesh_parameter parameters[MOST];
   const size_t n = (size_t)flesh_system_unknowns(system);
-  double *by_x = flesh_arena_take(&s->memory, 2 * n * sizeof *by_x); /* and the derivatives by v, which stay 0 */
+  double *by_x = flesh_arena_take(&s->memory, 3 * n * sizeof *by_x), *by_v = by_x + n, *residual = by_v + n; /* by_v stays 0 */
   flesh_sensitivity *sensitivity = NULL;
   flesh_point point = flesh_point_at(s->state.t, s->state.x, s->state.v, s->state.v); /* v is 0 */
   point.multipliers = s->state.multipliers;
   point.internal = s->state.internal;
-  list_parameters(s, parameters);
-  int status = by_x ? flesh_system_residual(system, &point, s->residual) : flesh_no_memory();
+  int status = by_x ? flesh_system_residual(system, &point, residual) : flesh_no_memory();
   if (!status) status = flesh_sensitivity_create(system, options, tolerance, &sensitivity);
   if (!status) status = flesh_sensitivity_set(sensitivity, &s->state, NULL);
-  for (int k = 0; k < s->asked_count && !status; k++) {
-    const flesh_quantity quantity = {s->asked[k].probes ? by_x : s->asked[k].by_x, s->asked[k].of_residual};
-    memset(by_x, 0, 2 * n * sizeof *by_x);
-    if (s->asked[k].probes) flesh_asked_visit(&s->asked[k], s->state.t, by_x, by_x + n);
-    flesh_asked_measure(s->scene, s->residual, &s->asked[k]);
-    status = flesh_sensitivity_gradient(sensitivity, &quantity, s->varied_count, parameters,
-                                        s->gradients + (size_t)k * (size_t)s->varied_count);
+  for (int k = 0; k < s->response_count && !status; k++) {
+    flesh_response *response = &s->responses[k];
+    const flesh_quantity quantity = {response->probes ? by_x : response->by_x, response->of_residual};
+    memset(by_x, 0, n * sizeof *by_x);
+    if (response->probes) flesh_response_visit(response, s->state.t, by_x, by_v);
+    flesh_response_measure(residual, response);
+    status = flesh_sensitivity_gradient(sensitivity, &quantity, s->key_count, s->parameters,
+                                        s->gradients + (size_t)k * (size_t)s->key_count);
   }
   flesh_sensitivity_destroy(&sensitivity);
   return status;
 }
 
-/* Adds how key j changes the start; by_start [asked][6*nodes] are the derivatives by x and v at the start. */
+/* Adds how key j changes the start; by_start [responses][6*nodes] are the derivatives by x and v at the start. */
 static int add_start(study *s, int j, const double *by_start)
 {
   const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
   flesh_state starts[4] = {{0}}; /* v stands behind x in memory */
   int status = FLESH_OK;
-  for (int i = 0; i < 4 && !status; i++) status = flesh_start_make(s->varied[j].scenes[i], &starts[i]);
+  for (int i = 0; i < 4 && !status; i++) status = flesh_start_make(s->keys[j].scenes[i], &starts[i]);
   for (size_t d = 0; d < n && !status; d++) {
     const double slope = flesh_difference_of(starts[0].x[d], starts[1].x[d], starts[2].x[d], starts[3].x[d],
-                                             s->varied[j].parameter.difference);
-    for (int k = 0; k < s->asked_count && slope != 0; k++)
-      s->gradients[k * s->varied_count + j] += slope * by_start[(size_t)k * n + d];
+                                             s->parameters[j].difference);
+    for (int k = 0; k < s->response_count && slope != 0; k++)
+      s->gradients[k * s->key_count + j] += slope * by_start[(size_t)k * n + d];
   }
   for (int i = 0; i < 4; i++) free(starts[i].x);
   return status;
@@ -194,41 +161,41 @@ static int add_start(study *s, int j, const double *by_start)
 
 static int differentiate_motion(study *s, flesh_trajectory *trajectory)
 {
-  flesh_parameter parameters[MOST];
   const size_t n = 2 * (size_t)flesh_system_unknowns(flesh_scene_system(s->scene));
-  double *by_start = flesh_arena_take(&s->memory, (size_t)s->asked_count * n * sizeof *by_start);
+  double *by_start = flesh_arena_take(&s->memory, (size_t)s->response_count * n * sizeof *by_start);
   int status = by_start ? FLESH_OK : flesh_no_memory();
-  list_parameters(s, parameters);
-  for (int k = 0; k < s->asked_count && !status; k++) {
-    flesh_asked *asked = &s->asked[k];
-    const flesh_motion_quantity quantity = {asked->by_x, asked->by_v, asked->over, asked->probes ? flesh_asked_visit : NULL,
-                                            asked};
-    status = flesh_trajectory_gradient(trajectory, &quantity, s->varied_count, parameters,
-                                       s->gradients + (size_t)k * (size_t)s->varied_count, by_start + (size_t)k * n);
+  for (int k = 0; k < s->response_count && !status; k++) {
+    flesh_response *response = &s->responses[k];
+    const flesh_motion_quantity quantity = {response->by_x, response->by_v, response->over,
+                                            response->probes ? flesh_response_visit : NULL, response};
+    status = flesh_trajectory_gradient(trajectory, &quantity, s->key_count, s->parameters,
+                                       s->gradients + (size_t)k * (size_t)s->key_count, by_start + (size_t)k * n);
   }
-  for (int j = 0; j < s->varied_count && !status; j++) status = add_start(s, j, by_start);
+  for (int j = 0; j < s->key_count && !status; j++) status = add_start(s, j, by_start);
   return status;
 }
 
 /* Adds how the keys change a column directly, at a constant state. */
 static void add_direct(study *s)
 {
-  for (int k = 0; k < s->asked_count * s->varied_count; k++) {
-    const flesh_asked *at = s->beside + 4 * (size_t)k;
+  for (int k = 0; k < s->response_count * s->key_count; k++) {
+    const flesh_response *at = s->beside + 4 * (size_t)k;
     s->gradients[k] += flesh_difference_of(at[0].value, at[1].value, at[2].value, at[3].value,
-                                           s->varied[k % s->varied_count].parameter.difference);
+                                           s->parameters[k % s->key_count].difference);
   }
 }
 
 static int differentiate(study *s)
 {
-  flesh_solver_options options;
+  const int all_steps = *flesh_scene_tangents_refused(s->scene) != 0; /* a motion, or equilibria that depend on earlier ones */
+  flesh_solver_options options = *flesh_scene_solver(s->scene);
   flesh_integrator *integrator = NULL;
   flesh_trajectory *trajectory = NULL;
-  int status = make_start(s);
-  if (!status) status = make_integrator(s, &options, &integrator);
-  if (!status && has_way(s)) status = flesh_trajectory_create(integrator, tolerance, FLESH_TRAJECTORY_STATES, &trajectory);
-  if (!status) status = run(s, integrator);
+  options.newton_tolerance = fmin(options.newton_tolerance, newton_tolerance);
+  int status = find_beside(s);
+  if (!status)
+    status = flesh_response_run(s->scene, &options, &(flesh_observer){observe, s}, &s->state, &integrator, tolerance,
+                                all_steps ? &trajectory : NULL);
   if (!status) status = trajectory ? differentiate_motion(s, trajectory) : differentiate_equilibrium(s, &options);
   if (!status) add_direct(s);
   flesh_trajectory_destroy(&trajectory);
@@ -240,14 +207,14 @@ static int differentiate(study *s)
 
 static void print_table(const study *s)
 {
-  for (int k = 0; k < s->asked_count; k++) {
-    const flesh_asked *asked = &s->asked[k];
-    printf("%s = %.9g %s at t = %.6g s\n", asked->name, asked->value, asked->unit, s->state.t);
-    for (int j = 0; j < s->varied_count; j++) {
-      const flesh_varied *varied = &s->varied[j];
-      const double slope = s->gradients[k * s->varied_count + j];
+  for (int k = 0; k < s->response_count; k++) {
+    const flesh_response *response = &s->responses[k];
+    printf("%s = %.9g %s at t = %.6g s\n", response->name, response->value, response->unit, s->state.t);
+    for (int j = 0; j < s->key_count; j++) {
+      const flesh_varied_key *varied = &s->keys[j];
+      const double slope = s->gradients[k * s->key_count + j];
       printf("  by %-40s %.6g: %.9g", varied->key, varied->value, slope);
-      if (varied->value != 0) printf("; %+.4g %s for 1 %% more", 0.01 * varied->value * slope, asked->unit);
+      if (varied->value != 0) printf("; %+.4g %s for 1 %% more", 0.01 * varied->value * slope, response->unit);
       printf("\n");
     }
   }
@@ -259,13 +226,13 @@ static int write_table(const study *s)
   int status = flesh_file_open(s->out, &file);
   if (status) return status;
   fprintf(file.stream, "of,value,unit,to,at,derivative\n");
-  for (int k = 0; k < s->asked_count; k++)
-    for (int j = 0; j < s->varied_count; j++) {
-      fprintf(file.stream, "%s", s->asked[k].name);
-      flesh_table_field(file.stream, s->asked[k].value);
-      fprintf(file.stream, ",%s,%s", s->asked[k].unit, s->varied[j].key);
-      flesh_table_field(file.stream, s->varied[j].value);
-      flesh_table_field(file.stream, s->gradients[k * s->varied_count + j]);
+  for (int k = 0; k < s->response_count; k++)
+    for (int j = 0; j < s->key_count; j++) {
+      fprintf(file.stream, "%s", s->responses[k].name);
+      flesh_table_field(file.stream, s->responses[k].value);
+      fprintf(file.stream, ",%s,%s", s->responses[k].unit, s->keys[j].key);
+      flesh_table_field(file.stream, s->keys[j].value);
+      flesh_table_field(file.stream, s->gradients[k * s->key_count + j]);
       fprintf(file.stream, "\n");
     }
   return flesh_file_commit(&file);
@@ -273,15 +240,15 @@ static int write_table(const study *s)
 
 static void close_study(study *s)
 {
-  for (int k = 0; k < s->asked_count; k++) flesh_asked_clear(&s->asked[k]);
-  for (int k = 0; k < 4 * s->asked_count * s->varied_count && s->beside; k++) flesh_asked_clear(&s->beside[k]);
-  for (int j = 0; j < s->varied_count; j++) flesh_varied_clear(&s->varied[j]);
+  for (int k = 0; k < s->response_count; k++) flesh_response_clear(&s->responses[k]);
+  for (int k = 0; k < 4 * s->response_count * s->key_count && s->beside; k++) flesh_response_clear(&s->beside[k]);
+  for (int j = 0; j < s->key_count; j++) flesh_varied_key_clear(&s->keys[j]);
   flesh_scene_destroy(&s->scene);
   free(s->state.x);
   flesh_arena_free(&s->memory);
 }
 
-static int answer(study *s)
+static int analyse(study *s)
 {
   flesh_inputs inputs = {0};
   flesh_interrupt_watch();
@@ -321,7 +288,7 @@ int flesh_command_sensitivity(int argc, char **argv)
     else if (!s.to)
       code = flesh_option_refuse(usage.command, "to", NULL, "keys of the scene, such as body.material.young");
     else {
-      const int status = answer(&s);
+      const int status = analyse(&s);
       code = status ? flesh_command_fail(usage.command, status) : 0;
     }
   }

@@ -6,12 +6,12 @@
 
 #include "base/error.h"
 #include "math/differences.h"
+#include "scene/override.h"
 #include "scene/scene.h"
-#include "scene/schema.h"
+#include "scene/scene_keys.h"
 #include "sensitivity/sensitivity.h"
 #include "system/system.h"
 
-enum { SEGMENT = 128 };
 /* Length of differences as a share of the size, and by how many such lengths the middle is moved off the value: at an
  * end of a key's range the differences lie within the range. Longer ones cross kinks of contact and of clamped
  * eigenvalues. */
@@ -26,114 +26,46 @@ static int not_there(const char *key, const char *why)
                     "body.material.young or effects.gravity.acceleration[2]", key, why);
 }
 
-/* Returns the child with that name; in a list of effects the first item with that name. NULL: none. */
-static const flesh_node *child_of(const flesh_node *node, const char *name)
-{
-  if (node->kind == FLESH_NODE_MAPPING) return flesh_node_find(node, name);
-  for (int k = 0; node->kind == FLESH_NODE_LIST && k < node->count; k++) {
-    const flesh_node *item = flesh_node_item(node, k);
-    const flesh_node *found = item->kind == FLESH_NODE_MAPPING ? flesh_node_find(item, name) : NULL;
-    if (found) return found;
-  }
-  return NULL;
-}
-
-/* Returns the list item with that index; behind the name of an effect, the effect with that index among those of the
- * name. NULL: none. */
-static const flesh_node *item_of(const flesh_node *above, const char *name, const flesh_node *node, long index)
-{
-  if (node->kind == FLESH_NODE_LIST) return flesh_node_item(node, (int)index);
-  for (int k = 0; above && above->kind == FLESH_NODE_LIST && k < above->count; k++) {
-    const flesh_node *item = flesh_node_item(above, k);
-    const flesh_node *found = item->kind == FLESH_NODE_MAPPING ? flesh_node_find(item, name) : NULL;
-    if (found && index-- == 0) return found;
-  }
-  return NULL;
-}
-
-/* Returns the node to which a path such as effects.pin[1].until leads; NULL: none. */
-static const flesh_node *node_at(const flesh_node *root, const char *path)
-{
-  const flesh_node *above = NULL, *node = root;
-  char name[SEGMENT] = "";
-  while (*path && node) {
-    if (*path == '[') {
-      char *end;
-      const long index = strtol(path + 1, &end, 10);
-      if (end == path + 1 || *end != ']' || index < 0 || index > 1000000) return NULL;
-      node = item_of(above, name, node, index);
-      path = end + 1;
-    } else {
-      const size_t length = strcspn(path, ".[");
-      if (length == 0 || length >= SEGMENT) return NULL;
-      memcpy(name, path, length);
-      name[length] = 0;
-      above = node;
-      node = child_of(node, name);
-      path += length;
-    }
-    if (*path == '.') path++;
-  }
-  return node;
-}
-
-/* Returns whether a key is a length or a place. */
-static int is_length(const char *key)
-{
-  char path[sizeof((flesh_varied *)0)->key];
-  size_t count = 0;
-  for (; *key; key += strcspn(key, "]") + (*key == '['))
-    while (*key && *key != '[') path[count++] = *key++;
-  path[count] = 0;
-  return !strcmp(flesh_scene_schema_unit(path), "m");
-}
-
 /* Returns the size of a value. For a component of a vector it is that of the largest component; for a rotation at least
  * a radian, as the size of a small rotation would leave round-off; 1 if all are 0. For a place it is the size of the
  * body, wherever the origin is; for a length its own, limited to the range from a thousandth of the body's size to that
  * size. Near 1/2 lambda depends on the distance of Poisson's ratio from 1/2, which then limits its size. */
-static double size_of(const flesh_scene *scene, const flesh_node *root, const char *key, double value)
+static double size_of(const flesh_scene *scene, const char *path, const flesh_key *key, const flesh_node *parent, double value)
 {
-  char list[sizeof((flesh_varied *)0)->key];
-  double size = fmax(fabs(value), strstr(key, ".rotation[") ? 1 : 0), other;
-  snprintf(list, sizeof list, "%s", key);
-  char *bracket = strrchr(list, '[');
-  if (bracket && !strchr(bracket, '.')) *bracket = 0;
-  const flesh_node *vector = node_at(root, list);
-  const int is_vector = vector && vector->kind == FLESH_NODE_LIST;
-  for (int k = 0; is_vector && k < vector->count; k++) {
-    const flesh_node *item = flesh_node_item(vector, k);
+  const int is_vector = parent->kind == FLESH_NODE_LIST;
+  double size = fmax(fabs(value), strstr(path, ".rotation[") ? 1 : 0), other;
+  for (const flesh_node *item = is_vector ? parent->first : NULL; item; item = item->next)
     if (item->kind == FLESH_NODE_SCALAR && !flesh_option_number(item->text, &other) && isfinite(other))
       size = fmax(size, fabs(other));
-  }
-  if (is_length(key)) {
+  if (key && key->unit && !strcmp(key->unit, "m")) {
     flesh_mesh_info body;
     double side = 0;
     flesh_mesh_inspect(flesh_system_mesh(flesh_scene_system(scene)), &body);
     for (int c = 0; c < 3; c++) side = fmax(side, body.high[c] - body.low[c]);
     size = is_vector ? side : fmin(fmax(size, 1e-3 * side), side);
   }
-  if (strstr(key, ".poisson") && value < 0.5) size = fmin(size, 1e3 * (0.5 - value));
+  if (strstr(path, ".poisson") && value < 0.5) size = fmin(size, 1e3 * (0.5 - value));
   return size > 0 ? size : 1;
 }
 
 /* Finds the value in force of a key, and its size. */
-static int find_value(const flesh_scene *scene, const char *key, double *value, double *size)
+static int find_value(const flesh_scene *scene, const char *path, double *value, double *size)
 {
   flesh_text text = {0};
   flesh_arena arena = {0};
-  flesh_node *root = NULL;
-  if (strncmp(key, "body.", 5) && strncmp(key, "bodies[", 7) && strncmp(key, "effects", 7) &&
-      strncmp(key, "start.", 6))
-    return not_there(key, "derivatives are by keys of bodies, effects and the start");
+  flesh_node *root = NULL, *node, *parent;
+  const flesh_key *key;
+  if (strncmp(path, "body.", 5) && strncmp(path, "bodies[", 7) && strncmp(path, "effects", 7) &&
+      strncmp(path, "start.", 6))
+    return not_there(path, "derivatives are by keys of bodies, effects and the start");
   flesh_scene_print(scene, &text);
   int status = text.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for a scene") : FLESH_OK;
   if (!status) status = flesh_yaml_parse(&arena, text.data, text.size, &(flesh_source){"the scene", 0}, &root);
-  const flesh_node *node = !status && root ? node_at(root, key) : NULL;
-  if (!status && !node) status = not_there(key, "the scene has no such key");
+  if (!status) status = flesh_override_find(&arena, flesh_scene_table, path, root, &node, &parent, &key);
+  if (status == FLESH_ERR_ARGUMENT) status = not_there(path, "the scene has no such key");
   if (!status && (node->kind != FLESH_NODE_SCALAR || flesh_option_number(node->text, value)))
-    status = not_there(key, "this key is no number");
-  if (!status) *size = size_of(scene, root, key, *value);
+    status = not_there(path, "this key is no number");
+  if (!status) *size = size_of(scene, path, key, parent, *value);
   flesh_arena_free(&arena);
   free(text.data);
   return status;
@@ -142,7 +74,7 @@ static int find_value(const flesh_scene *scene, const char *key, double *value, 
 /* Reads the scenes with the key varied by `difference`. If a load or friction begins at its value, these scenes need
  * solves that the scene's own run did not make, and are refused. */
 static int make_scenes(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, double difference,
-                       int middle, flesh_varied *varied)
+                       int middle, flesh_varied_key *varied, flesh_parameter *parameter)
 {
   const flesh_system *own = flesh_scene_system(scene);
   int status = FLESH_OK;
@@ -155,33 +87,33 @@ static int make_scenes(const flesh_scene *scene, const char *path, const flesh_o
     status = flesh_overrides_read(&set, path, &varied->scenes[k]);
     flesh_overrides_close(&set);
     if (status) break;
-    const flesh_system *beside = varied->parameter.systems[k] = flesh_scene_system(varied->scenes[k]);
+    const flesh_system *beside = parameter->systems[k] = flesh_scene_system(varied->scenes[k]);
     if (flesh_system_has_follower_loads(beside) != flesh_system_has_follower_loads(own) ||
         flesh_system_multiplier_count(beside) != flesh_system_multiplier_count(own))
       status = flesh_fail(FLESH_ERR_ARGUMENT, "beside its value the scene is of another kind, as where friction begins or tets "
                                               "are no longer incompressible");
   }
-  varied->parameter.difference = difference;
+  parameter->difference = difference;
   return status;
 }
 
-int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
-                      flesh_varied *varied)
+int flesh_varied_key_read(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
+                          flesh_varied_key *varied, flesh_parameter *parameter)
 {
-  *varied = (flesh_varied){0};
+  *varied = (flesh_varied_key){0};
   snprintf(varied->key, sizeof varied->key, "%s", key);
   double size = 1;
   int status = find_value(scene, key, &varied->value, &size);
   if (status) return status;
   for (size_t k = 0; k < sizeof ways / sizeof *ways; k++) {
-    status = make_scenes(scene, path, overrides, ways[k].difference * size, ways[k].middle, varied);
+    status = make_scenes(scene, path, overrides, ways[k].difference * size, ways[k].middle, varied, parameter);
     if (status != FLESH_ERR_ARGUMENT) return status;
-    flesh_varied_clear(varied);
+    flesh_varied_key_clear(varied);
   }
   return flesh_fail_within(status, "--to is '%s', differences of which are refused: ", key);
 }
 
-void flesh_varied_clear(flesh_varied *varied)
+void flesh_varied_key_clear(flesh_varied_key *varied)
 {
   for (int k = 0; k < FLESH_DIFFERENCES; k++) flesh_scene_destroy(&varied->scenes[k]);
 }

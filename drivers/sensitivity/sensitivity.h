@@ -10,27 +10,28 @@
 #include "sensitivity/stage_tangent.h"
 
 /* The derivatives of a column by the state at one time: the nonzero ones, by x and, from 3*nodes on, by v. */
-typedef struct flesh_asked_row {
+typedef struct flesh_response_row {
   double t;
   int count, *at; /* [count] */
   double *by;     /* [count] */
-} flesh_asked_row;
+  struct flesh_response_row *before; /* row of the time before; NULL: none */
+} flesh_response_row;
 
-/* A column of probes.csv, with its value and derivatives. */
-typedef struct flesh_asked {
+/* A response: a column of probes.csv, with its value and derivatives. */
+typedef struct flesh_response {
+  flesh_arena memory; /* owns all arrays and rows */
   char name[FLESH_LIST_ITEM], unit[16];
   double value;     /* at the end, or over time */
   flesh_over over;
   double last, begin; /* value at the last step; time of the first one, s */
-  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: the column does not depend on it, or has rows. Owned */
-  flesh_probes *probes; /* opened for this column alone if it is not linear in the state, else NULL. Owned, as the next members */
+  double *by_x, *by_v, *of_residual; /* [3*nodes]; NULL: the column does not depend on it, or has rows */
+  flesh_probes *probes; /* opened for this column alone if it is not linear in the state, else NULL. Owned */
   flesh_probe probe;    /* probe of that column; its nodes are the scene's */
   int n, column;        /* 3*nodes; index among the columns of the quantity */
   double *figures;
   flesh_stage_tangent tangent; /* for forces; its system is NULL until it is made */
-  int row_count, row_room;
-  flesh_asked_row *rows;
-} flesh_asked;
+  flesh_response_row *rows;    /* the latest one */
+} flesh_response;
 
 /* Returns the probe of a column such as tip.position_z; NULL: none. */
 const flesh_probe *flesh_probe_of(const flesh_scene *scene, const char *column);
@@ -38,33 +39,38 @@ const flesh_probe *flesh_probe_of(const flesh_scene *scene, const char *column);
 int flesh_probe_is_at_pin(const flesh_scene *scene, const flesh_probe *probe, double t, int *is);
 
 /* Finds the column among the scene's probes, with its derivatives by the state at time t. FLESH_ERR_ARGUMENT if there
- * is no such column or if it has no derivative here; FLESH_ERR_MEMORY. */
-int flesh_asked_find(const flesh_scene *scene, const char *name, double t, flesh_asked *asked);
+ * is no such column or if it has no derivative here; FLESH_ERR_MEMORY. Clear it in any case. */
+int flesh_response_find(const flesh_scene *scene, const char *name, double t, flesh_response *response);
 /* Computes the value of a reaction at an equilibrium with the given residual [3*nodes]. */
-void flesh_asked_measure(const flesh_scene *scene, const double *residual, flesh_asked *asked);
+void flesh_response_measure(const double *residual, flesh_response *response);
 /* Updates the value with a step. The record may be of another scene with as many nodes. FLESH_ERR_MEMORY. */
-int flesh_asked_go_on(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
+int flesh_response_observe(const flesh_scene *scene, const flesh_step_record *record, flesh_response *response);
 /* Keeps the derivatives of a column that is not linear, at a step that counts. FLESH_ERR_ARGUMENT if its forces have no
  * derivatives; FLESH_ERR_MEMORY, FLESH_ERR_SOLVE. */
-int flesh_asked_keep(const flesh_scene *scene, const flesh_step_record *record, flesh_asked *asked);
+int flesh_response_differentiate(const flesh_scene *scene, const flesh_step_record *record, flesh_response *response);
 /* Adds the derivatives that were kept at a time. Implements flesh_adjoint_visit. */
-int flesh_asked_visit(void *asked, double t, double *by_x, double *by_v);
-void flesh_asked_clear(flesh_asked *asked);
+int flesh_response_visit(void *response, double t, double *by_x, double *by_v);
+void flesh_response_clear(flesh_response *response);
+
+/* Runs a scene from its start, which *state becomes, with an observer, and records the steps with this tolerance unless
+ * `trajectory` is NULL. The integrator, the trajectory and state->x are new, also after an error. */
+int flesh_response_run(const flesh_scene *scene, const flesh_solver_options *solver, const flesh_observer *observer,
+                       flesh_state *state, flesh_integrator **integrator, double tolerance, flesh_trajectory **trajectory);
 
 /* A key of the scene that is a number, and the scenes with four values near its own. */
-typedef struct flesh_varied {
+typedef struct flesh_varied_key {
   char key[FLESH_LIST_ITEM];
   double value;
   flesh_scene *scenes[4];
-  flesh_parameter parameter; /* its systems */
-} flesh_varied;
+} flesh_varied_key;
 
 /* Reads the scene again with the key at p -+ 1 and 2 millionths of its size; with a hundredth of these if the scene
  * does not accept them. The size is that of p; for a component of a vector that of the largest one, for a translation
- * at least the body's, for a rotation at least a radian, and 1 if all these are 0. FLESH_ERR_ARGUMENT with a sentence
- * if there is no such key or it is not a number; fails also as reading scenes does. */
-int flesh_varied_make(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
-                      flesh_varied *varied);
-void flesh_varied_clear(flesh_varied *varied);
+ * at least the body's, for a rotation at least a radian, and 1 if all these are 0. *parameter has the systems of the
+ * scenes. FLESH_ERR_ARGUMENT with a sentence if there is no such key or it is not a number; fails also as reading
+ * scenes does. Clear it in any case. */
+int flesh_varied_key_read(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
+                          flesh_varied_key *varied, flesh_parameter *parameter);
+void flesh_varied_key_clear(flesh_varied_key *varied);
 
 #endif

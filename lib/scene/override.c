@@ -1,4 +1,4 @@
-/* override.c: applies "path.to.key=value" to a scene's tree before it is read. */
+/* override.c: applies "path.to.key=value" to a scene's tree before it is read; finds values by such paths. */
 #include "scene/override.h"
 
 #include <limits.h>
@@ -221,4 +221,16 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
     return flesh_no_memory();
   c.value->removed = flesh_node_is_null(c.value);
   return apply(&c, root);
+}
+
+int flesh_override_find(flesh_arena *arena, const flesh_key *keys, const char *path, flesh_node *root, flesh_node **node,
+                        flesh_node **parent, const flesh_key **key)
+{
+  change c = {.arena = arena, .source = {path, 0}, .keys = keys, .path = path, .value = &(flesh_node){.removed = 1}};
+  int status = split_path(&c);
+  *node = root;
+  for (int depth = 0; depth < c.count && !status; depth++) status = step(&c, *node, &depth, parent, node);
+  if (!status && (*node)->removed) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s does not exist", path);
+  if (!status) *key = key_at(&c, c.count);
+  return status;
 }

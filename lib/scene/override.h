@@ -19,4 +19,10 @@
 int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *text, int number,
                          flesh_node *root);
 
+/* Finds the node to which a path of that form leads in the tree, with its parent and the key that describes it (for an
+ * item of a list, that of the list). May add removed nodes to the tree. FLESH_ERR_ARGUMENT if there is none,
+ * FLESH_ERR_MEMORY. */
+int flesh_override_find(flesh_arena *arena, const flesh_key *keys, const char *path, flesh_node *root, flesh_node **node,
+                        flesh_node **parent, const flesh_key **key);
+
 #endif

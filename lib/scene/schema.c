@@ -207,12 +207,3 @@ int flesh_scene_schema(flesh_schema_format format, char **text)
   FLESH_NEED({text, "text"});
   return flesh_scene_schema_section(format, NULL, text);
 }
-
-const char *flesh_scene_schema_unit(const char *path)
-{
-  flesh_arena arena = {0};
-  flesh_schema_part part;
-  const int status = find(&arena, path, &part);
-  flesh_arena_free(&arena);
-  return status || !part.value || !part.value->unit ? "" : part.value->unit;
-}

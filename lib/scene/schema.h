@@ -37,7 +37,5 @@ void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_
 
 /* Like flesh_scene_schema, but for one section. */
 int flesh_scene_schema_section(flesh_schema_format format, const char *section, char **text);
-/* Returns the unit of the value at a path such as effects.pin.until; "": it has none, or there is no such value. */
-const char *flesh_scene_schema_unit(const char *path);
 
 #endif
