@@ -1,6 +1,7 @@
 /* command.c: `flesh fit SPEC`: fits parameters of scenes to measurements. */
 #include "commands.h"
 
+#include <gsl/gsl_errno.h>
 #include <stdlib.h>
 
 #include "base/confine.h"
@@ -34,13 +35,15 @@ static int find(flesh_fit *fit)
   flesh_fit_found found = {0};
   flesh_fit_statistics statistics = {0};
   int status = FLESH_OK;
-  for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, e);
+  for (int e = 0; e < fit->experiment_count && !status; e++) status = flesh_fit_try(fit, &fit->experiments[e]);
   if (!status) status = flesh_fit_runs_open(fit);
   if (status) return status;
+  gsl_set_error_handler_off();
   status = flesh_fit_search(fit, &found);
   if (status) flesh_fit_write_ended(fit, status);
-  else status = flesh_fit_judge(fit, &found, &statistics);
+  else status = flesh_fit_find_statistics(fit, &found, &statistics);
   if (!status) status = flesh_fit_write(fit, &found, &statistics);
+  json_decref(statistics.sentences);
   if (!status && !found.converged)
     status = flesh_fail(FLESH_ERR_SOLVE, "%s; %s/result.json has it so far", found.words, fit->options.out);
   return status;

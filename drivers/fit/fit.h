@@ -7,10 +7,15 @@
 #include <jansson.h>
 
 #include "plot/curves.h"
+#include "scene/fibres.h"
 #include "study/settings.h"
 #include "study/study.h"
 
-enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400, FLESH_FIT_SENTENCE = 600 };
+enum { FLESH_FIT_PARAMETERS = 256, FLESH_FIT_WORDS = 400 };
+
+/* Status of a function whose run failed because of its parameters, so that others may succeed; flesh_error_text says
+ * why. */
+enum { FLESH_FIT_RUN_FAILED = 1 };
 
 /* The tables of a run with which measured numbers are compared, in the order of the spec's keys. */
 typedef enum flesh_fit_table { FLESH_FIT_OF_PROBES, FLESH_FIT_OF_HISTORY, FLESH_FIT_OF_POSITIONS } flesh_fit_table;
@@ -22,7 +27,7 @@ typedef struct flesh_fit_parameter {
   double start, from, to, scale; /* from, to: bounds, which may be infinite */
   int spacing;                   /* FLESH_LINEAR, FLESH_LOGARITHMIC */
   const flesh_node *experiment_list; /* list of names in the spec; NULL: all experiments */
-  const flesh_node *place;
+  const flesh_node *node;            /* in the spec */
 } flesh_fit_parameter;
 
 /* A measured number. */
@@ -45,7 +50,8 @@ typedef struct flesh_fit_quantity {
 /* A file of measurements: the keys in the spec, and the content. */
 typedef struct flesh_fit_measured {
   const char *paths[3]; /* by flesh_fit_table; exactly one is not NULL */
-  const flesh_node *chosen, *place; /* columns that are chosen; NULL: all */
+  const flesh_node *node;   /* in the spec */
+  const flesh_node *chosen; /* columns that are chosen; NULL: all */
   double deviation, weight; /* of each number; NaN: not given */
   int table; /* flesh_fit_table */
   const char *path;
@@ -54,25 +60,25 @@ typedef struct flesh_fit_measured {
   int count;
   flesh_fit_datum *data;
   int first_column; /* index of its first quantity in the experiment's columns of probes; meaningless for other tables */
-  int row_count;
-  flesh_fit_point *points; /* [row_count] for positions; else NULL */
+  flesh_fit_point *points; /* [rows] for positions; else NULL */
 } flesh_fit_measured;
 
 /* The equilibria of an experiment's last run at which quantities were measured, kept for tangents. */
-typedef struct flesh_fit_kept {
+typedef struct flesh_fit_equilibria {
   double *p; /* [parameters] of that run; NULL: nothing is kept */
   int count, room;
   flesh_state *states; /* [count] ascending in time; they own their arrays */
   int has_start;       /* the first state is the run's start, which is no equilibrium and depends on no parameter */
   double before;       /* s; time of the row before the last one, whether it was kept or not */
-} flesh_fit_kept;
+} flesh_fit_equilibria;
 
 typedef struct flesh_fit_experiment {
   const char *name, *scene;
-  const flesh_node *place, *scene_place, *given; /* given: node of `set`; NULL: none */
-  flesh_settings set; /* settings of the fit itself, then those of the spec */
+  const flesh_node *node, *scene_node, *given; /* given: node of `set`; NULL: none */
+  const char *folder, *scratch; /* of its runs; of temporary tables */
+  flesh_texts set; /* overrides of the fit itself, then those of the spec */
   int nodes;
-  double start, end; /* s */
+  double end; /* s */
   flesh_objects files; /* files of measurements */
   int by_differences;  /* the spec asks for derivatives by differences */
   int measured_count;
@@ -85,13 +91,30 @@ typedef struct flesh_fit_experiment {
   unsigned char acts[FLESH_FIT_PARAMETERS]; /* [keys] whether the parameter is a key of this scene */
   char differences[FLESH_FIT_WORDS]; /* why derivatives are computed by differences of runs; "" if by tangents */
   int moves; /* a motion, with tangents along its steps; else equilibria, which are kept */
-  flesh_fit_kept kept;
+  flesh_fit_equilibria equilibria;
 } flesh_fit_experiment;
 
-typedef struct flesh_fit_map flesh_fit_map; /* map.h */
+/* Kinds of penalty, in the order of their names. */
+enum { FLESH_FIT_QUADRATIC, FLESH_FIT_VARIATION };
+
+/* A map: a parameter for each of its tets, with a penalty for differences between neighbours. */
+typedef struct flesh_fit_map {
+  flesh_fit_parameter of; /* prototype of each tet's parameter; its key is the name of a constant */
+  flesh_tet_selection tets_chosen;
+  int penalty;
+  double edge;   /* difference of q between neighbours above which `variation` penalises its size, not its square */
+  double weight; /* of the penalty; NaN: chosen so that the residuals match the deviations */
+  const char *unit;
+  int count, *tets; /* [count] tets of the map, rising */
+  int tet_count;    /* of the mesh */
+  int face_count, *faces; /* [2 * face_count] neighbours, as indices of the fit's parameters */
+  double *face_weights;   /* [face_count] area over the distance of the centres, over the cube root of the volume */
+} flesh_fit_map;
 
 typedef struct flesh_fit {
   flesh_arena arena;
+  flesh_objects experiment_list, parameter_list; /* as in the spec, as the next member */
+  flesh_fit_map map_keys;
   flesh_fit_map *map; /* NULL: all parameters are keys; else the map's tets are the last parameters */
   const char *path;
   flesh_study_options options; /* folder and command line; no ranks */
@@ -100,13 +123,14 @@ typedef struct flesh_fit {
   int experiment_count, parameter_count, key_count, count; /* key_count: parameters that are no tets; count: measured numbers */
   flesh_fit_experiment *experiments;
   flesh_fit_parameter *parameters;
+  const flesh_fit_datum **data; /* [count] all measured numbers */
   int max_iterations;
   double tolerance;
   /* The runs so far (runs.c). */
   flesh_study study;
   flesh_study_store store;
   char fingerprint[FLESH_STUDY_FINGERPRINT];
-  const char *asked[3]; /* the current case, by the columns of the database */
+  const char *wanted[3]; /* the current case, by the columns of the database */
   json_t *record;       /* record of that case; NULL: it must be computed */
   int made, linear;     /* number of runs, and of linear solves for derivatives, in this process */
 } flesh_fit;
@@ -117,72 +141,76 @@ int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
 void flesh_fit_describe_keys(FILE *stream);
 /* Checks that an experiment's scene accepts for a key the parameter's start, from and to, as far as they are finite and
- * have a place in the spec (that of the start is its key `start`), and that it accepts numbers that are not whole. */
-int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
-                           const flesh_fit_parameter *parameter, const char *start);
+ * stand in the spec (the start as its key `start`), and that it accepts numbers that are not whole. */
+int flesh_fit_check_values(const flesh_fit_experiment *e, const char *key, const flesh_fit_parameter *parameter,
+                           const char *start);
 
 /* Reads the file that the keys of `measured` name. The scene is that of the experiment. */
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, flesh_fit_measured *measured);
 
+/* Returns a measured coordinate at positions x [3*nodes]. */
+double flesh_fit_position(const flesh_fit_measured *m, const flesh_fit_datum *d, const double *x);
+
 /* Makes the overrides of an experiment at parameters p; the caller closes them. */
-void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides);
+void flesh_fit_overrides(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, flesh_overrides *overrides);
 
 /* Checks that the runs of an experiment will have the measured quantities. */
-int flesh_fit_try(flesh_fit *fit, int experiment);
-/* Runs an experiment at p in DIR/runs/NAME and returns the values [count] of the measured quantities. Returns FLESH_OK
- * even if the run failed; `why` then has the reason, and else is "". */
-int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
-                       double *cpu_s);
+int flesh_fit_try(flesh_fit *fit, const flesh_fit_experiment *e);
+/* Runs an experiment at p in its folder and returns the values [count] of the measured quantities, which are finite.
+ * FLESH_FIT_RUN_FAILED; other errors are not of the parameters. */
+int flesh_fit_run(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *values, double *cpu_s);
 
-void flesh_fit_kept_clear(flesh_fit_kept *kept);
+void flesh_fit_equilibria_clear(flesh_fit_equilibria *equilibria);
 /* Makes a new copy of t, x and multipliers of a body with `nodes` nodes; v is 0. FLESH_ERR_MEMORY. */
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to);
-void flesh_fit_state_free(flesh_state *state);
 /* Compute the derivatives [count * keys] of the measured quantities by all keys: the first at the kept equilibria, the
  * second along a motion at p, which is run again. FLESH_ERR_ARGUMENT or FLESH_ERR_SOLVE if there are none. */
-int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents);
-int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents);
+int flesh_fit_tangents(flesh_fit *fit, const flesh_fit_experiment *e, double *tangents);
+int flesh_fit_motion_tangents(flesh_fit *fit, const flesh_fit_experiment *e, const double *p, double *tangents);
 /* Sets direction [parameters] to 1 for parameter k and 0 for others; returns the length of a difference along it at
  * p. */
-double flesh_fit_direct(const flesh_fit *fit, const double *p, int k, double *direction);
+double flesh_fit_direction(const flesh_fit *fit, const double *p, int k, double *direction);
 /* Reads the scenes at p - h direction and p + h direction. */
-int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, const double *direction, double h,
-                            flesh_scene *scenes[2]);
+int flesh_fit_scenes_beside(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, const double *direction,
+                            double h, flesh_scene *scenes[2]);
 /* Returns why the quantities measured of a motion have no tangents, or "". */
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene);
-/* Opens in a folder the tables that a run of the scene writes. */
-int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_history **history, flesh_probes **probes);
 /* Reads a new scene of an experiment at parameters p. The map, if any, is in DIR/map.csv. */
-int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene);
+int flesh_fit_scene_at(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, flesh_scene **scene);
 /* Reads the measured quantities from the tables in a folder. The positions of the last state are x [3*nodes]. */
-int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values);
-/* Return the new path of a folder for temporary tables; remove the folder with its tables and free the path,
- * NULL-safe. */
-char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e);
-void flesh_fit_scratch_remove(char *folder);
+int flesh_fit_read_values(const flesh_fit_experiment *e, const char *folder, const double *x, double *values);
+
+/* Temporary tables, in the experiment's folder `scratch`: those that its measurements need; NULL: not needed. */
+typedef struct flesh_fit_tables {
+  flesh_history *history;
+  flesh_probes *probes;
+} flesh_fit_tables;
+int flesh_fit_tables_open(const flesh_fit_experiment *e, const flesh_scene *scene, flesh_fit_tables *tables);
+/* Closes the tables and returns `status`, or if that is FLESH_OK the status of writing them. */
+int flesh_fit_tables_close(flesh_fit_tables *tables, int status);
+/* Removes the tables, their folder, and the folders above it if nothing else is there. */
+void flesh_fit_scratch_remove(const flesh_fit *fit, const flesh_fit_experiment *e);
 
 /* Opens DIR/fit.db, with the runs of an earlier fit if there are any. FLESH_ERR_ARGUMENT if they belong to another
  * fit. */
 int flesh_fit_runs_open(flesh_fit *fit);
-/* Finds the values [count] of a run at p. A missing run is made, and written before this returns. `why` is "", or the
- * reason of a failure. */
-int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS]);
+/* Finds the values [count] of a run at p. A missing run is made, and written before this returns.
+ * FLESH_FIT_RUN_FAILED. */
+int flesh_fit_values_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *values);
 /* Finds the derivatives [count * keys] of these values by tangents; if there are none, the experiment's `differences`
  * says why. */
-int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents);
+int flesh_fit_tangents_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *tangents);
 /* Makes the kept equilibria those of a run at p, which is repeated unless they are. */
-int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p);
+int flesh_fit_equilibria_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p);
 /* Returns a new object with the number of runs and their cost. */
 json_t *flesh_fit_runs_json(const flesh_fit *fit);
-int flesh_fit_runs_used(const flesh_fit *fit);
 
 /* Computes the values [count] of all experiments at p and, unless `jacobian` is NULL, their derivatives by the keys
- * [count * keys], row by row. If a run failed, *good is 0 and `why` has the reason. */
-int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian, int *good,
-                       char why[FLESH_FIT_WORDS]);
+ * [count * keys], row by row. FLESH_FIT_RUN_FAILED. */
+int flesh_fit_evaluate(flesh_fit *fit, const double *p, double *values, double *jacobian);
+/* Does the same at parameters that a search has accepted: FLESH_ERR_SOLVE if a run fails. */
+int flesh_fit_evaluate_accepted(flesh_fit *fit, const double *p, double *values, double *jacobian);
 
-/* Returns the i-th of all measured numbers. */
-const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i);
 /* Returns the derivative of number i by q of key k, over the number's deviation, from `jacobian` [count * keys], the
  * derivatives at p. */
 double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacobian, int i, int k);
@@ -209,14 +237,6 @@ double flesh_fit_slope(const flesh_fit_parameter *parameter, double p);
 /* Return q limited to the bounds; the value of that q, which is within the bounds in spite of rounding. */
 double flesh_fit_clamp(const flesh_fit_parameter *parameter, double q);
 double flesh_fit_value_at(const flesh_fit_parameter *parameter, double q);
-/* Returns z for a search that does not know the bounds: z is q, or a smooth function takes it to q between the
- * bounds. */
-double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p);
-/* Returns the value for z, and dq/dz in *slope. */
-double flesh_fit_p_at(const flesh_fit_parameter *parameter, double z, double *slope);
-/* Returns 1 if p is near its upper bound, -1 if near the lower one, else 0. Near is within 0.01 in q, and within a hundredth
- * of the way between the bounds. */
-int flesh_fit_side(const flesh_fit_parameter *parameter, double p);
 /* Checks start, bounds, spacing and scale (NaN: not given), and sets those that are not given. */
 int flesh_fit_check_numbers(flesh_fit_parameter *parameter);
 
@@ -239,6 +259,7 @@ typedef struct flesh_fit_found {
   int stage_count, chosen; /* for maps, as the next members; chosen: the stage whose map is taken */
   flesh_fit_stage stages[FLESH_FIT_STAGES];
   double *deviations;  /* [map] of q, from the regularised Gauss-Newton matrix; NULL: there are too many tets */
+  double median, largest; /* of the deviations */
   double *resolutions; /* [map] share of a tet's value that comes from measurements; the rest comes from its neighbours */
   double determined;   /* sum of the resolutions: how many numbers of the map the measurements determine */
 } flesh_fit_found;
@@ -269,18 +290,18 @@ typedef struct flesh_fit_statistics {
   flesh_fit_error *errors;
   double *covariance;  /* [count * count] in the parameters' units; NaN if not determined */
   double *correlation; /* [count * count] */
-  int sentence_count;
-  char (*sentences)[FLESH_FIT_SENTENCE]; /* what is determined, and what is not */
+  json_t *sentences; /* what is determined, and what is not; the caller of flesh_fit_find_statistics frees it */
 } flesh_fit_statistics;
 
 /* Computes the errors of the keys and of a map's tets, and finds what the measurements do not determine.
  * FLESH_ERR_MEMORY; with a map also the errors of runs and solves. */
-int flesh_fit_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Adds a sentence, formatted as by printf. */
+int flesh_fit_find_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
+/* Adds a sentence of at most FLESH_FIT_SENTENCE bytes, formatted as by printf. */
+enum { FLESH_FIT_SENTENCE = 600 };
 void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Adds a sentence about a change of n parameters by `shares` [n] that changes no measured quantity: whether it is of a
  * parameter alone, a product, a ratio, or more. */
-void flesh_fit_tell_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);
+void flesh_fit_say_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);
 
 /* Writes result.json, tables, the picture and the fitted scenes, and prints a table. */
 int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics);

@@ -39,7 +39,7 @@ const flesh_key flesh_fit_map_table[] = {
 };
 #undef AT
 
-double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *slope)
+double flesh_fit_map_residual(const flesh_fit *fit, int k, const double *p, double *slope)
 {
   const flesh_fit_map *map = fit->map;
   const int *pair = map->faces + 2 * k;
@@ -73,13 +73,10 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
 {
   flesh_fit_map *map = fit->map;
   const size_t count = 4 * (size_t)map->count;
-  side *sides = malloc((count + 1) * sizeof *sides);
-  map->faces = flesh_arena_take(&fit->arena, (count + 2) * sizeof *map->faces);
-  map->face_weights = flesh_arena_take(&fit->arena, (count + 1) * sizeof *map->face_weights);
-  if (!sides || !map->faces || !map->face_weights) {
-    free(sides);
-    return flesh_no_memory();
-  }
+  side *sides = flesh_arena_take(&fit->arena, count * sizeof *sides);
+  map->faces = flesh_arena_take(&fit->arena, count * sizeof *map->faces);
+  map->face_weights = flesh_arena_take(&fit->arena, count * sizeof *map->face_weights);
+  if (!sides || !map->faces || !map->face_weights) return flesh_no_memory();
   double volume = 0;
   for (int k = 0; k < map->count; k++) {
     const int *nodes = flesh_mesh_tets(mesh) + 4 * (size_t)map->tets[k];
@@ -99,7 +96,6 @@ static int find_faces(flesh_fit *fit, const flesh_mesh *mesh)
     map->face_weights[map->face_count++] =
         conductance(mesh, sides[k].corners, map->tets[sides[k - 1].tet], map->tets[sides[k].tet]) / cbrt(volume);
   }
-  free(sides);
   return FLESH_OK;
 }
 
@@ -110,14 +106,14 @@ static int check_measured(const flesh_fit_experiment *e, const flesh_scene *scen
   for (int k = 0; k < e->measured_count; k++) {
     const flesh_fit_measured *m = &e->measured[k];
     if (m->table == FLESH_FIT_OF_HISTORY)
-      return flesh_node_fail(m->place, "a map is fitted to positions and to columns of probes, not to history");
+      return flesh_node_fail(m->node, "a map is fitted to positions and to columns of probes, not to history");
     for (int q = 0; q < m->quantity_count && m->table == FLESH_FIT_OF_PROBES && !e->moves && !status; q++) {
       flesh_response response;
       status = flesh_response_find(scene, m->quantities[q].name, e->end, &response);
       if (!status && response.probes) status = flesh_fail(FLESH_ERR_ARGUMENT, "it is not linear in the state");
       flesh_response_clear(&response);
       if (status && status != FLESH_ERR_MEMORY)
-        return flesh_node_fail_within(status, m->place, "%s: column %s is none that a map can be fitted to: ", m->path,
+        return flesh_node_fail_within(status, m->node, "%s: column %s is none that a map can be fitted to: ", m->path,
                                       m->quantities[q].name);
     }
   }
@@ -129,13 +125,13 @@ static int check_scene(const flesh_fit *fit, const flesh_fit_experiment *e, cons
 {
   const flesh_fit_map *map = fit->map;
   if (*e->differences)
-    return flesh_node_fail(e->scene_place, "a map needs tangents, but derivatives of %s are by differences: %s", e->name,
+    return flesh_node_fail(e->scene_node, "a map needs tangents, but derivatives of %s are by differences: %s", e->name,
                            e->differences);
   if (scene->keys.body.material_map || scene->keys.body.refine)
-    return flesh_node_fail(e->scene_place, "the scene has body.%s, beside which no map can be fitted; leave it out",
+    return flesh_node_fail(e->scene_node, "the scene has body.%s, beside which no map can be fitted; leave it out",
                            scene->keys.body.refine ? "refine" : "material_map");
   if (map->tet_count && map->tet_count != scene->parts[0].tets)
-    return flesh_node_fail(e->scene_place, "the body of %s has %d tets, and that of %s %d; one map needs one mesh",
+    return flesh_node_fail(e->scene_node, "the body of %s has %d tets, and that of %s %d; one map needs one mesh",
                            e->name, scene->parts[0].tets, fit->experiments[0].name, map->tet_count);
   return FLESH_OK;
 }
@@ -147,22 +143,15 @@ static int choose(flesh_fit *fit, const flesh_scene *scene)
   flesh_chosen_fibres chosen = {0};
   map->tet_count = scene->parts[0].tets;
   int status = flesh_tets_choose(&map->tets_chosen, flesh_scene_body(scene), &chosen);
-  if (status) flesh_node_fail_within(status, map->of.place, "map: ");
+  if (status) flesh_node_fail_within(status, map->of.node, "map: ");
   map->tets = flesh_arena_take(&fit->arena, ((size_t)chosen.count + 1) * sizeof *map->tets);
   if (!status && !map->tets) status = flesh_no_memory();
   for (int k = 0; k < chosen.count && !status; k++)
     if (chosen.tets[k] < map->tet_count) map->tets[map->count++] = chosen.tets[k];
   flesh_fibres_free(&chosen);
   if (!status && map->count < 2)
-    status = flesh_node_fail(map->of.place, "the map has %d tets of the first body; it must have two or more", map->count);
+    status = flesh_node_fail(map->of.node, "the map has %d tets of the first body; it must have two or more", map->count);
   return status ? status : find_faces(fit, flesh_scene_mesh(scene));
-}
-
-/* Checks that the scene accepts the constant with the start and the bounds. */
-static int check_key(flesh_fit *fit, const flesh_fit_experiment *e)
-{
-  const char *key = flesh_arena_print(&fit->arena, "body.material.%s", fit->map->of.key);
-  return key ? flesh_fit_check_values(fit, e, key, &fit->map->of, "constant") : flesh_no_memory();
 }
 
 int flesh_fit_map_prepare(flesh_fit *fit)
@@ -171,14 +160,15 @@ int flesh_fit_map_prepare(flesh_fit *fit)
   map->of.scale = NAN;
   map->of.name = map->of.key;
   map->unit = "";
-  int status = flesh_fit_check_numbers(&map->of);
+  const char *name = flesh_arena_print(&fit->arena, "body.material.%s", map->of.key);
+  int status = name ? flesh_fit_check_numbers(&map->of) : flesh_no_memory();
   for (const flesh_key *key = flesh_material_table; key->name; key++)
     if (!strcmp(key->name, map->of.key) && key->unit) map->unit = key->unit;
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     const flesh_fit_experiment *one = &fit->experiments[e];
     flesh_scene *scene = NULL;
-    status = check_key(fit, one);
-    if (!status) status = flesh_scene_read(one->scene, one->set.count, one->set.texts, &scene);
+    status = flesh_fit_check_values(one, name, &map->of, "constant");
+    if (!status) status = flesh_scene_read(one->scene, one->set.count, one->set.values, &scene);
     if (!status) status = check_measured(one, scene);
     if (!status) status = check_scene(fit, one, scene);
     if (!status && !e) status = choose(fit, scene);

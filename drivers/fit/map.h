@@ -4,23 +4,6 @@
 #define FLESH_FIT_MAP_H
 
 #include "fit/fit.h"
-#include "scene/fibres.h"
-
-/* Kinds of penalty, in the order of their names. */
-enum { FLESH_FIT_QUADRATIC, FLESH_FIT_VARIATION };
-
-struct flesh_fit_map {
-  flesh_fit_parameter of; /* prototype of each tet's parameter; its key is the name of a constant */
-  flesh_tet_selection tets_chosen;
-  int penalty;
-  double edge;   /* difference of q between neighbours above which `variation` penalises its size, not its square */
-  double weight; /* of the penalty; NaN: chosen so that the residuals match the deviations */
-  const char *unit;
-  int count, *tets; /* [count] tets of the map, rising */
-  int tet_count;    /* of the mesh */
-  int face_count, *faces; /* [2 * face_count] neighbours, as indices of the fit's parameters */
-  double *face_weights;   /* [face_count] area over the distance of the centres, over the cube root of the volume */
-};
 
 /* Reads the chosen tets and their neighbours, and checks that the experiments can have a map. FLESH_ERR_ARGUMENT. */
 int flesh_fit_map_prepare(flesh_fit *fit);
@@ -42,7 +25,7 @@ int flesh_fit_linear_times_transposed(flesh_fit_linear *linear, const double *y,
 
 /* Returns the residual of face k's penalty at values p [parameters], without its weight; *slope is its derivative by
  * the difference of q. */
-double flesh_fit_map_bend(const flesh_fit *fit, int k, const double *p, double *slope);
+double flesh_fit_map_residual(const flesh_fit *fit, int k, const double *p, double *slope);
 
 /* Reads a stage of an earlier run of the fit, with its p [parameters]; *there is whether it exists. FLESH_ERR_FILE. */
 int flesh_fit_stage_read(flesh_fit *fit, int number, flesh_fit_stage *stage, double *p, int *there);
@@ -52,12 +35,8 @@ int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_
 /* Searches a map together with the keys. FLESH_ERR_SOLVE if the experiments cannot be run at the start. */
 int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found);
 /* Computes deviations, resolutions and `determined` of the map, and the covariance of the keys. */
-int flesh_fit_map_judge(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
+int flesh_fit_map_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
 /* Adds sentences about how well the map is known. */
-int flesh_fit_map_tell(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Writes tets.csv and map.vtu. */
-int flesh_fit_map_tables(const flesh_fit *fit, const flesh_fit_found *found);
-/* Returns a new object of the map for result.json. */
-json_t *flesh_fit_map_json(const flesh_fit *fit, const flesh_fit_found *found);
+void flesh_fit_map_describe(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
 
 #endif

@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "fit/map.h"
-#include "fit/told.h"
+#include "fit/observation.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "sensitivity/sensitivity.h"
@@ -25,25 +25,25 @@ typedef struct linear_state {
 
 /* An experiment. */
 typedef struct linear_experiment {
-  const flesh_fit_experiment *e;
+  flesh_fit_experiment *e;
   flesh_fit_motion *motion;  /* NULL: the experiment has equilibria */
   flesh_scene *scene, *beside[2]; /* at p; with the whole map slightly changed, in both directions */
-  flesh_fit_told told;
+  flesh_fit_observation observation;
   linear_state *states;
+  double *columns; /* [columns of probes] workspace */
 } linear_experiment;
 
 struct flesh_fit_linear {
   flesh_fit *fit;
   flesh_arena memory; /* owns all arrays */
   int size, n;      /* number of nodes of a tet; number of unknowns */
-  int *dofs;        /* [map][3*size]; -1: no dof */
   double *p;        /* [parameters] */
   double *keys;     /* [measured numbers][keys] derivatives by q, over the deviations */
   double *sizes;    /* [parameters] dp/dq of the map's tets; 0 for keys */
-  double *changes;  /* [parameters] workspace */
   double *differences; /* [tets of the mesh] difference of q between the two changed scenes */
-  double *room[3];  /* [n] */
-  double *y, *by_tet; /* [measured numbers], [tets of the mesh]; workspace */
+  double *room[3];  /* [n] workspace, as the next members */
+  double *y, *by_tet; /* [measured numbers]; [tets of the mesh] */
+  double *changes;  /* [parameters] */
   linear_experiment *experiments;
 };
 
@@ -56,10 +56,10 @@ static flesh_tet_parameter parameter_of(const flesh_fit_linear *self, const line
 static int find_forces(flesh_fit_linear *self, linear_experiment *x)
 {
   const flesh_fit_map *map = self->fit->map;
-  const flesh_fit_kept *kept = &x->e->kept;
+  const flesh_fit_equilibria *kept = &x->e->equilibria;
   const size_t each = 3 * (size_t)self->size;
   const flesh_tet_parameter by_tet = parameter_of(self, x);
-  double *all = malloc((size_t)map->tet_count * each * sizeof *all);
+  double *all = flesh_arena_take(&self->memory, (size_t)map->tet_count * each * sizeof *all);
   int status = all ? FLESH_OK : flesh_no_memory();
   for (int s = kept->has_start; s < kept->count && !status; s++) {
     status = flesh_tet_forces(&by_tet, &kept->states[s], all);
@@ -68,7 +68,6 @@ static int find_forces(flesh_fit_linear *self, linear_experiment *x)
     for (int k = 0; k < map->count && !status; k++)
       memcpy(to + (size_t)k * each, all + (size_t)map->tets[k] * each, each * sizeof *to);
   }
-  free(all);
   return status;
 }
 
@@ -94,14 +93,15 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
 /* Linearises all equilibria of an experiment. */
 static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
 {
-  const flesh_fit_kept *kept = &x->e->kept;
+  const flesh_fit_equilibria *kept = &x->e->equilibria;
   flesh_solver_options options = *flesh_scene_solver(x->scene);
   options.linear_solver = FLESH_LINEAR_KLU; /* a direct solver, for many solves with one matrix */
   x->states = flesh_arena_take(&self->memory, (size_t)kept->count * sizeof *x->states);
-  int status = x->states ? FLESH_OK : flesh_no_memory();
+  x->columns = flesh_arena_take(&self->memory, (size_t)x->e->column_count * sizeof *x->columns);
+  int status = x->states && x->columns ? FLESH_OK : flesh_no_memory();
   for (int s = 0; s < kept->count && !status; s++) {
     linear_state *state = &x->states[s];
-    status = flesh_fit_told_add(&x->told, kept->states[s].t);
+    status = flesh_fit_observation_add(&x->observation, kept->states[s].t);
     if (status || s < kept->has_start) continue;
     status = flesh_sensitivity_create(flesh_scene_system(x->scene), &options, tolerance, &state->at);
     if (!status) status = flesh_sensitivity_set(state->at, &kept->states[s], NULL);
@@ -110,48 +110,38 @@ static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
   return status ? status : find_forces(self, x);
 }
 
-static int linearise(flesh_fit_linear *self, int experiment)
+static int linearise(flesh_fit_linear *self, flesh_fit_experiment *e, linear_experiment *x)
 {
   flesh_fit *fit = self->fit;
-  linear_experiment *x = &self->experiments[experiment];
-  x->told.e = x->e = &fit->experiments[experiment];
-  int status = flesh_fit_scenes_beside(fit, experiment, self->p, self->sizes, difference, x->beside);
+  x->observation.e = x->e = e;
+  int status = flesh_fit_scenes_beside(fit, e, self->p, self->sizes, difference, x->beside);
   if (status == FLESH_ERR_ARGUMENT)
-    flesh_node_fail_within(status, fit->map->of.place, "the search comes to what the scene does not take; give from and to: ");
-  if (!status && x->e->moves) return flesh_fit_motion_create(fit, experiment, self->p, &x->motion);
-  if (!status) status = flesh_fit_keep_at(fit, experiment, self->p);
-  if (!status) status = flesh_fit_scene_at(fit, experiment, self->p, &x->scene);
+    flesh_node_fail_within(status, fit->map->of.node, "the search comes to what the scene does not take; give from and to: ");
+  if (!status && e->moves) return flesh_fit_motion_create(fit, e, self->p, &x->motion);
+  if (!status) status = flesh_fit_equilibria_at(fit, e, self->p);
+  if (!status) status = flesh_fit_scene_at(fit, e, self->p, &x->scene);
   return status ? status : linearise_states(self, x);
 }
 
-/* Finds the dofs of the map's tets in the mesh, which all experiments share. */
-static int find_dofs(flesh_fit_linear *self, const flesh_mesh *mesh)
+/* Makes the workspace for a mesh, which all experiments share. */
+static int make_room(flesh_fit_linear *self, const flesh_mesh *mesh)
 {
-  const flesh_fit_map *map = self->fit->map;
   self->size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
   self->n = 3 * flesh_mesh_node_count(mesh);
-  self->dofs = flesh_arena_take(&self->memory, (size_t)map->count * 3 * (size_t)self->size * sizeof *self->dofs);
   for (int k = 0; k < 3; k++) self->room[k] = flesh_arena_take(&self->memory, (size_t)self->n * sizeof(double));
-  if (!self->dofs || !self->room[0] || !self->room[1] || !self->room[2]) return flesh_no_memory();
-  for (int k = 0; k < map->count; k++) {
-    int own[10];
-    const int has = flesh_mesh_tet_nodes(mesh, map->tets[k], own);
-    for (int i = 0; i < 3 * self->size; i++) self->dofs[3 * k * self->size + i] = i < 3 * has ? 3 * own[i / 3] + i % 3 : -1;
-  }
-  return FLESH_OK;
+  return self->room[0] && self->room[1] && self->room[2] ? FLESH_OK : flesh_no_memory();
 }
 
 /* Computes the derivatives by the keys. */
 static int find_keys(flesh_fit_linear *self)
 {
   flesh_fit *fit = self->fit;
-  char why[FLESH_FIT_WORDS];
-  int good = 1, status = fit->key_count ? flesh_fit_evaluate(fit, self->p, self->y, self->keys, &good, why) : FLESH_OK;
-  for (int i = 0; i < fit->count; i++)
-    for (int k = 0; k < fit->key_count; k++)
-      self->keys[(size_t)i * (size_t)fit->key_count + (size_t)k] *=
-          flesh_fit_slope(&fit->parameters[k], self->p[k]) / flesh_fit_datum_at(fit, i)->deviation;
-  return status || good ? status : flesh_fail(FLESH_ERR_SOLVE, "%s", why);
+  const size_t keys = (size_t)fit->key_count;
+  const int status = keys ? flesh_fit_evaluate_accepted(fit, self->p, self->y, self->keys) : FLESH_OK;
+  for (size_t i = 0; i < (size_t)fit->count; i++)
+    for (size_t k = 0; k < keys; k++)
+      self->keys[i * keys + k] *= flesh_fit_slope(&fit->parameters[k], self->p[k]) / fit->data[i]->deviation;
+  return status;
 }
 
 int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **linear)
@@ -164,7 +154,7 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
   self->fit = fit;
   self->experiments = flesh_arena_take(&self->memory, (size_t)fit->experiment_count * sizeof *self->experiments);
   self->p = flesh_arena_take(&self->memory, (3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets) * sizeof *self->p);
-  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, 0, p, &scene) : flesh_no_memory();
+  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, fit->experiments, p, &scene) : flesh_no_memory();
   if (!status) {
     memcpy(self->p, p, all * sizeof *p);
     self->sizes = self->p + all, self->changes = self->sizes + all, self->y = self->changes + all;
@@ -173,11 +163,12 @@ int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **
       self->sizes[fit->key_count + k] = flesh_fit_slope(&map->of, p[fit->key_count + k]);
       self->differences[map->tets[k]] = 2 * difference;
     }
-    status = find_dofs(self, flesh_scene_mesh(scene));
+    status = make_room(self, flesh_scene_mesh(scene));
   }
   flesh_scene_destroy(&scene);
   if (!status) status = find_keys(self);
-  for (int e = 0; e < fit->experiment_count && !status; e++) status = linearise(self, e);
+  for (int e = 0; e < fit->experiment_count && !status; e++)
+    status = linearise(self, &fit->experiments[e], &self->experiments[e]);
   if (status) flesh_fit_linear_destroy(linear);
   return status;
 }
@@ -188,8 +179,8 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
   if (!self) return;
   for (int e = 0; e < self->fit->experiment_count && self->experiments; e++) {
     linear_experiment *x = &self->experiments[e];
-    for (int s = 0; s < x->told.count && x->states; s++) flesh_sensitivity_destroy(&x->states[s].at);
-    free(x->told.times);
+    for (int s = 0; s < x->observation.count && x->states; s++) flesh_sensitivity_destroy(&x->states[s].at);
+    free(x->observation.times);
     flesh_fit_motion_destroy(&x->motion);
     flesh_scene_destroy(&x->scene);
     for (int k = 0; k < 2; k++) flesh_scene_destroy(&x->beside[k]);
@@ -199,65 +190,59 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
   *linear = NULL;
 }
 
-/* Vectors that a visitor reads and writes. */
-typedef struct product {
-  const linear_state *state;
-  int n;
-  double *force, *dx; /* forces and displacements of a change; or the derivatives by x and the sum of answers */
-  double *y;          /* for the experiment's measured numbers */
-} product;
-
-static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
+/* Lists the dofs [3*size] of the map's k-th tet; returns their number. */
+static int list_dofs(const flesh_fit_linear *self, const linear_experiment *x, int k, size_t dofs[30])
 {
-  product *p = data;
-  double sum = c < 0 ? flesh_fit_told_position(m, d, p->dx) : 0;
-  for (int i = 0; i < p->n && c >= 0; i++) sum += p->state->answers[c][i] * p->force[i];
-  p->y[row] += weight * sum;
-}
-
-static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
-{
-  product *p = data;
-  const double y = weight * p->y[row];
-  if (c < 0) flesh_fit_told_give(m, d, y, p->dx);
-  for (int i = 0; i < p->n && c >= 0; i++) p->force[i] += y * p->state->answers[c][i];
+  int nodes[10];
+  const int count = 3 * flesh_mesh_tet_nodes(flesh_scene_mesh(x->scene), self->fit->map->tets[k], nodes);
+  for (int i = 0; i < count; i++) dofs[i] = 3 * (size_t)nodes[i / 3] + (size_t)(i % 3);
+  return count;
 }
 
 /* Adds to y [of the experiment] J u of its equilibria, for u of the map. */
-static int times_states(flesh_fit_linear *self, linear_experiment *x, const double *u, double *y)
+static int times_states(flesh_fit_linear *self, const linear_experiment *x, const double *u, double *y)
 {
-  const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
   double *force = self->room[0], *dx = self->room[1];
+  size_t dofs[30];
   int status = FLESH_OK;
-  for (int s = 0; s < x->told.count && !status; s++) {
-    linear_state *state = &x->states[s];
+  for (int s = 0; s < x->observation.count && !status; s++) {
+    const linear_state *state = &x->states[s];
     if (!state->at) continue;
     memset(force, 0, (size_t)self->n * sizeof *force);
-    for (size_t i = 0; i < each * count; i++)
-      if (self->dofs[i] >= 0) force[self->dofs[i]] += u[i / each] * state->forces[i];
+    for (int k = 0; k < self->fit->map->count; k++)
+      for (int i = list_dofs(self, x, k, dofs); i-- > 0;) force[dofs[i]] += u[k] * state->forces[3 * k * self->size + i];
     status = flesh_sensitivity_respond(state->at, force, dx);
     self->fit->linear++;
-    if (!status) flesh_fit_told_visit(&x->told, s, take, &(product){state, self->n, force, dx, y});
+    for (int c = 0; c < x->e->column_count; c++) {
+      x->columns[c] = 0;
+      for (int i = 0; i < self->n; i++) x->columns[c] += state->answers[c][i] * force[i];
+    }
+    if (!status) flesh_fit_observation_apply(&x->observation, s, dx, x->columns, y, 1);
   }
   return status;
 }
 
 /* Adds to u [map] J^T y of its equilibria. */
-static int back_states(flesh_fit_linear *self, linear_experiment *x, double *y, double *u)
+static int back_states(flesh_fit_linear *self, const linear_experiment *x, const double *y, double *u)
 {
-  const size_t each = 3 * (size_t)self->size, count = (size_t)self->fit->map->count;
+  const size_t bytes = (size_t)self->n * sizeof(double);
   double *by_x = self->room[0], *answer = self->room[1], *lambda = self->room[2];
+  size_t dofs[30];
   int status = FLESH_OK;
-  for (int s = 0; s < x->told.count && !status; s++) {
-    linear_state *state = &x->states[s];
+  for (int s = 0; s < x->observation.count && !status; s++) {
+    const linear_state *state = &x->states[s];
     if (!state->at) continue;
-    memset(by_x, 0, (size_t)self->n * sizeof *by_x);
-    memset(answer, 0, (size_t)self->n * sizeof *answer);
-    flesh_fit_told_visit(&x->told, s, give, &(product){state, self->n, answer, by_x, y});
+    memset(by_x, 0, bytes);
+    memset(answer, 0, bytes);
+    for (int c = 0; c < x->e->column_count; c++) x->columns[c] = 0;
+    flesh_fit_observation_transpose(&x->observation, s, y, by_x, x->columns);
+    for (int c = 0; c < x->e->column_count; c++)
+      for (int i = 0; i < self->n; i++) answer[i] += x->columns[c] * state->answers[c][i];
     status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
     self->fit->linear++;
-    for (size_t i = 0; i < each * count && !status; i++)
-      if (self->dofs[i] >= 0) u[i / each] += (answer[self->dofs[i]] - lambda[self->dofs[i]]) * state->forces[i];
+    for (int k = 0; k < self->fit->map->count && !status; k++)
+      for (int i = 0, all = list_dofs(self, x, k, dofs); i < all; i++)
+        u[k] += (answer[dofs[i]] - lambda[dofs[i]]) * state->forces[3 * k * self->size + i];
   }
   return status;
 }
@@ -280,7 +265,7 @@ int flesh_fit_linear_times(flesh_fit_linear *self, const double *u, double *y)
     status = x->motion ? flesh_fit_motion_along(x->motion, 1, self->changes, &h, own) : times_states(self, x, u + keys, own);
   }
   for (int i = 0; i < fit->count; i++) {
-    y[i] /= flesh_fit_datum_at(fit, i)->deviation;
+    y[i] /= fit->data[i]->deviation;
     for (int k = 0; k < keys; k++) y[i] += self->keys[(size_t)i * (size_t)keys + (size_t)k] * u[k];
   }
   return status;
@@ -294,7 +279,7 @@ int flesh_fit_linear_times_transposed(flesh_fit_linear *self, const double *y, d
   int status = FLESH_OK;
   memset(u, 0, (size_t)fit->parameter_count * sizeof *u);
   for (int i = 0; i < fit->count; i++) {
-    self->y[i] = y[i] / flesh_fit_datum_at(fit, i)->deviation;
+    self->y[i] = y[i] / fit->data[i]->deviation;
     for (int k = 0; k < keys; k++) u[k] += self->keys[(size_t)i * (size_t)keys + (size_t)k] * y[i];
   }
   for (int e = 0; e < fit->experiment_count && !status; e++) {

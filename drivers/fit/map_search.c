@@ -35,8 +35,55 @@ typedef struct searching {
   double largest;    /* largest residual so far */
   signed char held[FLESH_FIT_PARAMETERS]; /* keys that stay at a bound: -1 lower, 1 upper */
   int status;
-  char why[FLESH_FIT_WORDS];
 } searching;
+
+/* soft: a smooth function of z from 0 for small z to z for large z, and its slope. hard: its inverse. */
+static double soft(double z, double *slope)
+{
+  *slope = 1 / (1 + exp(-z));
+  return fmax(z, 0) + log1p(exp(-fabs(z)));
+}
+static double hard(double d) { return d + log(-expm1(-d)); }
+
+/* Least distance from a bound at the start of a search, so that it can leave the bound: a share of the way between both
+ * bounds, or a length in q. */
+static const double least = 0.02;
+
+/* Returns z for a search that does not know the bounds: z is q, or a smooth function takes it to q between the
+ * bounds. */
+static double z_of(const flesh_fit_parameter *parameter, double p)
+{
+  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
+               high = flesh_fit_q_of(parameter, parameter->to);
+  if (isinf(low)) return isinf(high) ? q : -hard(fmax(high - q, least));
+  if (isinf(high)) return hard(fmax(q - low, least));
+  const double share = fmin(fmax((q - low) / (high - low), least), 1 - least);
+  return (high - low) / 4 * log(share / (1 - share));
+}
+
+/* Returns the value for z, and dq/dz in *slope. */
+static double p_at(const flesh_fit_parameter *parameter, double z, double *slope)
+{
+  const double low = flesh_fit_q_of(parameter, parameter->from), high = flesh_fit_q_of(parameter, parameter->to);
+  double q = z;
+  *slope = 1;
+  if (isfinite(low) && isfinite(high)) {
+    const double share = 1 / (1 + exp(-4 * z / (high - low)));
+    *slope = 4 * share * (1 - share);
+    q = low + (high - low) * share;
+  } else if (isfinite(low)) q = low + soft(z, slope);
+  else if (isfinite(high)) q = high - soft(-z, slope);
+  return fmin(fmax(flesh_fit_p_of(parameter, q), parameter->from), parameter->to);
+}
+
+/* Returns 1 if p is near its upper bound, -1 if near the lower one, else 0. Near is within 0.01 in q, and within a hundredth
+ * of the way between the bounds. */
+static int side_of(const flesh_fit_parameter *parameter, double p)
+{
+  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
+               high = flesh_fit_q_of(parameter, parameter->to), near = 0.01 * fmin(high - low, 1);
+  return high - q < near ? 1 : q - low < near ? -1 : 0;
+}
 
 static double face_weight(const searching *s, int f) { return sqrt(s->weight * s->fit->map->face_weights[f]); }
 
@@ -46,41 +93,38 @@ static double value_at(const searching *s, int k, double z, double *slope)
   const flesh_fit_parameter *p = &s->fit->parameters[k];
   const int held = k < s->fit->key_count ? s->held[k] : 0;
   *slope = 0;
-  return held ? held > 0 ? p->to : p->from : flesh_fit_p_at(p, z, slope);
+  return held ? held > 0 ? p->to : p->from : p_at(p, z, slope);
 }
 
-static void place(const searching *s, const gsl_vector *z, double *p)
+static void set_parameters(const searching *s, const double *z, double *p)
 {
   double slope;
-  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = value_at(s, k, gsl_vector_get(z, (size_t)k), &slope);
+  for (int k = 0; k < s->fit->parameter_count; k++) p[k] = value_at(s, k, z[k], &slope);
 }
 
 static int find_residuals(const gsl_vector *z, void *data, gsl_vector *f)
 {
   searching *s = data;
   double slope;
-  int good;
   if (s->status) return GSL_EFAILED;
-  place(s, z, s->p);
-  s->status = flesh_fit_evaluate(s->fit, s->p, s->y, NULL, &good, s->why);
+  set_parameters(s, z->data, s->p);
+  const int status = flesh_fit_evaluate(s->fit, s->p, s->y, NULL);
+  if (status < 0) s->status = status;
   for (int i = 0; i < s->fit->count && !s->status; i++)
-    gsl_vector_set(f, (size_t)i, good ? flesh_fit_residual(s->fit, i, s->y) : 10 * s->largest + 1);
+    gsl_vector_set(f, (size_t)i, status ? 10 * s->largest + 1 : flesh_fit_residual(s->fit, i, s->y));
   for (int k = 0; k < s->fit->map->face_count && !s->status; k++)
-    gsl_vector_set(f, (size_t)(s->fit->count + k), face_weight(s, k) * flesh_fit_map_bend(s->fit, k, s->p, &slope));
+    gsl_vector_set(f, (size_t)(s->fit->count + k), face_weight(s, k) * flesh_fit_map_residual(s->fit, k, s->p, &slope));
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
-/* Linearises at z, unless that was done. */
-static int linearise(searching *s, const gsl_vector *z)
+/* Linearises at z [parameters], unless that was done. */
+static int linearise(searching *s, const double *z)
 {
-  int same = s->linear != NULL;
-  for (int k = 0; k < s->fit->parameter_count && same; k++) same = s->at[k] == gsl_vector_get(z, (size_t)k);
-  if (same) return FLESH_OK;
+  const size_t bytes = (size_t)s->fit->parameter_count * sizeof *z;
+  if (s->linear && !memcmp(s->at, z, bytes)) return FLESH_OK;
   flesh_fit_linear_destroy(&s->linear);
-  for (int k = 0; k < s->fit->parameter_count; k++) {
-    s->at[k] = gsl_vector_get(z, (size_t)k);
-    s->linear_p[k] = value_at(s, k, s->at[k], &s->slopes[k]);
-  }
+  memcpy(s->at, z, bytes);
+  for (int k = 0; k < s->fit->parameter_count; k++) s->linear_p[k] = value_at(s, k, z[k], &s->slopes[k]);
   return flesh_fit_linear_create(s->fit, s->linear_p, &s->linear);
 }
 
@@ -91,7 +135,7 @@ static void penalise(const searching *s, int transposed, const double *u, double
   for (int k = 0; k < map->face_count; k++) {
     const int *pair = map->faces + 2 * k;
     double slope;
-    flesh_fit_map_bend(s->fit, k, s->linear_p, &slope);
+    flesh_fit_map_residual(s->fit, k, s->linear_p, &slope);
     const double weight = slope * face_weight(s, k);
     if (transposed) v[pair[0]] += weight * u[k], v[pair[1]] -= weight * u[k];
     else v[k] = weight * (u[pair[0]] - u[pair[1]]);
@@ -104,7 +148,7 @@ static int find_product(CBLAS_TRANSPOSE_t transposed, const gsl_vector *z, const
   searching *s = data;
   const int n = s->fit->parameter_count;
   (void)JTJ;
-  if (!s->status) s->status = linearise(s, z);
+  if (!s->status) s->status = linearise(s, z->data);
   if (s->status) return GSL_EFAILED;
   if (transposed == CblasTrans) {
     s->status = flesh_fit_linear_times_transposed(s->linear, u->data, s->u);
@@ -133,7 +177,7 @@ static int hold(searching *s, const gsl_multilarge_nlinear_workspace *w)
   for (int k = 0; k < s->fit->key_count; k++) {
     const gsl_vector *z = gsl_multilarge_nlinear_position(w);
     double slope;
-    const int side = flesh_fit_side(&s->fit->parameters[k], value_at(s, k, gsl_vector_get(z, (size_t)k), &slope));
+    const int side = side_of(&s->fit->parameters[k], value_at(s, k, gsl_vector_get(z, (size_t)k), &slope));
     if (s->held[k] || side * gsl_vector_get(w->g, (size_t)k) >= 0) continue;
     s->held[k] = (signed char)side;
     some = 1;
@@ -162,7 +206,7 @@ static void iterate(searching *s, gsl_multilarge_nlinear_workspace *w, flesh_fit
 
 /* Estimates how many numbers the measurements determine, by the share of random signs y that the linear model
  * reproduces: y^T J H^-1 J^T y (Hutchinson 1990) with H = J^T J + P^T P, which conjugate gradients sum up. */
-static int count_determined(searching *s, const gsl_vector *z, double *determined)
+static int count_determined(searching *s, const double *z, double *determined)
 {
   const size_t n = (size_t)s->fit->parameter_count, faces = (size_t)s->fit->map->face_count;
   double *r = calloc(3 * n + faces, sizeof *r), *d = r + n, *h = d + n, *bend = h + n, rr = 0, first;
@@ -204,7 +248,7 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
   gsl_vector *z = gsl_vector_alloc(n);
   gsl_multilarge_nlinear_fdf fdf = {.f = find_residuals, .df = find_product, .n = m, .p = n, .params = s};
   if (!w || !z) s->status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %zu tets", n);
-  for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, flesh_fit_z_of(&fit->parameters[k], p[k]));
+  for (size_t k = 0; k < n && !s->status; k++) gsl_vector_set(z, k, z_of(&fit->parameters[k], p[k]));
   s->weight = stage->weight;
   memset(s->held, 0, sizeof s->held);
   while (!s->status && !stage->converged && stage->iterations < s->fit->max_iterations) {
@@ -212,9 +256,9 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
     measure(s, gsl_multilarge_nlinear_residual(w), stage);
     iterate(s, w, stage);
     gsl_vector_memcpy(z, gsl_multilarge_nlinear_position(w));
-    place(s, z, p);
+    set_parameters(s, z->data, p);
   }
-  if (!s->status) s->status = count_determined(s, z, &stage->determined);
+  if (!s->status) s->status = count_determined(s, z->data, &stage->determined);
   if (w) gsl_multilarge_nlinear_free(w);
   if (z) gsl_vector_free(z);
   return s->status;
@@ -225,19 +269,14 @@ static int search_with(searching *s, double *p, flesh_fit_stage *stage)
 static int first_weight(searching *s, double *weight)
 {
   const int n = s->fit->parameter_count;
-  gsl_vector *z = gsl_vector_alloc((size_t)n);
   double sum = 0, faces = 0;
-  if (!z) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map of %d tets", n);
-  for (int k = 0; k < n; k++) {
-    gsl_vector_set(z, (size_t)k, flesh_fit_z_of(&s->fit->parameters[k], s->found->p[k]));
-    s->u[k] = k >= s->fit->key_count;
-  }
-  int status = linearise(s, z);
+  for (int k = 0; k < n; k++) s->u[k] = z_of(&s->fit->parameters[k], s->found->p[k]);
+  int status = linearise(s, s->u);
+  for (int k = 0; k < n; k++) s->u[k] = k >= s->fit->key_count;
   if (!status) status = flesh_fit_linear_times(s->linear, s->u, s->y);
   for (int i = 0; i < s->fit->count && !status; i++) sum += s->y[i] * s->y[i];
   for (int k = 0; k < s->fit->map->face_count; k++) faces += s->fit->map->face_weights[k];
   *weight = sum > 0 && faces > 0 ? sum / faces : 1;
-  gsl_vector_free(z);
   return status;
 }
 
@@ -247,7 +286,7 @@ static double excess(const searching *s, const flesh_fit_stage *stage)
   return log(stage->squares / fmax(s->fit->count - stage->determined, 1));
 }
 
-static void tell(const searching *s, const flesh_fit_stage *stage)
+static void print_progress(const searching *s, const flesh_fit_stage *stage)
 {
   if (s->fit->options.quiet) return;
   printf("weight %.3g: residuals %.4g times the deviations, %d iterations\n", stage->weight, exp(excess(s, stage) / 2),
@@ -267,7 +306,7 @@ static int make_stage(searching *s, double weight, double *p)
     status = search_with(s, p, stage);
     if (!status) status = flesh_fit_stage_write(s->fit, found->stage_count + 1, began, stage, p);
   }
-  if (!status) tell(s, stage), found->stage_count++;
+  if (!status) print_progress(s, stage), found->stage_count++;
   return status;
 }
 
@@ -285,7 +324,8 @@ static int search_weight(searching *s, double first)
 {
   flesh_fit_found *found = s->found;
   const size_t bytes = (size_t)s->fit->parameter_count * sizeof *found->p;
-  double *smooth = malloc(2 * bytes), *smoothest = smooth + s->fit->parameter_count, weight = first; /* of the last two stages */
+  /* of the last two stages */
+  double *smooth = flesh_arena_take(&s->fit->arena, 2 * bytes), *smoothest = smooth + s->fit->parameter_count, weight = first;
   int status = smooth ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map"), large = -1, small = -1;
   if (!status) memcpy(smooth, found->p, bytes);
   while (!status && found->stage_count < FLESH_FIT_STAGES) {
@@ -307,28 +347,25 @@ static int search_weight(searching *s, double first)
       break;
     weight = small < 0 ? weight * fall : between(s, &found->stages[large], &found->stages[small]);
   }
-  free(smooth);
   return status;
 }
 
 int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found)
 {
   const size_t n = (size_t)fit->parameter_count;
-  double *room = calloc(5 * n + (size_t)fit->count, sizeof *room), weight = fit->map->weight;
+  double *room = flesh_arena_take(&fit->arena, (5 * n + (size_t)fit->count) * sizeof *room), weight = fit->map->weight;
   searching s = {.fit = fit, .found = found};
-  gsl_error_handler_t *handler = gsl_set_error_handler_off();
-  int good;
   s.status = room ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a map");
   if (room) s.at = room, s.p = s.at + n, s.slopes = s.p + n, s.linear_p = s.slopes + n, s.u = s.linear_p + n, s.y = s.u + n;
   if (!s.status && isnan(weight)) {
     s.status = first_weight(&s, &weight);
     if (!s.status) s.status = search_weight(&s, weight);
   } else if (!s.status) s.status = make_stage(&s, weight, found->p);
-  if (!s.status) s.status = flesh_fit_evaluate(fit, found->p, found->values, NULL, &good, s.why);
+  if (!s.status) s.status = flesh_fit_evaluate_accepted(fit, found->p, found->values, NULL);
   for (int k = 0; k < fit->parameter_count && !s.status; k++) {
     const flesh_fit_parameter *p = &fit->parameters[k];
     const int on = (found->p[k] >= p->to) - (found->p[k] <= p->from);
-    found->at_bound[k] = (signed char)(k < fit->key_count ? on : flesh_fit_side(p, found->p[k]));
+    found->at_bound[k] = (signed char)(k < fit->key_count ? on : side_of(p, found->p[k]));
   }
   for (int k = 0; k < found->stage_count; k++) found->iterations += found->stages[k].iterations;
   found->converged = !s.status && found->stages[found->chosen].converged;
@@ -336,7 +373,5 @@ int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found)
     snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations (max_iterations)",
              fit->max_iterations);
   flesh_fit_linear_destroy(&s.linear);
-  gsl_set_error_handler(handler);
-  free(room);
   return s.status;
 }

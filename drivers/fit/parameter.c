@@ -1,5 +1,5 @@
-/* parameter.c: maps parameters to the variables of the search; lists all measured numbers; decomposes derivatives;
- * words what the measurements do not determine. */
+/* parameter.c: maps parameters to the variables of the search; computes residuals; decomposes derivatives; words
+ * what the measurements do not determine. */
 #include <float.h>
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_linalg.h>
@@ -39,49 +39,6 @@ double flesh_fit_value_at(const flesh_fit_parameter *p, double q)
   return fmin(fmax(flesh_fit_p_of(p, flesh_fit_clamp(p, q)), p->from), p->to);
 }
 
-/* soft: a smooth function of z from 0 for small z to z for large z, and its slope. hard: its inverse. */
-static double soft(double z, double *slope)
-{
-  *slope = 1 / (1 + exp(-z));
-  return fmax(z, 0) + log1p(exp(-fabs(z)));
-}
-static double hard(double d) { return d + log(-expm1(-d)); }
-
-/* Least distance from a bound at the start of a search, so that it can leave the bound: a share of the way between both
- * bounds, or a length in q. */
-static const double least = 0.02;
-
-double flesh_fit_z_of(const flesh_fit_parameter *parameter, double p)
-{
-  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
-               high = flesh_fit_q_of(parameter, parameter->to);
-  if (isinf(low)) return isinf(high) ? q : -hard(fmax(high - q, least));
-  if (isinf(high)) return hard(fmax(q - low, least));
-  const double share = fmin(fmax((q - low) / (high - low), least), 1 - least);
-  return (high - low) / 4 * log(share / (1 - share));
-}
-
-double flesh_fit_p_at(const flesh_fit_parameter *parameter, double z, double *slope)
-{
-  const double low = flesh_fit_q_of(parameter, parameter->from), high = flesh_fit_q_of(parameter, parameter->to);
-  double q = z;
-  *slope = 1;
-  if (isfinite(low) && isfinite(high)) {
-    const double share = 1 / (1 + exp(-4 * z / (high - low)));
-    *slope = 4 * share * (1 - share);
-    q = low + (high - low) * share;
-  } else if (isfinite(low)) q = low + soft(z, slope);
-  else if (isfinite(high)) q = high - soft(-z, slope);
-  return fmin(fmax(flesh_fit_p_of(parameter, q), parameter->from), parameter->to);
-}
-
-int flesh_fit_side(const flesh_fit_parameter *parameter, double p)
-{
-  const double q = flesh_fit_q_of(parameter, p), low = flesh_fit_q_of(parameter, parameter->from),
-               high = flesh_fit_q_of(parameter, parameter->to), near = 0.01 * fmin(high - low, 1);
-  return high - q < near ? 1 : q - low < near ? -1 : 0;
-}
-
 /* Returns the number next to values[0] in the range from values[1] to values[2]; a key that takes whole numbers refuses
  * it. */
 static double next_to(const double values[3])
@@ -90,41 +47,41 @@ static double next_to(const double values[3])
   return values[0] != 0 ? next : copysign(DBL_MIN, next);
 }
 
-int flesh_fit_check_values(flesh_fit *fit, const flesh_fit_experiment *e, const char *key,
-                           const flesh_fit_parameter *parameter, const char *start)
+int flesh_fit_check_values(const flesh_fit_experiment *e, const char *key, const flesh_fit_parameter *parameter,
+                           const char *start)
 {
   const double values[] = {parameter->start, parameter->from, parameter->to};
   const char *const names[] = {start, "from", "to"};
-  const char **overrides = calloc((size_t)e->set.count + 1, sizeof *overrides);
-  int status = overrides ? FLESH_OK : flesh_no_memory();
-  if (!status && e->set.count) memcpy(overrides, e->set.texts, (size_t)e->set.count * sizeof *overrides);
+  int status = FLESH_OK;
   for (int v = 0; v < 4 && !status; v++) {
+    flesh_overrides set;
     char number[FLESH_NUMBER_SIZE];
     const double value = v < 3 ? values[v] : next_to(values);
-    const flesh_node *place = flesh_node_find(parameter->place, names[v % 3]);
-    if (!place || !isfinite(value)) continue;
-    overrides[e->set.count] = flesh_arena_print(&fit->arena, "%s=%s", key, flesh_number_text(value, number));
-    status = overrides[e->set.count] ? flesh_settings_check(place, e->scene, e->set.count + 1, overrides) : flesh_no_memory();
+    const flesh_node *node = flesh_node_find(parameter->node, names[v % 3]);
+    if (!node || !isfinite(value)) continue;
+    flesh_overrides_copy(&set, &e->set);
+    flesh_overrides_add(&set, key, flesh_number_text(value, number));
+    status = set.failed ? flesh_no_memory() : flesh_settings_check(node, e->scene, set.texts.count, set.texts.values);
+    flesh_overrides_close(&set);
     if (v == 3 && status == FLESH_ERR_ARGUMENT)
-      status = flesh_node_fail(place, "%s takes whole numbers only; a parameter must take any number", key);
+      status = flesh_node_fail(node, "%s takes whole numbers only; a parameter must take any number", key);
   }
-  free(overrides);
   return status;
 }
 
 int flesh_fit_check_numbers(flesh_fit_parameter *p)
 {
-  const flesh_node *start = flesh_node_find(p->place, "start");
+  const flesh_node *start = flesh_node_find(p->node, "start");
   if (!(p->from < p->to))
-    return flesh_node_fail(flesh_node_find(p->place, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
+    return flesh_node_fail(flesh_node_find(p->node, "to"), "to is %g; it must be above from, which is %g", p->to, p->from);
   if (!(p->start >= p->from && p->start <= p->to))
     return flesh_node_fail(start, "start is %g; it must lie from %g to %g, as from and to say", p->start, p->from, p->to);
   if (p->spacing == FLESH_LOGARITHMIC) {
-    const flesh_node *scale = flesh_node_find(p->place, "scale");
+    const flesh_node *scale = flesh_node_find(p->node, "scale");
     if (!(p->start > 0))
       return flesh_node_fail(start, "start is %g; it must be > 0 when spacing is logarithmic", p->start);
     if (isfinite(p->from) && !(p->from > 0))
-      return flesh_node_fail(flesh_node_find(p->place, "from"), "from is %g; it must be > 0 when spacing is "
+      return flesh_node_fail(flesh_node_find(p->node, "from"), "from is %g; it must be > 0 when spacing is "
                                                                 "logarithmic", p->from);
     if (scale) return flesh_node_fail(scale, "scale applies to linear parameters; leave it out with spacing: logarithmic");
     p->from = fmax(p->from, 0);
@@ -133,32 +90,20 @@ int flesh_fit_check_numbers(flesh_fit_parameter *p)
     p->scale = fabs(p->start);
     if (!(p->scale > 0)) p->scale = (p->to - p->from) / 2;
     if (!isfinite(p->scale))
-      return flesh_node_fail(p->place, "scale is missing; where start is 0 it must be a number > 0");
+      return flesh_node_fail(p->node, "scale is missing; where start is 0 it must be a number > 0");
   }
   return FLESH_OK;
-}
-
-const flesh_fit_datum *flesh_fit_datum_at(const flesh_fit *fit, int i)
-{
-  for (int e = 0; e < fit->experiment_count; e++)
-    for (int k = 0; k < fit->experiments[e].measured_count; k++) {
-      const flesh_fit_measured *m = &fit->experiments[e].measured[k];
-      if (i < m->count) return &m->data[i];
-      i -= m->count;
-    }
-  return NULL;
 }
 
 double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacobian, int i, int k)
 {
   return jacobian[(size_t)i * (size_t)fit->key_count + (size_t)k] * flesh_fit_slope(&fit->parameters[k], p[k]) /
-         flesh_fit_datum_at(fit, i)->deviation;
+         fit->data[i]->deviation;
 }
 
 double flesh_fit_residual(const flesh_fit *fit, int i, const double *values)
 {
-  const flesh_fit_datum *d = flesh_fit_datum_at(fit, i);
-  return (values[i] - d->value) / d->deviation;
+  return (values[i] - fit->data[i]->value) / fit->data[i]->deviation;
 }
 
 double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values)
@@ -205,14 +150,15 @@ static const double equal_share = 0.03;
 
 void flesh_fit_say(flesh_fit_statistics *to, const char *format, ...)
 {
+  char text[FLESH_FIT_SENTENCE];
   va_list values;
   va_start(values, format);
-  if (to->sentence_count < FLESH_FIT_PARAMETERS)
-    vsnprintf(to->sentences[to->sentence_count++], FLESH_FIT_SENTENCE, format, values);
+  vsnprintf(text, sizeof text, format, values);
   va_end(values);
+  if (json_array_size(to->sentences) < FLESH_FIT_PARAMETERS) json_array_append_new(to->sentences, json_string(text));
 }
 
-void flesh_fit_tell_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
+void flesh_fit_say_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
 {
   char text[FLESH_FIT_SENTENCE] = "";
   int list[FLESH_FIT_PARAMETERS + 1], count = 0;

@@ -12,7 +12,7 @@
 #include "cli/path.h"
 #include "fit/fit.h"
 #include "fit/map.h"
-#include "fit/told.h"
+#include "fit/observation.h"
 #include "run/runner.h"
 #include "run/start.h"
 
@@ -21,51 +21,40 @@
 static const double difference = 1e-5;
 static const char *const table_names[] = {"probes.csv", "history.csv"};
 
-static char *folder_of(const flesh_fit *fit, const flesh_fit_experiment *e)
+void flesh_fit_scratch_remove(const flesh_fit *fit, const flesh_fit_experiment *e)
 {
-  return flesh_text_new("%s/runs/%s", fit->options.out, e->name);
+  const char *folders[] = {e->scratch, e->folder, flesh_path("%s/runs", fit->options.out)};
+  for (int k = 0; k < 2; k++) flesh_path_unlink(flesh_path("%s/%s", e->scratch, table_names[k]));
+  for (int k = 0; k < 3 && !flesh_path_remove_folder(folders[k]); k++) continue;
 }
 
-char *flesh_fit_scratch(const flesh_fit *fit, const flesh_fit_experiment *e)
+void flesh_fit_overrides(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, flesh_overrides *overrides)
 {
-  return flesh_text_new("%s/runs/%s/scratch", fit->options.out, e->name);
-}
-
-void flesh_fit_scratch_remove(char *folder)
-{
-  for (int k = 0; k < 2 && folder; k++) flesh_path_unlink(flesh_path("%s/%s", folder, table_names[k]));
-  for (int k = 0; k < 3 && folder && !flesh_path_remove_folder(folder); k++) *strrchr(folder, '/') = 0;
-  free(folder);
-}
-
-void flesh_fit_overrides(const flesh_fit *fit, int experiment, const double *p, flesh_overrides *overrides)
-{
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
   char number[FLESH_NUMBER_SIZE];
-  flesh_overrides_copy(overrides, &(flesh_texts){.count = e->set.count, .values = e->set.texts});
+  flesh_overrides_copy(overrides, &e->set);
   if (fit->map) flesh_overrides_add(overrides, "body.material_map", flesh_path("%s/map.csv", fit->options.out));
   for (int k = 0; k < fit->key_count; k++)
     if (e->acts[k]) flesh_overrides_add(overrides, fit->parameters[k].key, flesh_number_text(p[k], number));
 }
 
-int flesh_fit_scene_at(const flesh_fit *fit, int experiment, const double *p, flesh_scene **scene)
+int flesh_fit_scene_at(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, flesh_scene **scene)
 {
   flesh_overrides overrides;
-  flesh_fit_overrides(fit, experiment, p, &overrides);
+  flesh_fit_overrides(fit, e, p, &overrides);
   int status = fit->map ? flesh_fit_map_write(fit, flesh_path("%s/map.csv", fit->options.out), p) : FLESH_OK;
-  if (!status) status = flesh_overrides_read(&overrides, fit->experiments[experiment].scene, scene);
+  if (!status) status = flesh_overrides_read(&overrides, e->scene, scene);
   flesh_overrides_close(&overrides);
   return status;
 }
 
-double flesh_fit_direct(const flesh_fit *fit, const double *p, int k, double *direction)
+double flesh_fit_direction(const flesh_fit *fit, const double *p, int k, double *direction)
 {
   for (int j = 0; j < fit->parameter_count; j++) direction[j] = j == k;
   return difference * fabs(flesh_fit_slope(&fit->parameters[k], p[k]));
 }
 
-int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *p, const double *direction, double h,
-                            flesh_scene *scenes[2])
+int flesh_fit_scenes_beside(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, const double *direction,
+                            double h, flesh_scene *scenes[2])
 {
   double *beside = malloc((size_t)fit->parameter_count * sizeof *beside);
   int status = beside ? FLESH_OK : flesh_no_memory();
@@ -74,81 +63,70 @@ int flesh_fit_scenes_beside(const flesh_fit *fit, int experiment, const double *
       const double step = h * direction[k]; /* keep both sides within the bounds */
       beside[k] = fmax(fmin(p[k], fit->parameters[k].to - fabs(step)), fit->parameters[k].from + fabs(step)) + (s ? step : -step);
     }
-    status = flesh_fit_scene_at(fit, experiment, beside, &scenes[s]);
+    status = flesh_fit_scene_at(fit, e, beside, &scenes[s]);
   }
   free(beside);
   return status;
 }
 
-/* Finds the column of a run's table for a quantity; FLESH_ERR_ARGUMENT at the measurement's place if there is none. */
+/* Finds the column of a run's table for a quantity; FLESH_ERR_ARGUMENT at the measurement's node if there is none. */
 static int find_column(const flesh_csv *csv, const flesh_fit_measured *m, const flesh_fit_quantity *q, int *column)
 {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME], list[600] = "";
-  for (*column = 0; *column < csv->columns; ++*column) {
-    flesh_csv_label(csv, *column, name, unit);
-    if (strcmp(name, q->name)) {
-      if (*column) flesh_text_add(list, sizeof list, "%s%s", *list ? ", " : "", name);
-      continue;
-    }
-    if (*q->unit && strcmp(unit, q->unit))
-      return flesh_node_fail(m->place, "%s: column %s is in %s; it must be in %s", m->path, q->name, q->unit,
-                             *unit ? unit : "numbers without a unit");
-    return FLESH_OK;
+  *column = flesh_csv_find_label(csv, q->name, unit);
+  if (*column >= 0 && (!*q->unit || !strcmp(unit, q->unit))) return FLESH_OK;
+  if (*column >= 0)
+    return flesh_node_fail(m->node, "%s: column %s is in %s; it must be in %s", m->path, q->name, q->unit,
+                           *unit ? unit : "numbers without a unit");
+  for (int c = 1; c < csv->columns; c++) {
+    flesh_csv_label(csv, c, name, unit);
+    flesh_text_add(list, sizeof list, "%s%s", *list ? ", " : "", name);
   }
-  return flesh_node_fail(m->place, "%s: column %s is none of %s, which has %s", m->path, q->name, table_names[m->table],
-                         *list ? list : "no columns, as the scene has no probes");
+  return flesh_node_fail(m->node, "%s: column %s is none of %s, which has %s", m->path, q->name, table_names[m->table], list);
 }
 
-static int check_columns(const flesh_fit_experiment *e, const char *folder)
+int flesh_fit_tables_open(const flesh_fit_experiment *e, const flesh_scene *scene, flesh_fit_tables *tables)
 {
-  int status = FLESH_OK, column;
-  for (int k = 0; k < e->measured_count && !status; k++) {
-    const flesh_fit_measured *m = &e->measured[k];
-    if (m->table == FLESH_FIT_OF_POSITIONS) continue;
-    flesh_csv csv;
-    if (!flesh_csv_read(flesh_path("%s/%s", folder, table_names[m->table]), FLESH_CSV_TORN, &csv) ||
-        m->table == FLESH_FIT_OF_PROBES) {
-      for (int q = 0; q < m->quantity_count && !status; q++) status = find_column(&csv, m, &m->quantities[q], &column);
-    } else status = FLESH_ERR_FILE;
-    flesh_csv_clear(&csv);
-  }
-  return status;
-}
-
-int flesh_fit_tables_open(const flesh_scene *scene, const char *folder, flesh_history **history, flesh_probes **probes)
-{
-  int count, status = FLESH_OK;
+  int count, wanted[3] = {0}, status = flesh_folder_make(e->scratch);
   const flesh_probe *list = flesh_scene_probes(scene, &count);
   const flesh_system *system = flesh_scene_system(scene);
-  if (history) status = flesh_history_create(flesh_path("%s/history.csv", folder), system, history);
-  if (!status && probes && count)
-    status = flesh_probes_create(flesh_path("%s/probes.csv", folder), flesh_scene_body(scene), system,
-                                 flesh_scene_times(scene)->method, count, list, probes);
+  *tables = (flesh_fit_tables){0};
+  for (int k = 0; k < e->measured_count && !status; k++) {
+    const flesh_fit_measured *m = &e->measured[k];
+    wanted[m->table] = 1;
+    if (m->table == FLESH_FIT_OF_PROBES && !count)
+      status = flesh_node_fail(m->node, "%s: column %s is none of probes.csv, which has no columns, as the scene has no probes",
+                               m->path, m->quantities[0].name);
+  }
+  if (!status && wanted[FLESH_FIT_OF_HISTORY])
+    status = flesh_history_create(flesh_path("%s/history.csv", e->scratch), system, &tables->history);
+  if (!status && wanted[FLESH_FIT_OF_PROBES])
+    status = flesh_probes_create(flesh_path("%s/probes.csv", e->scratch), flesh_scene_body(scene), system,
+                                 flesh_scene_times(scene)->method, count, list, &tables->probes);
   return status;
 }
 
-int flesh_fit_try(flesh_fit *fit, int experiment)
+int flesh_fit_tables_close(flesh_fit_tables *tables, int status)
 {
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  const int closed[] = {flesh_history_close(&tables->history), flesh_probes_close(&tables->probes)};
+  return status ? status : closed[0] ? closed[0] : closed[1];
+}
+
+int flesh_fit_try(flesh_fit *fit, const flesh_fit_experiment *e)
+{
   flesh_scene *scene = NULL;
-  flesh_history *history = NULL;
-  flesh_probes *probes = NULL;
-  double *p = calloc((size_t)fit->parameter_count, sizeof *p);
-  char *folder = flesh_fit_scratch(fit, e);
-  int status = p && folder ? FLESH_OK : flesh_no_memory();
-  for (int k = 0; k < fit->parameter_count && !status; k++) p[k] = fit->parameters[k].start;
-  if (!status) {
-    status = flesh_fit_scene_at(fit, experiment, p, &scene);
-    if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
-  }
-  if (!status) status = flesh_folder_make(folder);
-  if (!status) status = flesh_fit_tables_open(scene, folder, &history, &probes);
-  flesh_history_close(&history);
-  flesh_probes_close(&probes);
-  if (!status) status = check_columns(e, folder);
+  flesh_fit_tables tables = {0};
+  double *p = flesh_arena_take(&fit->arena, (size_t)(fit->parameter_count + e->count) * sizeof *p);
+  if (!p) return flesh_no_memory();
+  for (int k = 0; k < fit->parameter_count; k++) p[k] = fit->parameters[k].start;
+  int status = flesh_fit_scene_at(fit, e, p, &scene);
+  if (status) flesh_node_fail_within(status, e->scene_node, "%s", "");
+  else status = flesh_fit_tables_open(e, scene, &tables);
+  status = flesh_fit_tables_close(&tables, status);
+  if (!status) /* finds the columns of tables without rows */
+    status = flesh_fit_read_values(e, e->scratch, flesh_mesh_positions(flesh_scene_mesh(scene)), p + fit->parameter_count);
   flesh_scene_destroy(&scene);
-  flesh_fit_scratch_remove(folder);
-  free(p);
+  flesh_fit_scratch_remove(fit, e);
   return status;
 }
 
@@ -168,7 +146,7 @@ static double number_at(const flesh_csv *csv, int time, int column, double t)
   return isnan(t) || fabs(t - at) <= 1e-9 * (1 + fabs(t)) ? value : NAN;
 }
 
-static int take_table(const flesh_fit_measured *m, const char *folder, double *values)
+static int read_table(const flesh_fit_measured *m, const char *folder, double *values)
 {
   int *columns = calloc((size_t)m->quantity_count + 1, sizeof *columns);
   flesh_csv csv = {0};
@@ -182,27 +160,28 @@ static int take_table(const flesh_fit_measured *m, const char *folder, double *v
   return status;
 }
 
-int flesh_fit_take(const flesh_fit_experiment *e, const char *folder, const double *x, double *values)
+int flesh_fit_read_values(const flesh_fit_experiment *e, const char *folder, const double *x, double *values)
 {
   int status = FLESH_OK;
   for (int k = 0; k < e->measured_count && !status; values += e->measured[k++].count)
     if (e->measured[k].table == FLESH_FIT_OF_POSITIONS)
       for (int d = 0; d < e->measured[k].count; d++)
-        values[d] = flesh_fit_told_position(&e->measured[k], &e->measured[k].data[d], x);
-    else status = take_table(&e->measured[k], folder, values);
+        values[d] = flesh_fit_position(&e->measured[k], &e->measured[k].data[d], x);
+    else status = read_table(&e->measured[k], folder, values);
   return status;
 }
 
 /* Reads the values of a run that ended well from its tables and its last state. */
-static int take(const flesh_fit_experiment *e, const char *folder, double *values, char why[FLESH_FIT_WORDS])
+static int read_run(const flesh_fit_experiment *e, double *values)
 {
   flesh_state state;
   int status = flesh_state_make(e->nodes, 0, 0, &state);
-  if (!status) status = flesh_state_read(flesh_path("%s/state.txt", folder), e->nodes, &state);
-  if (!status) status = flesh_fit_take(e, folder, state.x, values);
-  for (int d = 0; d < e->count && !status && !*why; d++)
+  if (!status) status = flesh_state_read(flesh_path("%s/state.txt", e->folder), e->nodes, &state);
+  if (!status) status = flesh_fit_read_values(e, e->folder, state.x, values);
+  for (int d = 0; d < e->count && !status; d++)
     if (!isfinite(values[d]))
-      snprintf(why, FLESH_FIT_WORDS, "measured number %d of the experiment %s is not finite in its run", d + 1, e->name);
+      status = flesh_fail(FLESH_FIT_RUN_FAILED, "measured number %d of the experiment %s is not finite in its run", d + 1,
+                          e->name);
   free(state.x);
   return status;
 }
@@ -214,18 +193,12 @@ static int is_of_parameters(int status)
          status == FLESH_ERR_ENERGY;
 }
 
-void flesh_fit_state_free(flesh_state *state)
+void flesh_fit_equilibria_clear(flesh_fit_equilibria *equilibria)
 {
-  free(state->x);
-  *state = (flesh_state){0};
-}
-
-void flesh_fit_kept_clear(flesh_fit_kept *kept)
-{
-  for (int k = 0; k < kept->count; k++) flesh_fit_state_free(&kept->states[k]);
-  free(kept->states);
-  free(kept->p);
-  *kept = (flesh_fit_kept){0};
+  for (int k = 0; k < equilibria->count; k++) free(equilibria->states[k].x);
+  free(equilibria->states);
+  free(equilibria->p);
+  *equilibria = (flesh_fit_equilibria){0};
 }
 
 int flesh_fit_state_copy(const flesh_state *from, int nodes, flesh_state *to)
@@ -253,12 +226,12 @@ static int is_measured(const flesh_fit_experiment *e, double low, double at, dou
 static int keep(void *experiment, const flesh_step_record *record)
 {
   flesh_fit_experiment *e = experiment;
-  flesh_fit_kept *kept = &e->kept;
+  flesh_fit_equilibria *kept = &e->equilibria;
   if (kept->count) {
     flesh_state *last = &kept->states[kept->count - 1];
     const double at = last->t;
     if (!is_measured(e, kept->before, at, record->state->t)) {
-      flesh_fit_state_free(last);
+      free(last->x);
       kept->count--;
       kept->has_start &= kept->count > 0;
     }
@@ -272,39 +245,32 @@ static int keep(void *experiment, const flesh_step_record *record)
   return status;
 }
 
-int flesh_fit_make_run(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS],
-                       double *cpu_s)
+int flesh_fit_run(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *values, double *cpu_s)
 {
-  flesh_fit_experiment *e = &fit->experiments[experiment];
   const size_t size = (size_t)fit->parameter_count * sizeof *p;
   const int keeps = !*e->differences && !e->moves;
   const flesh_observer keeper = {keep, e};
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  char *folder = folder_of(fit, e);
-  *cpu_s = *why = 0;
-  if (!folder) return flesh_no_memory();
-  int status = flesh_fit_scene_at(fit, experiment, p, &scene);
+  *cpu_s = 0;
+  int status = flesh_fit_scene_at(fit, e, p, &scene);
   const int refused = status == FLESH_ERR_ARGUMENT;
   if (!status) {
-    const flesh_runner_options options = {.out = folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
+    const flesh_runner_options options = {.out = e->folder, .scene_path = e->scene, .quiet = 1, .no_frames = 1,
                                           .observer_count = keeps, .observers = &keeper, .argc = fit->options.argc,
                                           .argv = fit->options.argv};
-    flesh_fit_kept_clear(&e->kept);
+    flesh_fit_equilibria_clear(&e->equilibria);
     status = flesh_runner_run(scene, &options, &figures, &outcome);
     *cpu_s = figures.cpu_s;
     flesh_figures_close(&figures);
   }
-  if (!status) status = take(e, folder, values, why);
-  if (!status && !*why && keeps) {
-    e->kept.p = malloc(size);
-    if (e->kept.p) memcpy(e->kept.p, p, size);
-  } else if (refused || is_of_parameters(status)) {
-    snprintf(why, FLESH_FIT_WORDS, "%.300s", *outcome.message ? outcome.message : flesh_error_text());
-    status = FLESH_OK;
-  }
+  if (!status) status = read_run(e, values);
+  if (!status && keeps) {
+    e->equilibria.p = malloc(size);
+    if (e->equilibria.p) memcpy(e->equilibria.p, p, size);
+  } else if (refused || is_of_parameters(status))
+    status = *outcome.message ? flesh_fail(FLESH_FIT_RUN_FAILED, "%.300s", outcome.message) : FLESH_FIT_RUN_FAILED;
   flesh_scene_destroy(&scene);
-  free(folder);
   return status;
 }

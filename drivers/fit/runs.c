@@ -26,7 +26,7 @@ static void hash_map(SHA2_CTX *context, const flesh_fit *fit)
   SHA256Update(context, (const uint8_t *)&map->penalty, sizeof map->penalty);
   SHA256Update(context, (const uint8_t *)map->tets, (size_t)map->count * sizeof *map->tets);
   for (int i = 0; i < fit->count; i++)
-    SHA256Update(context, (const uint8_t *)&flesh_fit_datum_at(fit, i)->deviation, sizeof(double));
+    SHA256Update(context, (const uint8_t *)&fit->data[i]->deviation, sizeof(double));
 }
 
 /* Hashes everything on which the values of runs depend: scenes, measured quantities, and which keys are set. */
@@ -74,12 +74,12 @@ static json_t *name_figures(const void *data)
   return names;
 }
 
-/* Makes the case that was asked for, the only one of the study. */
+/* Makes the case that is looked for, the only one of the study. */
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
   const flesh_fit *fit = data;
   (void)number;
-  *made = (flesh_study_case){.values = {fit->asked[0], fit->asked[1], fit->asked[2]}, .repeat = 1};
+  *made = (flesh_study_case){.values = {fit->wanted[0], fit->wanted[1], fit->wanted[2]}, .repeat = 1};
   return FLESH_OK;
 }
 
@@ -102,12 +102,12 @@ int flesh_fit_runs_open(flesh_fit *fit)
   return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }
 
-/* Asks for the case with these parameters, which it takes; fit->record is NULL if no such case has ended. */
-static int ask(flesh_fit *fit, const char *what, const char *name, json_t *parameters)
+/* Looks for the case with these parameters, which it takes; fit->record is NULL if no such case has ended. */
+static int find_case(flesh_fit *fit, const char *what, const char *name, json_t *parameters)
 {
   char *text = json_dumps(parameters, JSON_COMPACT);
   int status = text ? flesh_study_store_execute(&fit->store, "DELETE FROM temp.wanted") : flesh_no_memory();
-  fit->asked[0] = what, fit->asked[1] = name, fit->asked[2] = text;
+  fit->wanted[0] = what, fit->wanted[1] = name, fit->wanted[2] = text;
   json_decref(parameters);
   json_decref(fit->record);
   fit->record = NULL;
@@ -117,8 +117,8 @@ static int ask(flesh_fit *fit, const char *what, const char *name, json_t *param
   return status || fit->record ? status : flesh_interrupt_check();
 }
 
-/* Writes the outcome of the case that was asked for last: a result, which it takes, or why it failed. */
-static int answer(flesh_fit *fit, double began, const char *why, json_t *figures, json_t *numbers)
+/* Writes the end of the case that was looked for last: `numbers`, or why it failed. Takes both objects. */
+static int write_case(flesh_fit *fit, double began, const char *why, json_t *figures, json_t *numbers)
 {
   const double seconds = flesh_wall_seconds() - began;
   int number;
@@ -151,85 +151,82 @@ static const char *words_of(const json_t *record)
 }
 
 /* Returns the parameters that act on an experiment; runs that differ only in others are the same. */
-static json_t *parameters_of(const flesh_fit *fit, int experiment, const double *p)
+static json_t *parameters_of(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p)
 {
   json_t *object = json_object();
   for (int k = 0; k < fit->key_count; k++)
-    if (fit->experiments[experiment].acts[k]) json_object_set_new(object, fit->parameters[k].name, json_real(p[k]));
+    if (e->acts[k]) json_object_set_new(object, fit->parameters[k].name, json_real(p[k]));
   if (fit->map) json_object_set_new(object, "of tets", flesh_json_numbers(fit->map->count, p + fit->key_count)); /* no parameter's name */
   return object;
 }
 
 static json_t *costs(int runs, double cpu_s) { return json_pack("{sisf}", "runs", runs, "cpu_s", cpu_s); }
 
-int flesh_fit_values_at(flesh_fit *fit, int experiment, const double *p, double *values, char why[FLESH_FIT_WORDS])
+int flesh_fit_values_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *values)
 {
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
   const double began = flesh_wall_seconds();
   double cpu_s;
-  int status = ask(fit, "run", e->name, parameters_of(fit, experiment, p));
+  int status = find_case(fit, "run", e->name, parameters_of(fit, e, p));
   if (!status && !fit->record) {
-    status = flesh_fit_make_run(fit, experiment, p, values, why, &cpu_s);
+    status = flesh_fit_run(fit, e, p, values, &cpu_s);
     fit->made++;
-    return status ? status : answer(fit, began, why, costs(1, cpu_s), *why ? json_null() : flesh_json_numbers(e->count, values));
+    if (status == FLESH_FIT_RUN_FAILED) status = write_case(fit, began, flesh_error_text(), costs(1, cpu_s), json_null());
+    else if (!status) status = write_case(fit, began, "", costs(1, cpu_s), flesh_json_numbers(e->count, values));
   }
-  snprintf(why, FLESH_FIT_WORDS, "%s", words_of(fit->record));
-  return status || *why ? status : read_numbers(fit, e->count, values);
+  if (status) return status;
+  const char *why = words_of(fit->record);
+  return *why ? flesh_fail(FLESH_FIT_RUN_FAILED, "%.300s", why) : read_numbers(fit, e->count, values);
 }
 
 /* Returns whether the parameters that act on the experiment are the same. */
-static int is_same(const flesh_fit *fit, int experiment, const double *p, const double *q)
+static int is_same(const flesh_fit *fit, const flesh_fit_experiment *e, const double *p, const double *q)
 {
   for (int k = 0; k < fit->parameter_count; k++)
-    if ((k >= fit->key_count || fit->experiments[experiment].acts[k]) && p[k] != q[k]) return 0;
+    if ((k >= fit->key_count || e->acts[k]) && p[k] != q[k]) return 0;
   return 1;
 }
 
-int flesh_fit_keep_at(flesh_fit *fit, int experiment, const double *p)
+int flesh_fit_equilibria_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p)
 {
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
-  char why[FLESH_FIT_WORDS];
   double cpu_s, *values;
-  if (e->kept.p && is_same(fit, experiment, e->kept.p, p)) return FLESH_OK;
+  if (e->equilibria.p && is_same(fit, e, e->equilibria.p, p)) return FLESH_OK;
   values = malloc((size_t)e->count * sizeof *values);
-  int status = values ? flesh_fit_make_run(fit, experiment, p, values, why, &cpu_s) : flesh_no_memory();
-  if (!status && *why) status = flesh_fail(FLESH_ERR_SOLVE, "a run that succeeded before now fails: %.300s", why);
+  const int status = values ? flesh_fit_run(fit, e, p, values, &cpu_s) : flesh_no_memory();
   free(values);
   fit->made++;
-  return status;
+  return status == FLESH_FIT_RUN_FAILED ? flesh_fail_within(FLESH_ERR_SOLVE, "a run that succeeded before now fails: ") : status;
 }
 
 /* Computes tangents. FLESH_ERR_ARGUMENT or FLESH_ERR_SOLVE if there are none. */
-static int differentiate(flesh_fit *fit, int experiment, const double *p, double *tangents)
+static int differentiate(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *tangents)
 {
-  if (fit->experiments[experiment].moves) return flesh_fit_motion_tangents(fit, experiment, p, tangents);
-  const int status = flesh_fit_keep_at(fit, experiment, p);
-  return status ? status : flesh_fit_tangents(fit, experiment, tangents);
+  if (e->moves) return flesh_fit_motion_tangents(fit, e, p, tangents);
+  const int status = flesh_fit_equilibria_at(fit, e, p);
+  return status ? status : flesh_fit_tangents(fit, e, tangents);
 }
 
-int flesh_fit_tangents_at(flesh_fit *fit, int experiment, const double *p, double *tangents)
+int flesh_fit_tangents_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *tangents)
 {
-  flesh_fit_experiment *e = &fit->experiments[experiment];
   const int count = e->count * fit->key_count;
   const double began = flesh_wall_seconds(), cpu = flesh_cpu_seconds();
-  int status = ask(fit, "tangents", e->name, parameters_of(fit, experiment, p));
-  if (status) return status;
-  const int known = fit->record != NULL;
-  if (!known) {
-    status = differentiate(fit, experiment, p, tangents);
-    if (status == FLESH_ERR_ARGUMENT || status == FLESH_ERR_SOLVE)
-      snprintf(e->differences, sizeof e->differences, "%.300s", flesh_error_text());
-    else if (status) return status;
-    return answer(fit, began, e->differences, costs(e->moves, flesh_cpu_seconds() - cpu),
-                  *e->differences ? json_null() : flesh_json_numbers(count, tangents));
+  int status = find_case(fit, "tangents", e->name, parameters_of(fit, e, p));
+  if (!status && !fit->record) {
+    status = differentiate(fit, e, p, tangents);
+    const int none = status == FLESH_ERR_ARGUMENT || status == FLESH_ERR_SOLVE;
+    if (!status || none) {
+      snprintf(e->differences, sizeof e->differences, "%.300s", none ? flesh_error_text() : "");
+      return write_case(fit, began, e->differences, costs(e->moves, flesh_cpu_seconds() - cpu),
+                        none ? json_null() : flesh_json_numbers(count, tangents));
+    }
   }
+  if (status) return status;
   snprintf(e->differences, sizeof e->differences, "%.300s", words_of(fit->record));
   return *e->differences ? FLESH_OK : read_numbers(fit, count, tangents);
 }
 
 int flesh_fit_stage_read(flesh_fit *fit, int number, flesh_fit_stage *stage, double *p, int *there)
 {
-  int status = ask(fit, "stage", "", json_pack("[if]", number, stage->weight));
+  int status = find_case(fit, "stage", "", json_pack("[if]", number, stage->weight));
   *there = !status && fit->record;
   if (!*there) return status;
   const json_t *figures = json_object_get(json_object_get(fit->record, "result"), "figures");
@@ -238,8 +235,9 @@ int flesh_fit_stage_read(flesh_fit *fit, int number, flesh_fit_stage *stage, dou
 
 int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_fit_stage *stage, const double *p)
 {
-  const int status = ask(fit, "stage", "", json_pack("[if]", number, stage->weight));
-  return status ? status : answer(fit, began, "", flesh_fields_json(stage_fields, stage), flesh_json_numbers(fit->parameter_count, p));
+  const int status = find_case(fit, "stage", "", json_pack("[if]", number, stage->weight));
+  return status ? status
+                : write_case(fit, began, "", flesh_fields_json(stage_fields, stage), flesh_json_numbers(fit->parameter_count, p));
 }
 
 /* Sums over all runs in the database. */
@@ -259,19 +257,11 @@ json_t *flesh_fit_runs_json(const flesh_fit *fit)
   return costs;
 }
 
-int flesh_fit_runs_used(const flesh_fit *fit)
-{
-  json_t *costs = flesh_fit_runs_json(fit);
-  const int used = (int)json_integer_value(json_object_get(costs, "used"));
-  json_decref(costs);
-  return used;
-}
-
 void flesh_fit_close(flesh_fit *fit)
 {
   for (int e = 0; e < fit->experiment_count; e++) {
     json_decref(fit->experiments[e].inputs);
-    flesh_fit_kept_clear(&fit->experiments[e].kept);
+    flesh_fit_equilibria_clear(&fit->experiments[e].equilibria);
   }
   json_decref(fit->record);
   flesh_study_store_close(&fit->store);

@@ -5,7 +5,6 @@
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_multifit_nlinear.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "fit/map.h"
@@ -25,15 +24,13 @@ typedef struct searching {
   int list[FLESH_FIT_PARAMETERS]; /* indices of the free parameters */
   double q[FLESH_FIT_PARAMETERS]; /* within the bounds */
   int releases[FLESH_FIT_PARAMETERS];
-  double *values, *jacobian;
+  double *values; /* [count] workspace */
   double largest; /* largest residual at the last accepted parameters */
   int status;     /* error that ends the fit */
-  char why[FLESH_FIT_WORDS];
-  int failed;     /* the last evaluation failed */
 } searching;
 
 /* Sets the parameters of a point of GSL, within their bounds. */
-static void place(const searching *s, const gsl_vector *x, double *p)
+static void set_parameters(const searching *s, const gsl_vector *x, double *p)
 {
   const flesh_fit_parameter *parameters = s->fit->parameters;
   for (int k = 0; k < s->fit->parameter_count; k++) p[k] = flesh_fit_value_at(&parameters[k], s->q[k]);
@@ -41,38 +38,32 @@ static void place(const searching *s, const gsl_vector *x, double *p)
     p[s->list[j]] = flesh_fit_value_at(&parameters[s->list[j]], gsl_vector_get(x, (size_t)j));
 }
 
-static int evaluate(const gsl_vector *x, searching *s, double *jacobian)
-{
-  double p[FLESH_FIT_PARAMETERS];
-  int good;
-  if (s->status) return GSL_EFAILED;
-  place(s, x, p);
-  s->status = flesh_fit_evaluate(s->fit, p, s->values, jacobian, &good, s->why);
-  s->failed = !good;
-  return s->status ? GSL_EFAILED : GSL_SUCCESS;
-}
-
 /* Computes residuals over their deviations. If a run fails, they are larger than at the last accepted parameters, so
  * that the step is reduced. */
 static int find_residuals(const gsl_vector *x, void *data, gsl_vector *f)
 {
   searching *s = data;
-  const int code = evaluate(x, s, NULL);
-  for (int i = 0; i < s->count && !code; i++)
-    gsl_vector_set(f, (size_t)i, s->failed ? 10 * s->largest + 1 : flesh_fit_residual(s->fit, i, s->values));
-  return code;
+  double p[FLESH_FIT_PARAMETERS];
+  if (s->status) return GSL_EFAILED;
+  set_parameters(s, x, p);
+  const int status = flesh_fit_evaluate(s->fit, p, s->values, NULL);
+  if (status < 0) s->status = status;
+  for (int i = 0; i < s->count && !s->status; i++)
+    gsl_vector_set(f, (size_t)i, status ? 10 * s->largest + 1 : flesh_fit_residual(s->fit, i, s->values));
+  return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
+/* Computes the Jacobian at parameters that GSL has accepted, which become those of the end. */
 static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
 {
   searching *s = data;
-  double p[FLESH_FIT_PARAMETERS];
-  const int code = evaluate(x, s, s->jacobian);
-  place(s, x, p);
-  if (!code && s->failed) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
+  flesh_fit_found *found = s->found;
+  if (s->status) return GSL_EFAILED;
+  set_parameters(s, x, found->p);
+  s->status = flesh_fit_evaluate_accepted(s->fit, found->p, found->values, found->jacobian);
   for (int i = 0; i < s->count && !s->status; i++)
     for (int j = 0; j < s->free_count; j++)
-      gsl_matrix_set(J, (size_t)i, (size_t)j, flesh_fit_by_q(s->fit, p, s->jacobian, i, s->list[j]));
+      gsl_matrix_set(J, (size_t)i, (size_t)j, flesh_fit_by_q(s->fit, found->p, found->jacobian, i, s->list[j]));
   return s->status ? GSL_EFAILED : GSL_SUCCESS;
 }
 
@@ -115,20 +106,16 @@ static double gradient(const searching *s, int k)
   return sum;
 }
 
-/* Takes over the parameters of an accepted step, whose values and derivatives are known. Returns whether the set of
- * free parameters has changed, because some have met a bound. */
+/* Takes over the accepted step. Returns whether the set of free parameters has changed, because some have met a
+ * bound. */
 static int accept(searching *s, const gsl_vector *x)
 {
   const flesh_fit *fit = s->fit;
   flesh_fit_found *found = s->found;
-  int good, met = 0;
-  place(s, x, found->p);
-  s->status = flesh_fit_evaluate(s->fit, found->p, found->values, found->jacobian, &good, s->why);
-  if (!s->status && !good) s->status = flesh_fail(FLESH_ERR_SOLVE, "%s", s->why);
+  int met = 0;
   s->largest = 0;
-  for (int i = 0; i < s->count && !s->status; i++)
-    s->largest = fmax(s->largest, fabs(flesh_fit_residual(fit, i, found->values)));
-  for (int j = 0; j < s->free_count && !s->status; j++) {
+  for (int i = 0; i < s->count; i++) s->largest = fmax(s->largest, fabs(flesh_fit_residual(fit, i, found->values)));
+  for (int j = 0; j < s->free_count; j++) {
     const int k = s->list[j];
     const double wanted = gsl_vector_get(x, (size_t)j);
     s->q[k] = flesh_fit_clamp(&fit->parameters[k], wanted);
@@ -140,7 +127,7 @@ static int accept(searching *s, const gsl_vector *x)
   return met;
 }
 
-static void tell(const searching *s)
+static void print_progress(const searching *s)
 {
   if (s->fit->options.quiet) return;
   printf("iteration %d: sum of squares %.6g", s->found->iterations,
@@ -150,29 +137,26 @@ static void tell(const searching *s)
   fflush(stdout);
 }
 
-typedef enum outcome { ENDED, MET_BOUND } outcome;
-
-/* Iterates with the free parameters until the search ends or one meets a bound. */
-static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
+/* Iterates with the free parameters until the search ends or one meets a bound; returns whether one has. */
+static int iterate(searching *s, gsl_multifit_nlinear_workspace *w)
 {
   flesh_fit_found *found = s->found;
   for (;;) {
     double errors = INFINITY, change = INFINITY;
-    const int moved = accept(s, gsl_multifit_nlinear_position(w));
-    if (!s->status) tell(s);
-    if (s->status) return ENDED;
-    if (moved) return MET_BOUND;
+    const int met = accept(s, gsl_multifit_nlinear_position(w));
+    print_progress(s);
+    if (met) return 1;
     s->status = measure_step(gsl_multifit_nlinear_jac(w), gsl_multifit_nlinear_residual(w), &errors, &change);
     found->converged = errors <= s->fit->tolerance || change <= least_step;
-    if (s->status || found->converged) return ENDED;
+    if (s->status || found->converged) return 0;
     if (found->iterations == s->fit->max_iterations) {
       snprintf(found->words, sizeof found->words, "the search has not ended after %d iterations (max_iterations)",
                found->iterations);
-      return ENDED;
+      return 0;
     }
     const int code = gsl_multifit_nlinear_iterate(w);
     found->iterations++;
-    if (s->status) return ENDED;
+    if (s->status) return 0;
     if (!code) continue;
     found->converged = errors <= rough;
     if (isinf(errors))
@@ -182,7 +166,7 @@ static outcome iterate(searching *s, gsl_multifit_nlinear_workspace *w)
       snprintf(found->words, sizeof found->words, "no step lowers the sum of squares further, although one of %.2g standard "
                                                   "errors should: the runs cannot distinguish parameters so close to each "
                                                   "other", errors);
-    return ENDED;
+    return 0;
   }
 }
 
@@ -199,8 +183,8 @@ static int release(searching *s)
   return released;
 }
 
-/* Runs one search with the free parameters. */
-static outcome search_free(searching *s)
+/* Runs one search with the free parameters; returns whether one has met a bound. */
+static int search_free(searching *s)
 {
   gsl_multifit_nlinear_parameters options = gsl_multifit_nlinear_default_parameters();
   options.solver = gsl_multifit_nlinear_solver_svd;
@@ -208,13 +192,13 @@ static outcome search_free(searching *s)
   gsl_multifit_nlinear_workspace *w = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &options, m, n);
   gsl_vector *x = gsl_vector_alloc(n);
   gsl_multifit_nlinear_fdf fdf = {.f = find_residuals, .df = find_jacobian, .n = m, .p = n, .params = s};
-  outcome ended = ENDED;
+  int met = 0;
   for (size_t j = 0; j < n && x; j++) gsl_vector_set(x, j, s->q[s->list[j]]);
   if (!w || !x) s->status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
-  else if (gsl_multifit_nlinear_init(x, &fdf, w) == GSL_SUCCESS && !s->status) ended = iterate(s, w);
+  else if (gsl_multifit_nlinear_init(x, &fdf, w) == GSL_SUCCESS && !s->status) met = iterate(s, w);
   if (w) gsl_multifit_nlinear_free(w);
   if (x) gsl_vector_free(x);
-  return ended;
+  return met;
 }
 
 static void list_free(searching *s)
@@ -226,21 +210,16 @@ static void list_free(searching *s)
 
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
 {
-  const size_t m = (size_t)fit->count, n = (size_t)fit->parameter_count;
   if (fit->map) return flesh_fit_map_search(fit, found);
-  searching s = {.fit = fit, .found = found, .count = fit->count, .values = calloc(m, sizeof(double)),
-                 .jacobian = calloc(m * n, sizeof(double))};
-  gsl_error_handler_t *handler = gsl_set_error_handler_off();
-  s.status = s.values && s.jacobian ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
+  searching s = {.fit = fit, .found = found, .count = fit->count,
+                 .values = flesh_arena_take(&fit->arena, (size_t)fit->count * sizeof(double))};
+  s.status = s.values ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
   for (int k = 0; k < fit->parameter_count; k++) s.q[k] = flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start);
   for (int more = 1; more && !s.status;) {
     list_free(&s);
     found->converged = !s.free_count;
-    more = s.free_count && search_free(&s) == MET_BOUND;
+    more = s.free_count && search_free(&s);
     if (!s.status && !more && found->converged) more = release(&s);
   }
-  gsl_set_error_handler(handler);
-  free(s.values);
-  free(s.jacobian);
   return s.status;
 }

@@ -15,13 +15,6 @@ static const double newton_tolerance = 1e-8;
 
 static const char *const derivatives[] = {"tangents", "differences", NULL};
 
-/* A fit, with the lists in its spec. */
-typedef struct fit_keys {
-  flesh_fit fit;
-  flesh_objects experiments, parameters;
-  flesh_fit_map map;
-} fit_keys;
-
 #define AT(member) .offset = offsetof(flesh_fit_measured, member)
 static const flesh_key measured_table[] = {
     {.name = "probes", .type = FLESH_KEY_PATH, AT(paths[FLESH_FIT_OF_PROBES]), .default_value = "",
@@ -74,19 +67,19 @@ static const flesh_key parameter_table[] = {
 };
 #undef AT
 
-#define AT(member) .offset = offsetof(fit_keys, member)
+#define AT(member) .offset = offsetof(flesh_fit, member)
 static const flesh_key fit_table[] = {
-    {.name = "title", .type = FLESH_KEY_TEXT, AT(fit.title), .default_value = "", .doc = "what the fit is for"},
-    {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiments), .children = experiment_table,
+    {.name = "title", .type = FLESH_KEY_TEXT, AT(title), .default_value = "", .doc = "what the fit is for"},
+    {.name = "experiments", .type = FLESH_KEY_OBJECTS, AT(experiment_list), .children = experiment_table,
      .child_size = sizeof(flesh_fit_experiment), .doc = "scenes of which something was measured"},
-    {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameters), .children = parameter_table,
+    {.name = "parameters", .type = FLESH_KEY_OBJECTS, AT(parameter_list), .children = parameter_table,
      .child_size = sizeof(flesh_fit_parameter), .default_value = "",
      .doc = "what is fitted, alone or beside a map"},
-    {.name = "map", .type = FLESH_KEY_OBJECT, AT(map), .children = flesh_fit_map_table, .default_value = "",
+    {.name = "map", .type = FLESH_KEY_OBJECT, AT(map_keys), .children = flesh_fit_map_table, .default_value = "",
      .doc = "a constant of the material of each tet, fitted alone or with the parameters"},
-    {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(fit.max_iterations), .range = FLESH_RANGE_POSITIVE,
+    {.name = "max_iterations", .type = FLESH_KEY_INTEGER, AT(max_iterations), .range = FLESH_RANGE_POSITIVE,
      .default_value = "50", .doc = "steps of the search at most; of a map with each weight"},
-    {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(fit.tolerance), .range = FLESH_RANGE_FRACTION,
+    {.name = "tolerance", .type = FLESH_KEY_NUMBER, AT(tolerance), .range = FLESH_RANGE_FRACTION,
      .default_value = "0.01", .doc = "the search ends where a further step would be this share of the standard errors"},
     {.name = NULL},
 };
@@ -98,40 +91,27 @@ void flesh_fit_describe_keys(FILE *stream)
   flesh_settings_describe(stream, fit_table, NULL);
 }
 
-static const flesh_node *item_of(const flesh_node *mapping, const char *key, int k)
-{
-  const flesh_node *list = flesh_node_find(mapping, key);
-  return list ? flesh_node_item(list, k) : NULL;
-}
-
-/* Collects the keys of an experiment: those that the fit sets itself (no frames, no error bars, and accurate solves),
- * then those of the spec. */
+/* Collects the overrides of an experiment: those that the fit sets itself (no frames, no error bars, and accurate
+ * solves), then those of the spec. */
 static int set_own(flesh_fit *fit, flesh_fit_experiment *e)
 {
   flesh_settings given = {0};
-  int status = flesh_settings_read(&fit->arena, fit->path, e->given, &given);
-  if (status) return status;
-  e->set.texts = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
-  e->set.nodes = flesh_arena_take(&fit->arena, sizeof(flesh_node *) * (size_t)(given.count + 3));
-  if (!e->set.texts || !e->set.nodes) return flesh_no_memory();
   flesh_scene *scene = NULL;
+  char number[FLESH_NUMBER_SIZE];
+  int status = flesh_settings_read(&fit->arena, fit->path, e->given, &given);
   for (int k = 0; k <= given.count && !status; k++)
-    status = flesh_settings_check(k ? given.nodes[k - 1] : e->scene_place, e->scene, k, given.texts);
+    status = flesh_settings_check(k ? given.nodes[k - 1] : e->scene_node, e->scene, k, given.texts);
   if (status) return status;
   status = flesh_scene_read(e->scene, given.count, given.texts, &scene);
-  if (status) return flesh_node_fail_within(status, e->scene_place, "%s", "");
-  const double own = flesh_scene_solver(scene)->newton_tolerance;
-  char number[FLESH_NUMBER_SIZE];
-  flesh_number_text(fmin(own, newton_tolerance), number);
+  if (status) return flesh_node_fail_within(status, e->scene_node, "%s", "");
+  flesh_number_text(fmin(flesh_scene_solver(scene)->newton_tolerance, newton_tolerance), number);
   flesh_scene_destroy(&scene);
-  e->set.texts[e->set.count++] = flesh_arena_print(&fit->arena, "solver.newton_tolerance=%s", number);
-  e->set.texts[e->set.count++] = "output.frame_interval=0";
-  e->set.texts[e->set.count++] = "output.error_bars=false";
-  if (!e->set.texts[0]) return flesh_no_memory();
-  for (int k = 0; k < given.count; k++) {
-    e->set.nodes[e->set.count] = given.nodes[k];
-    e->set.texts[e->set.count++] = given.texts[k];
-  }
+  e->set.values = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
+  const char *tolerance = flesh_arena_print(&fit->arena, "solver.newton_tolerance=%s", number);
+  if (!e->set.values || !tolerance) return flesh_no_memory();
+  const char *const own[] = {tolerance, "output.frame_interval=0", "output.error_bars=false"};
+  for (; e->set.count < given.count + 3; e->set.count++)
+    e->set.values[e->set.count] = e->set.count < 3 ? own[e->set.count] : given.texts[e->set.count - 3];
   return FLESH_OK;
 }
 
@@ -153,13 +133,13 @@ static int list_columns(flesh_arena *arena, flesh_fit_experiment *e)
 
 static int read_measured(flesh_fit *fit, const flesh_scene *scene, flesh_fit_experiment *e)
 {
+  const flesh_node *list = flesh_node_find(e->node, "measured"), *node = list->first;
   int status = FLESH_OK;
   e->measured = e->files.values;
   e->first = fit->count;
-  if (!e->files.count)
-    return flesh_node_fail(flesh_node_find(e->place, "measured"), "measured is []; it must name at least one file");
-  for (int k = 0; k < e->files.count && !status; k++) {
-    e->measured[k].place = item_of(e->place, "measured", k);
+  if (!e->files.count) return flesh_node_fail(list, "measured is []; it must name at least one file");
+  for (int k = 0; k < e->files.count && !status; k++, node = node->next) {
+    e->measured[k].node = node;
     status = flesh_fit_measured_read(&fit->arena, scene, &e->measured[k]);
     if (!status) e->measured_count++, e->count += e->measured[k].count;
   }
@@ -167,38 +147,27 @@ static int read_measured(flesh_fit *fit, const flesh_scene *scene, flesh_fit_exp
   return status ? status : list_columns(&fit->arena, e);
 }
 
-/* Checks that every measured time is within the run. */
-static int check_times(const flesh_fit_experiment *e)
-{
-  for (int k = 0; k < e->measured_count; k++)
-    for (int d = 0; d < e->measured[k].count; d++) {
-      const double t = e->measured[k].data[d].t;
-      if (!isnan(t) && !(t >= e->start && t <= e->end))
-        return flesh_node_fail(e->measured[k].place, "%s: t is %g s; it must be a time of the run, which goes from %g to %g s",
-                               e->measured[k].path, t, e->start, e->end);
-    }
-  return FLESH_OK;
-}
-
 static int read_experiment(flesh_fit *fit, flesh_fit_experiment *e)
 {
   flesh_scene *scene = NULL;
-  e->scene_place = flesh_node_find(e->place, "scene");
-  int status = flesh_setting_check_name(flesh_node_find(e->place, "name"), e->name);
+  e->scene_node = flesh_node_find(e->node, "scene");
+  e->folder = flesh_arena_print(&fit->arena, "%s/runs/%s", fit->options.out, e->name);
+  e->scratch = flesh_arena_print(&fit->arena, "%s/runs/%s/scratch", fit->options.out, e->name);
+  if (!e->folder || !e->scratch) return flesh_no_memory();
+  int status = flesh_setting_check_name(flesh_node_find(e->node, "name"), e->name);
   for (int k = 0; k < fit->experiment_count && !status; k++)
     if (!strcmp(fit->experiments[k].name, e->name))
-      status = flesh_node_fail(flesh_node_find(e->place, "name"), "two experiments are named %s; names must differ", e->name);
+      status = flesh_node_fail(flesh_node_find(e->node, "name"), "two experiments are named %s; names must differ", e->name);
   if (!status) status = set_own(fit, e);
   if (!status) {
-    status = flesh_scene_read(e->scene, e->set.count, e->set.texts, &scene);
-    if (status) flesh_node_fail_within(status, e->scene_place, "%s", "");
+    status = flesh_scene_read(e->scene, e->set.count, e->set.values, &scene);
+    if (status) flesh_node_fail_within(status, e->scene_node, "%s", "");
   }
   if (status) return status;
   e->end = flesh_scene_times(scene)->end;
   e->nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
-  e->start = scene->start.t;
   e->inputs = flesh_provenance_scene(scene, e->scene);
-  if (!status) status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
+  status = flesh_study_fingerprint(scene, e->scene, e->fingerprint);
   if (!status) status = read_measured(fit, scene, e);
   e->moves = flesh_scene_times(scene)->method != FLESH_METHOD_STATIC;
   if (!status)
@@ -206,25 +175,40 @@ static int read_experiment(flesh_fit *fit, flesh_fit_experiment *e)
              e->by_differences ? "the spec asks for them"
              : e->moves        ? flesh_fit_motion_refused(e, scene)
                                : flesh_scene_tangents_refused(scene));
-  if (!status) status = check_times(e);
   flesh_scene_destroy(&scene);
   return status;
+}
+
+/* Lists all measured numbers. */
+static int list_data(flesh_fit *fit)
+{
+  int i = 0;
+  fit->data = flesh_arena_take(&fit->arena, (size_t)fit->count * sizeof *fit->data);
+  for (int e = 0; e < fit->experiment_count && fit->data; e++)
+    for (int k = 0; k < fit->experiments[e].measured_count; k++)
+      for (int d = 0; d < fit->experiments[e].measured[k].count; d++) fit->data[i++] = &fit->experiments[e].measured[k].data[d];
+  return fit->data ? FLESH_OK : flesh_no_memory();
+}
+
+/* Returns whether a parameter before the k-th has its name. */
+static int is_taken(const flesh_fit *fit, int k)
+{
+  int taken = 0;
+  for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, fit->parameters[k].name);
+  return taken;
 }
 
 static int name_parameter(flesh_fit *fit, int k)
 {
   flesh_fit_parameter *p = &fit->parameters[k];
-  char *whole;
-  char *last = flesh_setting_name(&fit->arena, p->key, &whole);
-  const flesh_node *given = flesh_node_find(p->place, "name");
+  char *whole, *last = flesh_setting_name(&fit->arena, p->key, &whole);
+  const flesh_node *given = flesh_node_find(p->node, "name");
   if (!last) return flesh_no_memory();
   if (!p->name) p->name = last;
-  int taken = 0;
-  for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, p->name);
-  if (taken && !given) p->name = whole, taken = 0;
-  for (int j = 0; j < k; j++) taken |= !strcmp(fit->parameters[j].name, p->name);
-  if (taken) return flesh_node_fail(given ? given : p->place, "two parameters are named %s; names must differ", p->name);
-  return flesh_setting_check_name(given ? given : p->place, p->name);
+  if (!given && is_taken(fit, k)) p->name = whole;
+  if (is_taken(fit, k))
+    return flesh_node_fail(given ? given : p->node, "two parameters are named %s; names must differ", p->name);
+  return flesh_setting_check_name(given ? given : p->node, p->name);
 }
 
 /* Finds the experiments on which the parameter acts. */
@@ -248,52 +232,42 @@ static int choose_experiments(flesh_fit *fit, int k)
   return FLESH_OK;
 }
 
-/* Checks that the scenes accept the key with the start and the bounds. */
-static int check_key(flesh_fit *fit, int k)
-{
-  const flesh_fit_parameter *p = &fit->parameters[k];
-  int status = FLESH_OK;
-  for (int e = 0; e < fit->experiment_count && !status; e++)
-    if (fit->experiments[e].acts[k]) status = flesh_fit_check_values(fit, &fit->experiments[e], p->key, p, "start");
-  return status;
-}
-
 static int read_parameter(flesh_fit *fit, int k)
 {
   const flesh_fit_parameter *p = &fit->parameters[k];
   for (int j = 0; j < k; j++)
     if (!strcmp(fit->parameters[j].key, p->key) && !p->experiment_list)
-      return flesh_node_fail(flesh_node_find(p->place, "key"), "%s is fitted twice; it must be one parameter", p->key);
+      return flesh_node_fail(flesh_node_find(p->node, "key"), "%s is fitted twice; it must be one parameter", p->key);
   int status = name_parameter(fit, k);
   if (!status) status = choose_experiments(fit, k);
   if (!status) status = flesh_fit_check_numbers(&fit->parameters[k]);
-  return status ? status : check_key(fit, k);
+  for (int e = 0; e < fit->experiment_count && !status; e++)
+    if (fit->experiments[e].acts[k]) status = flesh_fit_check_values(&fit->experiments[e], p->key, p, "start");
+  return status;
 }
 
-static int read_parameters(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
+static int read_parameters(flesh_fit *fit, const flesh_node *list)
 {
+  const flesh_node *node = list ? list->first : NULL;
   int status = FLESH_OK;
-  fit->parameters = keys->parameters.values;
-  for (int k = 0; k < keys->parameters.count && !status; k++) {
-    fit->parameters[k].place = item_of(root, "parameters", k);
+  fit->parameters = fit->parameter_list.values;
+  for (int k = 0; k < fit->parameter_list.count && !status; k++, node = node->next) {
+    fit->parameters[k].node = node;
     fit->parameter_count = fit->key_count = k + 1;
     status = read_parameter(fit, k);
   }
   if (!status && fit->count < fit->parameter_count)
-    status = flesh_node_fail(flesh_node_find(root, "parameters"),
-                             "parameters are %d; they must be at most as many as the measured numbers, which are %d",
+    status = flesh_node_fail(list, "parameters are %d; they must be at most as many as the measured numbers, which are %d",
                              fit->parameter_count, fit->count);
   return status;
 }
 
 /* Makes the map's tets the last parameters. */
-static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *place)
+static int read_map(flesh_fit *fit, const flesh_node *node)
 {
   const size_t count = (size_t)fit->key_count;
-  fit->map = flesh_arena_take(&fit->arena, sizeof *fit->map);
-  if (!fit->map) return flesh_no_memory();
-  *fit->map = keys->map;
-  fit->map->of.place = place;
+  fit->map = &fit->map_keys;
+  fit->map->of.node = node;
   const int status = flesh_fit_map_prepare(fit);
   if (status) return status;
   flesh_fit_parameter *all = flesh_arena_take(&fit->arena, (count + (size_t)fit->map->count) * sizeof *all);
@@ -303,36 +277,30 @@ static int read_map(flesh_fit *fit, const fit_keys *keys, const flesh_node *plac
   fit->parameters = all;
   for (int k = 0; k <= fit->key_count; k++)
     if (all[k].start <= all[k].from || all[k].start >= all[k].to)
-      return flesh_node_fail(flesh_node_find(all[k].place, "start"), "start is %g, which is a bound; in a fit of a map it must "
+      return flesh_node_fail(flesh_node_find(all[k].node, "start"), "start is %g, which is a bound; in a fit of a map it must "
                              "lie between from and to", all[k].start);
   return FLESH_OK;
-}
-
-static int make(flesh_fit *fit, const fit_keys *keys, const flesh_node *root)
-{
-  const flesh_node *map = flesh_node_find(root, "map");
-  int status = FLESH_OK;
-  fit->experiments = keys->experiments.values;
-  if (!keys->experiments.count)
-    return flesh_node_fail(flesh_node_find(root, "experiments"), "experiments is []; it must have one or more");
-  if ((!map && !keys->parameters.count) || keys->parameters.count > FLESH_FIT_PARAMETERS)
-    return flesh_node_fail(keys->parameters.count ? flesh_node_find(root, "parameters") : root,
-                           "parameters are %d; they must be 1 to %d, or there is a map", keys->parameters.count,
-                           FLESH_FIT_PARAMETERS);
-  for (int e = 0; e < keys->experiments.count && !status; e++, fit->experiment_count++) {
-    fit->experiments[e].place = item_of(root, "experiments", e);
-    status = read_experiment(fit, &fit->experiments[e]);
-  }
-  if (!status) status = read_parameters(fit, keys, root);
-  return status || !map ? status : read_map(fit, keys, map);
 }
 
 int flesh_fit_read(const char *path, flesh_fit *fit)
 {
   flesh_node *root = NULL;
-  fit_keys keys = {.fit = *fit};
-  keys.fit.path = path;
-  const int status = flesh_spec_read(&keys.fit.arena, &keys.fit.path, &keys.fit.text, fit_table, &root, &keys);
-  *fit = keys.fit;
-  return status ? status : make(fit, &keys, root);
+  fit->path = path;
+  int status = flesh_spec_read(&fit->arena, &fit->path, &fit->text, fit_table, &root, fit);
+  if (status) return status;
+  const flesh_node *list = flesh_node_find(root, "experiments"), *parameters = flesh_node_find(root, "parameters"),
+                   *map = flesh_node_find(root, "map"), *node = list->first;
+  const int count = fit->parameter_list.count;
+  fit->experiments = fit->experiment_list.values;
+  if (!node) return flesh_node_fail(list, "experiments is []; it must have one or more");
+  if ((!map && !count) || count > FLESH_FIT_PARAMETERS)
+    return flesh_node_fail(count ? parameters : root, "parameters are %d; they must be 1 to %d, or there is a map", count,
+                           FLESH_FIT_PARAMETERS);
+  for (int e = 0; e < fit->experiment_list.count && !status; e++, fit->experiment_count++, node = node->next) {
+    fit->experiments[e].node = node;
+    status = read_experiment(fit, &fit->experiments[e]);
+  }
+  if (!status) status = list_data(fit);
+  if (!status) status = read_parameters(fit, parameters);
+  return status || !map ? status : read_map(fit, map);
 }

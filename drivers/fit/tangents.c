@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "fit/told.h"
+#include "fit/observation.h"
 #include "flesh/observer.h"
 #include "run/start.h"
 #include "scene/scene.h"
@@ -18,22 +18,20 @@
 /* Relative residual of the linear solves. */
 static const double tolerance = 1e-8;
 
-typedef struct tangenting {
+/* An experiment whose equilibria are differentiated. */
+typedef struct equilibrium_tangents {
   flesh_fit *fit;
-  flesh_fit_experiment *e;
-  int experiment;
+  const flesh_fit_experiment *e;
   flesh_scene *scene;
-  flesh_sensitivity **at; /* [kept]; NULL for the start */
-  double *dx;             /* [kept * 3 * nodes]; the other arrays stand behind it */
+  flesh_sensitivity **at; /* [equilibria]; NULL for the start */
+  double *dx;             /* [equilibria * 3 * nodes] */
   double *values[2];      /* [count] */
   double *direction;      /* [parameters] */
-  char *folder;
-  int solves;
-} tangenting;
+} equilibrium_tangents;
 
-static int factor(tangenting *t)
+static int factor(equilibrium_tangents *t)
 {
-  const flesh_fit_kept *kept = &t->e->kept;
+  const flesh_fit_equilibria *kept = &t->e->equilibria;
   int status = FLESH_OK;
   for (int r = kept->has_start; r < kept->count && !status; r++) {
     status = flesh_sensitivity_create(flesh_scene_system(t->scene), flesh_scene_solver(t->scene), tolerance, &t->at[r]);
@@ -43,12 +41,13 @@ static int factor(tangenting *t)
 }
 
 /* Has the tables observe a state, as a run that ends where it begins. */
-static int observe(const flesh_scene *scene, flesh_state *state, flesh_history *history, flesh_probes *probes)
+static int observe(const flesh_scene *scene, flesh_state *state, const flesh_fit_tables *tables)
 {
-  const flesh_observer observers[] = {{flesh_history_observe, history}, {flesh_probes_observe, probes}};
-  const int from = !history, count = (history != NULL) + (probes != NULL);
+  const flesh_observer observers[] = {{flesh_history_observe, tables->history}, {flesh_probes_observe, tables->probes}};
+  const int from = !tables->history, count = (tables->history != NULL) + (tables->probes != NULL);
   const flesh_run_options run = {.h = 1, .end = state->t, .observer_count = count, .observers = observers + from};
   flesh_integrator *integrator = NULL;
+  if (!count) return FLESH_OK;
   int status = flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, flesh_scene_solver(scene), &integrator);
   if (!status) status = flesh_run(flesh_scene_system(scene), integrator, &run, state, NULL);
   flesh_integrator_destroy(&integrator);
@@ -56,46 +55,41 @@ static int observe(const flesh_scene *scene, flesh_state *state, flesh_history *
 }
 
 /* Reads the measured quantities at the states `h` along the tangents, with the scene there. */
-static int take_along(const tangenting *t, const flesh_scene *scene, double h, double *values)
+static int values_along(const equilibrium_tangents *t, const flesh_scene *scene, double h, double *values)
 {
-  const flesh_fit_kept *kept = &t->e->kept;
+  const flesh_fit_equilibria *kept = &t->e->equilibria;
   const int unknowns = 3 * t->e->nodes;
-  flesh_history *history = NULL;
-  flesh_probes *probes = NULL;
+  flesh_fit_tables tables;
   flesh_state state = {0};
-  int wanted[3] = {0};
-  for (int k = 0; k < t->e->measured_count; k++) wanted[t->e->measured[k].table] = 1;
-  int status = flesh_fit_tables_open(scene, t->folder, wanted[FLESH_FIT_OF_HISTORY] ? &history : NULL,
-                                     wanted[FLESH_FIT_OF_PROBES] ? &probes : NULL);
+  int status = flesh_fit_tables_open(t->e, scene, &tables);
   for (int r = 0; r < kept->count && !status; r++) {
-    flesh_fit_state_free(&state);
+    free(state.x);
     status = flesh_fit_state_copy(&kept->states[r], t->e->nodes, &state);
     for (int i = 0; i < unknowns && !status; i++) state.x[i] += h * t->dx[(size_t)r * (size_t)unknowns + (size_t)i];
-    if (!status && (history || probes)) status = observe(scene, &state, history, probes);
+    if (!status) status = observe(scene, &state, &tables);
   }
-  const int closed[] = {flesh_history_close(&history), flesh_probes_close(&probes)};
-  if (!status) status = closed[0] ? closed[0] : closed[1];
-  if (!status) status = flesh_fit_take(t->e, t->folder, state.x, values);
-  flesh_fit_state_free(&state);
+  status = flesh_fit_tables_close(&tables, status);
+  if (!status) status = flesh_fit_read_values(t->e, t->e->scratch, state.x, values);
+  free(state.x);
   return status;
 }
 
 /* Computes the column of derivatives by a parameter. */
-static int differentiate(tangenting *t, int k, double *tangents)
+static int differentiate(const equilibrium_tangents *t, int k, double *tangents)
 {
-  const flesh_fit *fit = t->fit;
-  const flesh_fit_kept *kept = &t->e->kept;
+  flesh_fit *fit = t->fit;
+  const flesh_fit_equilibria *kept = &t->e->equilibria;
   const size_t unknowns = 3 * (size_t)t->e->nodes;
   flesh_scene *scenes[2] = {NULL};
-  const double h = flesh_fit_direct(fit, kept->p, k, t->direction);
-  int status = flesh_fit_scenes_beside(fit, t->experiment, kept->p, t->direction, h, scenes);
+  const double h = flesh_fit_direction(fit, kept->p, k, t->direction);
+  int status = flesh_fit_scenes_beside(fit, t->e, kept->p, t->direction, h, scenes);
   if (!status) {
     const flesh_parameter parameter = {{NULL, flesh_scene_system(scenes[0]), flesh_scene_system(scenes[1]), NULL}, h};
     memset(t->dx, 0, (size_t)kept->count * unknowns * sizeof *t->dx);
-    for (int r = kept->has_start; r < kept->count && !status; r++, t->solves++)
+    for (int r = kept->has_start; r < kept->count && !status; r++, fit->linear++)
       status = flesh_sensitivity_tangent(t->at[r], &parameter, t->dx + (size_t)r * unknowns);
   }
-  for (int s = 0; s < 2 && !status; s++) status = take_along(t, scenes[s], s ? h : -h, t->values[s]);
+  for (int s = 0; s < 2 && !status; s++) status = values_along(t, scenes[s], s ? h : -h, t->values[s]);
   for (int d = 0; d < t->e->count && !status; d++)
     tangents[(size_t)d * (size_t)fit->key_count + (size_t)k] = (t->values[1][d] - t->values[0][d]) / (2 * h);
   flesh_scene_destroy(&scenes[0]);
@@ -103,37 +97,40 @@ static int differentiate(tangenting *t, int k, double *tangents)
   return status;
 }
 
-int flesh_fit_tangents(flesh_fit *fit, int experiment, double *tangents)
+int flesh_fit_tangents(flesh_fit *fit, const flesh_fit_experiment *e, double *tangents)
 {
-  flesh_fit_experiment *e = &fit->experiments[experiment];
-  const size_t rows = (size_t)e->kept.count + 1, all = rows * 3 * (size_t)e->nodes, count = (size_t)e->count;
-  tangenting t = {.fit = fit, .e = e, .experiment = experiment, .at = calloc(rows, sizeof(flesh_sensitivity *)),
-                  .dx = malloc((all + 2 * count + (size_t)fit->parameter_count) * sizeof(double)),
-                  .folder = flesh_fit_scratch(fit, e)};
-  int status = t.at && t.dx && t.folder ? flesh_folder_make(t.folder) : flesh_no_memory();
-  if (t.dx) t.values[0] = t.dx + all, t.values[1] = t.values[0] + count, t.direction = t.values[1] + count;
-  if (!status) status = flesh_fit_scene_at(fit, experiment, e->kept.p, &t.scene);
+  const size_t states = (size_t)e->equilibria.count, count = (size_t)e->count;
+  flesh_arena memory = {0};
+  equilibrium_tangents t = {.fit = fit, .e = e, .at = flesh_arena_take(&memory, states * sizeof *t.at),
+                            .dx = flesh_arena_take(&memory, states * 3 * (size_t)e->nodes * sizeof(double)),
+                            .values = {flesh_arena_take(&memory, count * sizeof(double)),
+                                       flesh_arena_take(&memory, count * sizeof(double))},
+                            .direction = flesh_arena_take(&memory, (size_t)fit->parameter_count * sizeof(double))};
+  const int room = t.at && t.dx && t.values[0] && t.values[1] && t.direction;
+  int status = room ? flesh_fit_scene_at(fit, e, e->equilibria.p, &t.scene) : flesh_no_memory();
   if (!status) status = factor(&t);
   for (int k = 0; k < fit->key_count && !status; k++)
     if (e->acts[k]) status = differentiate(&t, k, tangents);
-  for (int r = 0; r < e->kept.count && t.at; r++) flesh_sensitivity_destroy(&t.at[r]);
+  for (size_t r = 0; r < states && t.at; r++) flesh_sensitivity_destroy(&t.at[r]);
   flesh_scene_destroy(&t.scene);
-  fit->linear += t.solves;
-  flesh_fit_scratch_remove(t.folder);
-  free(t.at);
-  free(t.dx);
+  flesh_fit_scratch_remove(fit, e);
+  flesh_arena_free(&memory);
   return status;
 }
 
 struct flesh_fit_motion {
   flesh_fit *fit;
-  int experiment, n, column_count;
+  const flesh_fit_experiment *e;
+  int n;
   const double *p;
+  const double *y; /* [measured numbers] their weights, the input of an adjoint */
+  flesh_arena memory; /* owns both arrays */
+  flesh_response *columns; /* of probes; they are linear in the state, so their derivatives are the same at all states */
+  double *values;          /* [columns] workspace */
   flesh_scene *scene;
   flesh_integrator *integrator;
   flesh_trajectory *trajectory;
-  flesh_fit_told told;
-  flesh_response *columns; /* of probes; they are linear in the state, so their derivatives are the same at all states */
+  flesh_fit_observation observation;
 };
 
 const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_scene *scene)
@@ -151,36 +148,27 @@ const char *flesh_fit_motion_refused(const flesh_fit_experiment *e, const flesh_
 }
 
 /* Records the time of a state. Implements flesh_observer's function. */
-static int note(void *told, const flesh_step_record *record) { return flesh_fit_told_add(told, record->state->t); }
-
-/* Runs the motion and records its trajectory. */
-static int record(flesh_fit_motion *m)
+static int note(void *observation, const flesh_step_record *record)
 {
-  const flesh_scene_time *time = flesh_scene_times(m->scene);
-  const flesh_observer observer = {note, &m->told};
-  const flesh_run_options run = {.h = time->step, .end = time->end, .stop = flesh_interrupt_asked, .observer_count = 1,
-                                 .observers = &observer};
-  const flesh_system *system = flesh_scene_system(m->scene);
-  flesh_state state = {0};
-  int status = flesh_start_make(m->scene, &state);
-  if (!status) status = flesh_start_integrator(m->scene, system, flesh_scene_solver(m->scene), &m->integrator);
-  if (!status) status = flesh_trajectory_create(m->integrator, tolerance, FLESH_TRAJECTORY_STATES, &m->trajectory);
-  if (!status) status = flesh_run(system, m->integrator, &run, &state, NULL);
-  free(state.x);
-  return status;
+  return flesh_fit_observation_add(observation, record->state->t);
 }
 
-int flesh_fit_motion_create(flesh_fit *fit, int experiment, const double *p, flesh_fit_motion **motion)
+int flesh_fit_motion_create(flesh_fit *fit, const flesh_fit_experiment *e, const double *p, flesh_fit_motion **motion)
 {
-  const flesh_fit_experiment *e = &fit->experiments[experiment];
+  const size_t count = (size_t)e->column_count;
+  flesh_state state = {0};
   flesh_fit_motion *m = *motion = calloc(1, sizeof *m);
   if (!m) return flesh_no_memory();
-  *m = (flesh_fit_motion){.fit = fit, .experiment = experiment, .n = 3 * e->nodes, .p = p, .told = {.e = e}};
-  m->columns = calloc((size_t)e->column_count + 1, sizeof *m->columns);
-  int status = m->columns ? flesh_fit_scene_at(fit, experiment, p, &m->scene) : flesh_no_memory();
-  for (int c = 0; c < e->column_count && !status; c++)
-    status = flesh_response_find(m->scene, e->columns[c], e->end, &m->columns[m->column_count++]);
-  if (!status) status = record(m);
+  *m = (flesh_fit_motion){.fit = fit, .e = e, .n = 3 * e->nodes, .p = p, .observation = {.e = e}};
+  m->columns = flesh_arena_take(&m->memory, count * sizeof *m->columns);
+  m->values = flesh_arena_take(&m->memory, count * sizeof *m->values);
+  int status = m->columns && m->values ? flesh_fit_scene_at(fit, e, p, &m->scene) : flesh_no_memory();
+  for (size_t c = 0; c < count && !status; c++)
+    status = flesh_response_find(m->scene, e->columns[c], e->end, &m->columns[c]);
+  if (!status)
+    status = flesh_response_run(m->scene, flesh_scene_solver(m->scene), &(flesh_observer){note, &m->observation}, &state,
+                                &m->integrator, tolerance, &m->trajectory);
+  free(state.x);
   fit->made++;
   if (status) flesh_fit_motion_destroy(motion);
   return status;
@@ -193,50 +181,43 @@ void flesh_fit_motion_destroy(flesh_fit_motion **motion)
   flesh_trajectory_destroy(&m->trajectory);
   flesh_integrator_destroy(&m->integrator);
   flesh_scene_destroy(&m->scene);
-  for (int c = 0; c < m->column_count; c++) flesh_response_clear(&m->columns[c]);
-  free(m->columns);
-  free(m->told.times);
+  for (int c = 0; c < m->e->column_count && m->columns; c++) flesh_response_clear(&m->columns[c]);
+  flesh_arena_free(&m->memory);
+  free(m->observation.times);
   free(m);
   *motion = NULL;
 }
 
 /* A change of parameters, along whose tangent the measured quantities are differentiated. */
 typedef struct following {
-  const flesh_fit_motion *motion;
+  flesh_fit_motion *motion;
   flesh_scene *scenes[2]; /* on both sides of p */
-  int states;
-  const double *dx, *dv;
-  double *to; /* first entry of its column of derivatives */
+  int states;             /* number of those that were visited */
+  double *to;             /* first entry of its column of derivatives */
   int stride;
 } following;
-
-static void take(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
-{
-  const following *f = data;
-  const flesh_response *response = &f->motion->columns[c < 0 ? 0 : c];
-  double sum = c < 0 ? flesh_fit_told_position(m, d, f->dx) : 0;
-  for (int i = 0; i < f->motion->n && c >= 0; i++)
-    sum += (response->by_x ? response->by_x[i] * f->dx[i] : 0) + (response->by_v ? response->by_v[i] * f->dv[i] : 0);
-  f->to[(size_t)row * (size_t)f->stride] += weight * sum;
-}
 
 /* Implements flesh_tangent_visit. */
 static int follow(void *data, int change, double t, const double *dx, const double *dv)
 {
   following *f = (following *)data + change;
+  const flesh_fit_motion *m = f->motion;
   (void)t;
-  f->dx = dx;
-  f->dv = dv;
-  flesh_fit_told_visit(&f->motion->told, f->states++, take, f);
+  for (int c = 0; c < m->e->column_count; c++) {
+    const double *by_x = m->columns[c].by_x, *by_v = m->columns[c].by_v;
+    m->values[c] = 0;
+    for (int i = 0; i < m->n; i++) m->values[c] += (by_x ? by_x[i] * dx[i] : 0) + (by_v ? by_v[i] * dv[i] : 0);
+  }
+  flesh_fit_observation_apply(&m->observation, f->states++, dx, m->values, f->to, f->stride);
   return flesh_interrupt_check();
 }
 
 /* Reads the scenes on both sides of p along a change; returns their systems, and the derivatives of the start [2*n]. */
-static int take_change(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
+static int vary(following *f, const double *change, double h, flesh_parameter *parameter, double *start)
 {
   const flesh_fit_motion *m = f->motion;
   flesh_state starts[2] = {{0}}; /* v stands behind x in memory */
-  int status = flesh_fit_scenes_beside(m->fit, m->experiment, m->p, change, h, f->scenes);
+  int status = flesh_fit_scenes_beside(m->fit, m->e, m->p, change, h, f->scenes);
   for (int s = 0; s < 2 && !status; s++) status = flesh_start_make(f->scenes[s], &starts[s]);
   if (!status) {
     *parameter = (flesh_parameter){{NULL, flesh_scene_system(f->scenes[0]), flesh_scene_system(f->scenes[1]), NULL}, h};
@@ -255,13 +236,13 @@ int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes
   flesh_parameter *parameters = flesh_arena_take(&memory, (size_t)count * sizeof *parameters);
   double *starts = flesh_arena_take(&memory, (size_t)count * unknowns * sizeof *starts);
   int used = 0, status = all && parameters && starts ? FLESH_OK : flesh_no_memory();
-  memset(to, 0, (size_t)m->told.e->count * (size_t)count * sizeof *to);
+  memset(to, 0, (size_t)m->e->count * (size_t)count * sizeof *to);
   for (int k = 0; k < count && !status; k++) {
     if (h[k] == 0) continue;
     following *f = &all[used];
     *f = (following){.motion = m, .to = to + k, .stride = count};
-    status = take_change(f, changes + (size_t)k * (size_t)m->fit->parameter_count, h[k], &parameters[used],
-                         starts + (size_t)used * unknowns);
+    status = vary(f, changes + (size_t)k * (size_t)m->fit->parameter_count, h[k], &parameters[used],
+                  starts + (size_t)used * unknowns);
     used++;
   }
   if (!status && used) status = flesh_trajectory_tangents(m->trajectory, used, parameters, starts, follow, all);
@@ -272,58 +253,42 @@ int flesh_fit_motion_along(flesh_fit_motion *m, int count, const double *changes
   return status;
 }
 
-/* The input of an adjoint: weights of the measured numbers. */
-typedef struct giving {
-  const flesh_fit_motion *motion;
-  const double *y;
-  double *by_x, *by_v;
-} giving;
-
-static void give(void *data, const flesh_fit_measured *m, const flesh_fit_datum *d, int row, double weight, int c)
-{
-  const giving *g = data;
-  const double y = weight * g->y[row];
-  if (c < 0) flesh_fit_told_give(m, d, y, g->by_x);
-  const flesh_response *response = &g->motion->columns[c < 0 ? 0 : c];
-  for (int i = 0; i < g->motion->n && c >= 0; i++) {
-    if (response->by_x) g->by_x[i] += y * response->by_x[i];
-    if (response->by_v) g->by_v[i] += y * response->by_v[i];
-  }
-}
-
 /* Implements flesh_adjoint_visit. */
-static int give_all(void *data, double t, double *by_x, double *by_v)
+static int add_weights(void *motion, double t, double *by_x, double *by_v)
 {
-  giving *g = data;
-  const flesh_fit_told *told = &g->motion->told;
-  int s = told->count - 1;
-  while (s && fabs(told->times[s - 1] - t) < fabs(told->times[s] - t)) s--;
-  g->by_x = by_x;
-  g->by_v = by_v;
-  flesh_fit_told_visit(told, s, give, g);
+  const flesh_fit_motion *m = motion;
+  const flesh_fit_observation *o = &m->observation;
+  int s = o->count - 1;
+  while (s && fabs(o->times[s - 1] - t) < fabs(o->times[s] - t)) s--;
+  for (int c = 0; c < m->e->column_count; c++) m->values[c] = 0;
+  flesh_fit_observation_transpose(o, s, m->y, by_x, m->values);
+  for (int c = 0; c < m->e->column_count; c++)
+    for (int i = 0; i < m->n && m->values[c] != 0; i++) {
+      if (m->columns[c].by_x) by_x[i] += m->values[c] * m->columns[c].by_x[i];
+      if (m->columns[c].by_v) by_v[i] += m->values[c] * m->columns[c].by_v[i];
+    }
   return flesh_interrupt_check();
 }
 
 int flesh_fit_motion_back(flesh_fit_motion *m, const flesh_tet_parameter *parameter, const double *y, double *gradient)
 {
-  giving g = {.motion = m, .y = y};
   m->fit->linear += flesh_trajectory_get_costs(m->trajectory).parts;
-  return flesh_trajectory_tet_gradient(m->trajectory, parameter, give_all, &g, gradient);
+  m->y = y;
+  return flesh_trajectory_tet_gradient(m->trajectory, parameter, add_weights, m, gradient);
 }
 
-int flesh_fit_motion_tangents(flesh_fit *fit, int experiment, const double *p, double *tangents)
+int flesh_fit_motion_tangents(flesh_fit *fit, const flesh_fit_experiment *e, const double *p, double *tangents)
 {
   const size_t count = (size_t)fit->key_count, all = (size_t)fit->parameter_count;
-  double *changes = malloc((count * all + 1) * sizeof *changes), *h = malloc((count + 1) * sizeof *h);
+  double *h = malloc((count * (all + 1) + 1) * sizeof *h), *changes = h + count;
   flesh_fit_motion *motion = NULL;
-  int status = changes && h ? flesh_fit_motion_create(fit, experiment, p, &motion) : flesh_no_memory();
+  int status = h ? flesh_fit_motion_create(fit, e, p, &motion) : flesh_no_memory();
   for (int k = 0; k < fit->key_count && !status; k++) {
-    h[k] = flesh_fit_direct(fit, p, k, changes + (size_t)k * all);
-    if (!fit->experiments[experiment].acts[k]) h[k] = 0;
+    h[k] = flesh_fit_direction(fit, p, k, changes + (size_t)k * all);
+    if (!e->acts[k]) h[k] = 0;
   }
   if (!status) status = flesh_fit_motion_along(motion, fit->key_count, changes, h, tangents);
   flesh_fit_motion_destroy(&motion);
-  free(changes);
   free(h);
   return status;
 }

@@ -1,6 +1,7 @@
-/* write.c: writes the results of a fit: result.json, the fitted scenes, sentences and, by data/studies/fit.sql, fit.csv
- * and the picture. */
+/* write.c: writes the results of a fit: result.json, the fitted scenes, of a map tets.csv and map.vtu and, by
+ * data/studies/fit.sql, fit.csv and the picture. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -8,11 +9,15 @@
 #include "cli/options.h"
 #include "cli/path.h"
 #include "fit/map.h"
+#include "mesh/inspect.h"
+#include "output/vtu.h"
 #include "picture/plot.h"
 #include "run/provenance.h"
+#include "study/csv.h"
 #include "study/database.h"
 #include "study/embedded.h"
 #include "study/results.h"
+#include "study/tables.h"
 
 static json_t *matrix_json(int n, const double *matrix)
 {
@@ -53,7 +58,7 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
     const flesh_fit_experiment *one = &fit->experiments[e];
     const double sum = flesh_fit_squares(fit, one->first, one->count, values);
     flesh_overrides set;
-    flesh_fit_overrides(fit, e, p, &set);
+    flesh_fit_overrides(fit, one, p, &set);
     if (set.failed) flesh_json_note_lack();
     json_t *overrides = json_array(), *files = json_array();
     for (int k = 0; k < set.texts.count; k++) json_array_append_new(overrides, flesh_json_text(set.texts.values[k]));
@@ -67,6 +72,29 @@ static json_t *experiments_json(const flesh_fit *fit, const double *p, const dou
   return list;
 }
 
+static json_t *stages_json(const flesh_fit_found *found)
+{
+  json_t *list = json_array();
+  for (int k = 0; k < found->stage_count; k++) {
+    const flesh_fit_stage *s = &found->stages[k];
+    json_array_append_new(list, json_pack("{sfsfsfsfsisb}", "weight", s->weight, "sum_of_squares", s->squares, "penalty",
+                                          s->penalty, "determined_numbers", s->determined, "iterations", s->iterations,
+                                          "converged", s->converged));
+  }
+  return list;
+}
+
+static json_t *map_json(const flesh_fit *fit, const flesh_fit_found *found)
+{
+  const flesh_fit_map *map = fit->map;
+  return json_pack("{sssisssfsssosososo}", "constant", map->of.key, "tets", map->count, "penalty",
+                   map->penalty == FLESH_FIT_QUADRATIC ? "quadratic" : "variation", "weight",
+                   found->stages[found->chosen].weight, "weight_from", isnan(map->weight) ? "discrepancy" : "spec",
+                   "determined_numbers", flesh_json_number(found->determined), "median_deviation",
+                   flesh_json_number(found->median), "largest_deviation", flesh_json_number(found->largest), "stages",
+                   stages_json(found));
+}
+
 static int write_result(const flesh_fit *fit, json_t *value)
 {
   json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
@@ -76,18 +104,16 @@ static int write_result(const flesh_fit *fit, json_t *value)
 
 static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
 {
-  json_t *sentences = json_array();
-  for (int k = 0; k < s->sentence_count; k++) json_array_append_new(sentences, json_string(s->sentences[k]));
-  json_t *value = json_pack("{sssisssososososo}", "status", found->converged ? "complete" : "failed", "exit_code",
+  json_t *value = json_pack("{sssisssosOsososo}", "status", found->converged ? "complete" : "failed", "exit_code",
                             found->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", found->words, "parameters",
-                            parameters_json(fit, found, s), "identifiability", sentences, "covariance",
+                            parameters_json(fit, found, s), "identifiability", s->sentences, "covariance",
                             matrix_json(s->count, s->covariance), "correlation", matrix_json(s->count, s->correlation),
                             "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
   if (!value) return flesh_no_memory();
   json_object_set_new(value, "iterations", json_integer(found->iterations));
-  if (fit->map) json_object_set_new(value, "map", flesh_fit_map_json(fit, found));
+  if (fit->map) json_object_set_new(value, "map", map_json(fit, found));
   json_object_set_new(value, "experiments", experiments_json(fit, found->p, found->values));
   return write_result(fit, value);
 }
@@ -110,9 +136,8 @@ static int tabulate(flesh_fit *fit, const double *values)
                               "deviation, fitted, residual)";
   sqlite3_stmt *insert = NULL;
   int i = 0, file = 0, code = SQLITE_DONE, status = flesh_study_store_execute(&fit->store, table);
-  if (!status && sqlite3_prepare_v2(fit->store.database, "INSERT INTO numbers VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", -1,
-                                    &insert, NULL))
-    status = flesh_no_memory();
+  if (!status)
+    status = flesh_study_store_prepare(&fit->store, "INSERT INTO numbers VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)", &insert);
   for (int e = 0; e < fit->experiment_count && !status; e++)
     for (int k = 0; k < fit->experiments[e].measured_count; k++, file++) {
       const flesh_fit_measured *m = &fit->experiments[e].measured[k];
@@ -135,10 +160,68 @@ static int write_scenes(const flesh_fit *fit, const double *p)
   int status = flesh_folder_make(flesh_path("%s/scenes", fit->options.out));
   for (int e = 0; e < fit->experiment_count && !status; e++) {
     flesh_scene *scene = NULL;
-    status = flesh_fit_scene_at(fit, e, p, &scene);
+    status = flesh_fit_scene_at(fit, &fit->experiments[e], p, &scene);
     if (!status) status = flesh_scene_write(scene, flesh_path("%s/scenes/%s.yaml", fit->options.out, fit->experiments[e].name));
     flesh_scene_destroy(&scene);
   }
+  return status;
+}
+
+static int write_tets(const flesh_fit *fit, const flesh_fit_found *found, const flesh_mesh *mesh)
+{
+  const flesh_fit_map *map = fit->map;
+  flesh_file file;
+  const int status = flesh_table_open(fit->options.out, "tets.csv", &file);
+  if (status) return status;
+  const char *unit = *map->unit ? map->unit : "1";
+  fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->of.key, unit,
+          unit, unit);
+  for (int k = 0; k < map->count; k++) {
+    const double p = found->p[fit->key_count + k], q = flesh_fit_q_of(&map->of, p);
+    const double deviation = found->deviations ? found->deviations[k] : NAN;
+    double centre[3];
+    fprintf(file.stream, "%d", map->tets[k]);
+    flesh_mesh_centre(mesh, flesh_mesh_positions(mesh), map->tets[k], centre);
+    for (int c = 0; c < 3; c++) flesh_table_field(file.stream, centre[c]);
+    const double fields[] = {p, flesh_fit_p_of(&map->of, q - 1.96 * deviation),
+                             flesh_fit_p_of(&map->of, q + 1.96 * deviation), deviation,
+                             found->resolutions ? found->resolutions[k] : NAN};
+    for (int c = 0; c < 5; c++) flesh_table_field(file.stream, fields[c]);
+    putc('\n', file.stream);
+  }
+  return flesh_file_commit(&file);
+}
+
+/* Writes the body at rest with the map as cell data; NaN in tets outside the map. */
+static int write_vtu(const flesh_fit *fit, const flesh_fit_found *found, const flesh_mesh *mesh)
+{
+  const flesh_fit_map *map = fit->map;
+  const int tets = flesh_mesh_tet_count(mesh);
+  const double *const from[] = {found->p + fit->key_count, found->deviations, found->resolutions};
+  double *room = malloc(3 * (size_t)tets * sizeof *room);
+  int status = room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for the results of a map");
+  for (int k = 0; k < 3 * tets && !status; k++) room[k] = NAN;
+  for (int a = 0; a < 3 && !status; a++)
+    for (int k = 0; k < map->count && from[a]; k++) room[(size_t)a * (size_t)tets + (size_t)map->tets[k]] = from[a][k];
+  const char *unit = *map->unit ? map->unit : NULL;
+  const flesh_vtu_array arrays[] = {{.name = map->of.key, .components = 1, .doubles = room, .unit = unit},
+                                    {.name = "deviation", .components = 1, .doubles = room + tets},
+                                    {.name = "resolution", .components = 1, .doubles = room + 2 * (size_t)tets}};
+  const flesh_vtu content = {.points = flesh_mesh_node_count(mesh), .tets = tets, .positions = flesh_mesh_positions(mesh),
+                             .tet_nodes = flesh_mesh_tets(mesh), .edge_nodes = flesh_mesh_tet_edges(mesh),
+                             .cell_array_count = from[1] ? 3 : 1, .cell_arrays = arrays};
+  if (!status) status = flesh_vtu_write(flesh_path("%s/map.vtu", fit->options.out), &content);
+  free(room);
+  return status;
+}
+
+static int write_map(const flesh_fit *fit, const flesh_fit_found *found)
+{
+  flesh_scene *scene = NULL;
+  int status = flesh_fit_scene_at(fit, fit->experiments, found->p, &scene);
+  if (!status) status = write_tets(fit, found, flesh_scene_mesh(scene));
+  if (!status) status = write_vtu(fit, found, flesh_scene_mesh(scene));
+  flesh_scene_destroy(&scene);
   return status;
 }
 
@@ -146,6 +229,10 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
 {
   const flesh_fit_map *map = fit->map;
   double low = INFINITY, high = -INFINITY;
+  json_t *runs = flesh_fit_runs_json(fit), *sentence;
+  const int used = (int)json_integer_value(json_object_get(runs, "used"));
+  size_t i;
+  json_decref(runs);
   for (int k = fit->key_count; k < fit->parameter_count; k++) low = fmin(low, found->p[k]), high = fmax(high, found->p[k]);
   if (map) printf("%s of %d tets from %.6g to %.6g%s%s\n", map->of.key, map->count, low, high, *map->unit ? " " : "", map->unit);
   for (int k = 0; k < fit->key_count; k++) {
@@ -154,17 +241,17 @@ static void print(const flesh_fit *fit, const flesh_fit_found *found, const fles
       printf(" +/- %.2g (95 %%: %.6g to %.6g)", s->errors[k].standard, s->errors[k].low, s->errors[k].high);
     putchar('\n');
   }
-  for (int k = 0; k < s->sentence_count; k++) printf("%s\n", s->sentences[k]);
+  json_array_foreach(s->sentences, i, sentence) printf("%s\n", json_string_value(sentence));
   if (*found->words) printf("%s\n", found->words);
   for (int e = 0; e < fit->experiment_count; e++)
     if (*fit->experiments[e].differences)
       printf("derivatives of %s are by differences: %s\n", fit->experiments[e].name, fit->experiments[e].differences);
   if (map)
     printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\n", fit->count,
-           s->scale, found->stages[found->chosen].weight, flesh_fit_runs_used(fit), fit->linear);
+           s->scale, found->stages[found->chosen].weight, used, fit->linear);
   else
     printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\n", fit->count, s->squares, found->iterations,
-           flesh_fit_runs_used(fit));
+           used);
   printf("results: %s\n", fit->options.out);
 }
 
@@ -176,7 +263,7 @@ int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fi
   int status = tabulate(fit, found->values);
   if (!status) status = flesh_results_make(fit->store.database, fit->store.path, sql, &to);
   if (!status) status = write_scenes(fit, found->p);
-  if (!status && fit->map) status = flesh_fit_map_tables(fit, found);
+  if (!status && fit->map) status = write_map(fit, found);
   if (!status) status = write_found(fit, found, statistics);
   if (!status && !fit->options.quiet) print(fit, found, statistics);
   return status ? status : flesh_plot_accept("fit", flesh_plot_ended(&drawn));
