@@ -33,16 +33,15 @@ typedef struct bars {
 /* Returns a judge as new text, as in result.json. */
 static char *judge_text(const flesh_error_judge *judge)
 {
-  json_t *object = json_object(), *companions = json_array();
-  json_object_set_new(object, judge->count ? "compared_with" : "no_bar", flesh_json_text(judge->words));
+  json_t *companions = json_array();
   for (int k = 0; k < judge->count; k++)
     json_array_append_new(companions, json_pack("{sss[ss*]sf}", "folder", judge->companions[k].folder, "set",
                                                 judge->companions[k].set[0],
                                                 *judge->companions[k].set[1] ? judge->companions[k].set[1] : NULL,
                                                 "cpu_s", judge->companions[k].cpu_s));
-  if (judge->count) json_object_set_new(object, "factor", json_real(judge->factor));
-  if (judge->count && *judge->left_out) json_object_set_new(object, "left_out", flesh_json_text(judge->left_out));
-  json_object_set_new(object, "companions", companions);
+  json_t *object = json_pack("{so so* so* so}", judge->count ? "compared_with" : "no_bar", flesh_json_text(judge->words),
+                             "factor", judge->count ? json_real(judge->factor) : NULL, "left_out",
+                             judge->count && *judge->left_out ? flesh_json_text(judge->left_out) : NULL, "companions", companions);
   char *text = json_dumps(object, JSON_COMPACT);
   json_decref(object);
   return text;

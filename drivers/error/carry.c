@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/text.h"
+#include "cli/path.h"
 #include "mesh/edges.h"
 #include "mesh/inspect.h"
 #include "mesh/mesh.h"
@@ -21,16 +22,6 @@ typedef struct carry {
   flesh_mesh_sets sets;
   int quiet;
 } carry;
-
-/* Adds the override PATH.key=value. */
-static int override(carry *c, const char *path, const char *key, const char *value)
-{
-  char *name = flesh_text_new("%s.%s", path, key);
-  if (!name) return flesh_no_memory();
-  flesh_overrides_add(c->overrides, name, value);
-  free(name);
-  return FLESH_OK;
-}
 
 /* Keeps the chosen corners and the nodes of edges between two of them, which refined meshes inherit. A box that ends
  * within tets also contains other nodes; with these, parts of faces would be loaded and held only on the first mesh. */
@@ -78,10 +69,11 @@ static int carry_selection(void *data, const flesh_selection *selection, const c
   if (!status) status = flesh_mesh_sets_take(&c->sets, name, strlen(name), &set);
   for (int k = 0; k < count && !status; k++) status = flesh_members_add(&c->sets.sets[set].nodes, nodes[k]);
   free(nodes);
-  if (!status && !isnan(selection->box[0])) status = override(c, path, "box", "null");
-  if (!status && !isnan(selection->sphere.radius)) status = override(c, path, "sphere", "null");
-  if (!status && selection->nodes.count) status = override(c, path, "nodes", "null");
-  return status ? status : override(c, path, "set", name);
+  if (!isnan(selection->box[0])) flesh_overrides_add(c->overrides, flesh_path("%s.box", path), "null");
+  if (!isnan(selection->sphere.radius)) flesh_overrides_add(c->overrides, flesh_path("%s.sphere", path), "null");
+  if (selection->nodes.count) flesh_overrides_add(c->overrides, flesh_path("%s.nodes", path), "null");
+  flesh_overrides_add(c->overrides, flesh_path("%s.set", path), name);
+  return status;
 }
 
 /* Passes on the selections in a mapping with these keys, whose values are in `target`. The keys of a selection begin

@@ -19,7 +19,7 @@ static const double tolerance = 1e-8, difference = 1e-5;
 /* An equilibrium. */
 typedef struct linear_state {
   flesh_sensitivity *at; /* NULL: the start, which depends on no parameter */
-  double *forces;        /* [map][3*size] dr/dq at the nodes of each tet of the map */
+  double *forces;        /* [tets of the mesh][3*size] dr/dq at the nodes of each tet */
   double **answers;      /* [columns of probes][3*nodes] such that dQ = answer . dr */
 } linear_state;
 
@@ -52,25 +52,6 @@ static flesh_tet_parameter parameter_of(const flesh_fit_linear *self, const line
   return (flesh_tet_parameter){{flesh_scene_body(x->beside[0]), flesh_scene_body(x->beside[1])}, self->differences};
 }
 
-/* Computes dr/dq of the map's tets at all states. */
-static int find_forces(flesh_fit_linear *self, linear_experiment *x)
-{
-  const flesh_fit_map *map = self->fit->map;
-  const flesh_fit_equilibria *kept = &x->e->equilibria;
-  const size_t each = 3 * (size_t)self->size;
-  const flesh_tet_parameter by_tet = parameter_of(self, x);
-  double *all = flesh_arena_take(&self->memory, (size_t)map->tet_count * each * sizeof *all);
-  int status = all ? FLESH_OK : flesh_no_memory();
-  for (int s = kept->has_start; s < kept->count && !status; s++) {
-    status = flesh_tet_forces(&by_tet, &kept->states[s], all);
-    double *to = x->states[s].forces = flesh_arena_take(&self->memory, (size_t)map->count * each * sizeof *to);
-    if (!status && !to) status = flesh_no_memory();
-    for (int k = 0; k < map->count && !status; k++)
-      memcpy(to + (size_t)k * each, all + (size_t)map->tets[k] * each, each * sizeof *to);
-  }
-  return status;
-}
-
 /* Computes the adjoints of the columns of probes at a state. */
 static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, linear_state *state)
 {
@@ -94,8 +75,11 @@ static int find_columns(flesh_fit_linear *self, linear_experiment *x, double t, 
 static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
 {
   const flesh_fit_equilibria *kept = &x->e->equilibria;
+  const flesh_tet_parameter by_tet = parameter_of(self, x);
   flesh_solver_options options = *flesh_scene_solver(x->scene);
   options.linear_solver = FLESH_LINEAR_KLU; /* a direct solver, for many solves with one matrix */
+  self->size = flesh_mesh_order(flesh_scene_mesh(x->scene)) == 2 ? 10 : 4;
+  const size_t forces = 3 * (size_t)self->fit->map->tet_count * (size_t)self->size;
   x->states = flesh_arena_take(&self->memory, (size_t)kept->count * sizeof *x->states);
   x->columns = flesh_arena_take(&self->memory, (size_t)x->e->column_count * sizeof *x->columns);
   int status = x->states && x->columns ? FLESH_OK : flesh_no_memory();
@@ -106,8 +90,10 @@ static int linearise_states(flesh_fit_linear *self, linear_experiment *x)
     status = flesh_sensitivity_create(flesh_scene_system(x->scene), &options, tolerance, &state->at);
     if (!status) status = flesh_sensitivity_set(state->at, &kept->states[s], NULL);
     if (!status) status = find_columns(self, x, kept->states[s].t, state);
+    state->forces = flesh_arena_take(&self->memory, forces * sizeof *state->forces);
+    if (!status) status = state->forces ? flesh_tet_forces(&by_tet, &kept->states[s], state->forces) : flesh_no_memory();
   }
-  return status ? status : find_forces(self, x);
+  return status;
 }
 
 static int linearise(flesh_fit_linear *self, flesh_fit_experiment *e, linear_experiment *x)
@@ -121,15 +107,6 @@ static int linearise(flesh_fit_linear *self, flesh_fit_experiment *e, linear_exp
   if (!status) status = flesh_fit_equilibria_at(fit, e, self->p);
   if (!status) status = flesh_fit_scene_at(fit, e, self->p, &x->scene);
   return status ? status : linearise_states(self, x);
-}
-
-/* Makes the workspace for a mesh, which all experiments share. */
-static int make_room(flesh_fit_linear *self, const flesh_mesh *mesh)
-{
-  self->size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
-  self->n = 3 * flesh_mesh_node_count(mesh);
-  for (int k = 0; k < 3; k++) self->room[k] = flesh_arena_take(&self->memory, (size_t)self->n * sizeof(double));
-  return self->room[0] && self->room[1] && self->room[2] ? FLESH_OK : flesh_no_memory();
 }
 
 /* Computes the derivatives by the keys. */
@@ -147,26 +124,26 @@ static int find_keys(flesh_fit_linear *self)
 int flesh_fit_linear_create(flesh_fit *fit, const double *p, flesh_fit_linear **linear)
 {
   const flesh_fit_map *map = fit->map;
-  const size_t all = (size_t)fit->parameter_count, numbers = (size_t)fit->count, tets = (size_t)map->tet_count;
+  const size_t all = (size_t)fit->parameter_count, numbers = (size_t)fit->count, tets = (size_t)map->tet_count,
+               keys = (size_t)fit->key_count, n = 3 * (size_t)fit->experiments[0].nodes;
   flesh_fit_linear *self = *linear = calloc(1, sizeof *self);
-  flesh_scene *scene = NULL;
   if (!self) return flesh_no_memory();
   self->fit = fit;
+  self->n = (int)n;
   self->experiments = flesh_arena_take(&self->memory, (size_t)fit->experiment_count * sizeof *self->experiments);
-  self->p = flesh_arena_take(&self->memory, (3 * all + numbers * ((size_t)fit->key_count + 1) + 2 * tets) * sizeof *self->p);
-  int status = self->experiments && self->p ? flesh_fit_scene_at(fit, fit->experiments, p, &scene) : flesh_no_memory();
+  self->p = flesh_arena_take(&self->memory, (3 * all + numbers * (keys + 1) + 2 * tets + 3 * n) * sizeof *self->p);
+  int status = self->experiments && self->p ? FLESH_OK : flesh_no_memory();
   if (!status) {
     memcpy(self->p, p, all * sizeof *p);
     self->sizes = self->p + all, self->changes = self->sizes + all, self->y = self->changes + all;
     self->differences = self->y + numbers, self->by_tet = self->differences + tets, self->keys = self->by_tet + tets;
+    for (size_t k = 0; k < 3; k++) self->room[k] = self->keys + numbers * keys + k * n;
     for (int k = 0; k < map->count; k++) {
       self->sizes[fit->key_count + k] = flesh_fit_slope(&map->of, p[fit->key_count + k]);
       self->differences[map->tets[k]] = 2 * difference;
     }
-    status = make_room(self, flesh_scene_mesh(scene));
+    status = find_keys(self);
   }
-  flesh_scene_destroy(&scene);
-  if (!status) status = find_keys(self);
   for (int e = 0; e < fit->experiment_count && !status; e++)
     status = linearise(self, &fit->experiments[e], &self->experiments[e]);
   if (status) flesh_fit_linear_destroy(linear);
@@ -190,11 +167,11 @@ void flesh_fit_linear_destroy(flesh_fit_linear **linear)
   *linear = NULL;
 }
 
-/* Lists the dofs [3*size] of the map's k-th tet; returns their number. */
-static int list_dofs(const flesh_fit_linear *self, const linear_experiment *x, int k, size_t dofs[30])
+/* Lists the dofs [3*size] of a tet; returns their number. */
+static int list_dofs(const linear_experiment *x, int tet, size_t dofs[30])
 {
   int nodes[10];
-  const int count = 3 * flesh_mesh_tet_nodes(flesh_scene_mesh(x->scene), self->fit->map->tets[k], nodes);
+  const int count = 3 * flesh_mesh_tet_nodes(flesh_scene_mesh(x->scene), tet, nodes);
   for (int i = 0; i < count; i++) dofs[i] = 3 * (size_t)nodes[i / 3] + (size_t)(i % 3);
   return count;
 }
@@ -202,6 +179,7 @@ static int list_dofs(const flesh_fit_linear *self, const linear_experiment *x, i
 /* Adds to y [of the experiment] J u of its equilibria, for u of the map. */
 static int times_states(flesh_fit_linear *self, const linear_experiment *x, const double *u, double *y)
 {
+  const int *tets = self->fit->map->tets;
   double *force = self->room[0], *dx = self->room[1];
   size_t dofs[30];
   int status = FLESH_OK;
@@ -210,7 +188,7 @@ static int times_states(flesh_fit_linear *self, const linear_experiment *x, cons
     if (!state->at) continue;
     memset(force, 0, (size_t)self->n * sizeof *force);
     for (int k = 0; k < self->fit->map->count; k++)
-      for (int i = list_dofs(self, x, k, dofs); i-- > 0;) force[dofs[i]] += u[k] * state->forces[3 * k * self->size + i];
+      for (int i = list_dofs(x, tets[k], dofs); i-- > 0;) force[dofs[i]] += u[k] * state->forces[3 * tets[k] * self->size + i];
     status = flesh_sensitivity_respond(state->at, force, dx);
     self->fit->linear++;
     for (int c = 0; c < x->e->column_count; c++) {
@@ -225,6 +203,7 @@ static int times_states(flesh_fit_linear *self, const linear_experiment *x, cons
 /* Adds to u [map] J^T y of its equilibria. */
 static int back_states(flesh_fit_linear *self, const linear_experiment *x, const double *y, double *u)
 {
+  const int *tets = self->fit->map->tets;
   const size_t bytes = (size_t)self->n * sizeof(double);
   double *by_x = self->room[0], *answer = self->room[1], *lambda = self->room[2];
   size_t dofs[30];
@@ -241,8 +220,8 @@ static int back_states(flesh_fit_linear *self, const linear_experiment *x, const
     status = flesh_sensitivity_adjoint(state->at, &(flesh_quantity){by_x, NULL}, lambda);
     self->fit->linear++;
     for (int k = 0; k < self->fit->map->count && !status; k++)
-      for (int i = 0, all = list_dofs(self, x, k, dofs); i < all; i++)
-        u[k] += (answer[dofs[i]] - lambda[dofs[i]]) * state->forces[3 * k * self->size + i];
+      for (int i = 0, all = list_dofs(x, tets[k], dofs); i < all; i++)
+        u[k] += (answer[dofs[i]] - lambda[dofs[i]]) * state->forces[3 * tets[k] * self->size + i];
   }
   return status;
 }

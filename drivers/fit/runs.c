@@ -125,7 +125,7 @@ static int write_case(flesh_fit *fit, double began, const char *why, json_t *fig
   fit->store.first = 0, fit->store.end = 1;
   fit->record = flesh_fields_record(*why ? "failed" : "complete", *why ? flesh_exit_code(FLESH_ERR_SOLVE) : 0, why, figures);
   json_object_set_new(json_object_get(fit->record, "result"), "numbers", numbers);
-  const int status = flesh_study_store_claim(&fit->store, &number);
+  const int status = flesh_json_lacks() ? flesh_no_memory() : flesh_study_store_claim(&fit->store, &number);
   return status ? status : flesh_study_store_finish(&fit->store, 0, fit->record, seconds, NULL);
 }
 

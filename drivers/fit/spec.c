@@ -221,13 +221,13 @@ static int choose_experiments(flesh_fit *fit, int k)
   if (list && (list->kind != FLESH_NODE_LIST || !list->count))
     return flesh_node_fail(list, "experiments is %s; it must be a list of names", flesh_node_show(list, shown));
   for (const flesh_node *child = list ? list->first : NULL; child; child = child->next) {
-    int found = -1;
+    int found = 0;
     for (int e = 0; e < fit->experiment_count; e++)
-      if (child->kind == FLESH_NODE_SCALAR && !strcmp(child->text, fit->experiments[e].name)) found = e;
-    if (found < 0)
+      if (child->kind == FLESH_NODE_SCALAR && !strcmp(child->text, fit->experiments[e].name))
+        found = fit->experiments[e].acts[k] = 1;
+    if (!found)
       return flesh_node_fail(child, "experiments has %s; it must be the name of an experiment, as %s",
                              flesh_node_show(child, shown), fit->experiments[0].name);
-    fit->experiments[found].acts[k] = 1;
   }
   return FLESH_OK;
 }
