@@ -50,7 +50,7 @@ static int take_value(void *data, const char *item)
   if (*v->count == FLESH_ACCURACY_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", v->option, FLESH_ACCURACY_LIMIT);
   snprintf(value.text, sizeof value.text, "%.30s", item);
-  if (item[strspn(item, "0123456789.eE+-/")]) value_text(value.value, &value); /* for blanks and hexadecimal numbers */
+  if (item[strspn(item, "0123456789.eE+-/")]) value_text(value.value, &value); /* it has blanks */
   for (int other = 0; other < *v->count; other++)
     if (v->values[other].value == value.value) return flesh_list_fail_twice(v->option, item);
   v->values[(*v->count)++] = value;

@@ -17,7 +17,7 @@ struct flesh_pool {
   flesh_slots slots;
   int *busy;          /* [ranks] number of cases that each other rank has */
   int jobs, away;     /* limit of cases at a time on each rank; cases on all other ranks */
-  int told;           /* the processes know of a signal */
+  int stopped;        /* the processes know of a signal */
   flesh_text last;    /* answer of the end reported last */
 };
 
@@ -70,7 +70,7 @@ static int receive(flesh_pool_message *head, flesh_text *behind, int *from)
 }
 
 /* Discards messages of the other ranks until `left` of them have said that they are done. */
-static void hear_out(int left)
+static void discard_until_done(int left)
 {
   while (left > 0) {
     flesh_pool_message head;
@@ -84,10 +84,10 @@ static void hear_out(int left)
 
 typedef struct helper {
   flesh_slots slots;
-  int told, left, code; /* the first rank knows of a signal; ordered to leave, with this exit code */
+  int signalled, left, code; /* the first rank knows of a signal; ordered to leave, with this exit code */
 } helper;
 
-static void tell(const flesh_pool_message *head, size_t size, const char *behind)
+static void report(const flesh_pool_message *head, size_t size, const char *behind)
 {
   char *bytes = malloc(sizeof *head + size);
   const flesh_pool_message lacks = {.kind = FLESH_POOL_LACKS, .number = head->number};
@@ -102,16 +102,16 @@ static void run(helper *h, int number)
 {
   int started = 0, status = FLESH_OK;
   if (flesh_interrupt_signal()) {
-    tell(&(flesh_pool_message){.kind = FLESH_POOL_ENDED, .number = number, .ended = SIGTERM}, 0, NULL);
+    report(&(flesh_pool_message){.kind = FLESH_POOL_ENDED, .number = number, .ended = SIGTERM}, 0, NULL);
     return;
   }
   if (h->slots.running < h->slots.limit) status = flesh_slots_start(&h->slots, number, &started);
   if (started) return;
   const char *why = status ? flesh_error_text() : "no more processes can be had";
-  tell(&(flesh_pool_message){.kind = FLESH_POOL_LACKS, .number = number}, strlen(why) + 1, why);
+  report(&(flesh_pool_message){.kind = FLESH_POOL_LACKS, .number = number}, strlen(why) + 1, why);
 }
 
-static void obey(helper *h, const flesh_pool_message *order, int jobs, const flesh_pool_cases *cases)
+static void carry_out(helper *h, const flesh_pool_message *order, int jobs, const flesh_pool_cases *cases)
 {
   switch (order->kind) {
   case FLESH_POOL_RUN:
@@ -123,28 +123,28 @@ static void obey(helper *h, const flesh_pool_message *order, int jobs, const fle
   case FLESH_POOL_OVER:
     flesh_slots_close(&h->slots);
     if (flesh_slots_open(jobs, cases, &h->slots)) h->slots.room = h->slots.limit = 0;
-    tell(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
+    report(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
     break;
   default:
-    tell(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
+    report(&(flesh_pool_message){.kind = FLESH_POOL_DONE}, 0, NULL);
     h->left = 1;
     h->code = order->number;
   }
 }
 
 /* Reports a case that has ended here, and a signal, to the first rank. */
-static void attend(helper *h)
+static void report_ends(helper *h)
 {
   flesh_pool_end end;
   flesh_slots_wait(&h->slots, 2, &end);
   if (end.number >= 0)
-    tell(&(flesh_pool_message){FLESH_POOL_ENDED, end.number, end.ended, end.killed, end.seconds}, end.answer.size,
+    report(&(flesh_pool_message){FLESH_POOL_ENDED, end.number, end.ended, end.killed, end.seconds}, end.answer.size,
          end.answer.data);
   free(end.answer.data);
-  if (!flesh_interrupt_signal() || h->told) return;
-  h->told = 1;
+  if (!flesh_interrupt_signal() || h->signalled) return;
+  h->signalled = 1;
   flesh_slots_stop(&h->slots);
-  tell(&(flesh_pool_message){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
+  report(&(flesh_pool_message){.kind = FLESH_POOL_SIGNALLED, .number = flesh_interrupt_signal()}, 0, NULL);
 }
 
 /* Works as a rank behind the first until it is ordered to leave. Returns the exit code of that order. */
@@ -159,8 +159,8 @@ static int serve(int jobs, const flesh_pool_cases *cases)
     int from;
     if (flesh_ranks_probe(&from, &size)) {
       flesh_ranks_receive(from, size, &order);
-      obey(&h, &order, room, cases);
-    } else attend(&h);
+      carry_out(&h, &order, room, cases);
+    } else report_ends(&h);
   }
   flesh_slots_close(&h.slots);
   return h.code;
@@ -171,7 +171,7 @@ void flesh_pool_close(flesh_pool **pool)
   flesh_pool *self = *pool;
   if (!self) return;
   order_all(self->ranks, FLESH_POOL_OVER, 0);
-  hear_out(self->ranks ? self->ranks->count - 1 : 0);
+  discard_until_done(self->ranks ? self->ranks->count - 1 : 0);
   flesh_slots_close(&self->slots);
   free(self->busy);
   free(self->last.data);
@@ -187,7 +187,7 @@ int flesh_pool_lead(flesh_ranks *ranks, const char *name, int status, int jobs, 
   if (!flesh_ranks_first(ranks)) return serve(jobs, cases);
   const int code = lead(data);
   order_all(ranks, FLESH_POOL_LEAVE, code);
-  hear_out(ranks ? ranks->count - 1 : 0);
+  discard_until_done(ranks ? ranks->count - 1 : 0);
   return code;
 }
 
@@ -212,7 +212,7 @@ void flesh_pool_dismiss(const flesh_ranks *ranks, int code)
   const flesh_pool_message leave = {.kind = FLESH_POOL_LEAVE, .number = code};
   if (!ranks || !flesh_ranks_first(ranks)) return;
   for (int r = ranks->count; r < ranks->all; r++) flesh_ranks_send(r, sizeof leave, &leave);
-  hear_out(ranks->all - ranks->count);
+  discard_until_done(ranks->all - ranks->count);
 }
 
 /* Returns a rank behind the first with a free slot and the fewest cases; 0 if none has a slot. */
@@ -243,7 +243,7 @@ int flesh_pool_start(flesh_pool *pool, int number, int *started)
 }
 
 /* Receives a message; returns whether it says that a case of another rank has ended. */
-static int hear(flesh_pool *pool, flesh_pool_end *end, int *status)
+static int receive_end(flesh_pool *pool, flesh_pool_end *end, int *status)
 {
   flesh_pool_message head;
   int from;
@@ -263,12 +263,12 @@ int flesh_pool_wait(flesh_pool *pool, flesh_pool_end *end)
   free(pool->last.data);
   pool->last = (flesh_text){0};
   *end = (flesh_pool_end){.number = -1};
-  if (hear(pool, end, &status)) return status;
+  if (receive_end(pool, end, &status)) return status;
   /* Messages of other ranks do not end the wait, so it is short. */
   status = flesh_slots_wait(&pool->slots, pool->ranks ? 2 : 200, end);
   pool->last = end->answer;
-  if (flesh_interrupt_signal() && !pool->told) {
-    pool->told = 1;
+  if (flesh_interrupt_signal() && !pool->stopped) {
+    pool->stopped = 1;
     flesh_slots_stop(&pool->slots);
     order_all(pool->ranks, FLESH_POOL_STOP, 0);
   }

@@ -54,7 +54,7 @@ int flesh_slots_open(int room, const flesh_pool_cases *cases, flesh_slots *slots
   return slots->processes && slots->polls ? FLESH_OK : flesh_no_memory();
 }
 
-static void tell_all(const flesh_slots *slots, int signal_number)
+static void signal_all(const flesh_slots *slots, int signal_number)
 {
   for (int k = 0; k < slots->room; k++)
     if (slots->processes[k].id) kill(slots->processes[k].id, signal_number);
@@ -62,7 +62,7 @@ static void tell_all(const flesh_slots *slots, int signal_number)
 
 void flesh_slots_close(flesh_slots *slots)
 {
-  if (slots->running) tell_all(slots, SIGKILL);
+  if (slots->running) signal_all(slots, SIGKILL);
   for (int k = 0; k < slots->room && slots->running; k++) {
     flesh_pool_process *p = &slots->processes[k];
     if (!p->id) continue;
@@ -139,7 +139,7 @@ void flesh_slots_stop(flesh_slots *slots)
 {
   if (slots->stopped) return;
   slots->stopped = 1;
-  tell_all(slots, SIGTERM);
+  signal_all(slots, SIGTERM);
   for (int k = 0; k < slots->room; k++)
     slots->processes[k].deadline = fmin(slots->processes[k].deadline, flesh_wall_seconds() + GRACE);
 }

@@ -236,7 +236,7 @@ static int draw(picture *p)
 }
 
 /* Chooses the picture's file: --out, or beside the database with a name made of the columns that it shows. */
-static int place(picture *p, const char *database, const char *out)
+static int choose_file(picture *p, const char *database, const char *out)
 {
   const char *path = out ? out : database, *slash = strrchr(path, '/');
   int folder = slash ? (int)(slash - path) : 0;
@@ -296,7 +296,7 @@ int flesh_sweep_plot(int argc, char **argv)
   else if (strspn(p.log, "xyz") != strlen(p.log))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--log is '%s'; it must be some of x, y and z", p.log);
   if (!status) status = flesh_study_store_read(argv[1], &p.store);
-  if (!status) status = place(&p, argv[1], out);
+  if (!status) status = choose_file(&p, argv[1], out);
   if (!status) status = spare_database(&p, argv[1]);
   if (!status) status = draw(&p);
   if (!status) printf("%s/%s.png\n", p.folder, p.name);
