@@ -67,14 +67,11 @@ int flesh_json_write(const char *path, json_t *value)
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (!status) {
-    int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
+    const int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
     putc('\n', file.stream);
-    if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
-      flesh_file_abandon(&file);
-      status = flesh_no_memory_for(path);
-    } else {
-      status = flesh_file_commit(&file);
-    }
+    const int lacks_memory = (bad || flesh_json_lacks()) && !ferror(file.stream);
+    if (lacks_memory) flesh_file_abandon(&file);
+    status = lacks_memory ? flesh_no_memory_for(path) : flesh_file_commit(&file);
   }
   json_decref(value);
   return status;

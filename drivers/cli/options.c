@@ -100,23 +100,14 @@ static int take_choice(const flesh_usage *usage, const flesh_option *option, con
 static int take(const flesh_usage *usage, const flesh_option *option, const char *text)
 {
   flesh_texts *texts = option->target;
-  switch (option->kind) {
-  case FLESH_OPTION_SWITCH:
-    *(int *)option->target = 1;
-    return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_TEXT:
-    *(const char **)option->target = text;
-    return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_LIST:
-    if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &texts->room))
-      return flesh_command_fail(usage->command, flesh_no_memory());
-    texts->values[texts->count++] = text;
-    return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_CHOICE:
-    return take_choice(usage, option, text);
-  default:
-    return take_number(usage, option, text);
-  }
+  if (option->kind == FLESH_OPTION_SWITCH) *(int *)option->target = 1;
+  else if (option->kind == FLESH_OPTION_TEXT) *(const char **)option->target = text;
+  else if (option->kind == FLESH_OPTION_CHOICE) return take_choice(usage, option, text);
+  else if (option->kind != FLESH_OPTION_LIST) return take_number(usage, option, text);
+  else if (!flesh_grow(&texts->values, sizeof *texts->values, texts->count, &texts->room))
+    return flesh_command_fail(usage->command, flesh_no_memory());
+  else texts->values[texts->count++] = text;
+  return FLESH_OPTIONS_GO_ON;
 }
 
 /* Returns whether the word is the name of an option. */

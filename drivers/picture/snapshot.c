@@ -76,9 +76,11 @@ static int choose_options(flesh_snapshot *s)
 /* Opens a run: its folder, its name and its skin, which is the command line's or else the scene's. */
 static int open_run(flesh_snapshot *s, const char *path, flesh_snapshot_run *run)
 {
+  const char *name;
+  const size_t length = flesh_run_folder_name(path, &name);
   int status = flesh_run_folder_open(path, &run->folder);
   if (status) return status;
-  if (!(run->title = flesh_run_folder_name(path))) return flesh_no_memory();
+  if (!(run->title = flesh_arena_text(&run->folder.memory, name, length))) return flesh_no_memory();
   const char *surface = s->surface ? s->surface : flesh_scene_outputs(run->folder.scene)->skin.surface;
   if (!surface || s->no_skin) return FLESH_OK;
   status = flesh_surface_read(surface, &run->surface);
@@ -105,7 +107,6 @@ void flesh_snapshot_close(flesh_snapshot *s)
     flesh_skin_destroy(&s->runs[r].skin);
     flesh_surface_destroy(&s->runs[r].surface);
     flesh_run_folder_close(&s->runs[r].folder);
-    free(s->runs[r].title);
   }
   free(s->runs);
   s->runs = NULL;

@@ -11,7 +11,7 @@ typedef struct flesh_snapshot_run {
   flesh_run_folder folder;
   flesh_surface *surface;
   flesh_skin *skin;
-  char *title;
+  const char *title; /* in the folder's memory */
 } flesh_snapshot_run;
 
 typedef struct flesh_snapshot {

@@ -90,9 +90,9 @@ void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, f
   double c[3] = {0, 0, 0}, height = camera->height; /* c: the target in the camera's axes */
   int empty = !(fit->high[0] >= fit->low[0]), given = !isnan(camera->target[0]);
   double shape[2] = {(double)view->width_px / view->height_px, 1}, needed = 0;
-  for (int k = 0; k < 3 && !empty && !given; k++)
-    c[k] = k < 2 && slope[1] > 0 ? 0.5 * (sides[2 * k] - sides[2 * k + 1])
-                                 : 0.5 * (fit->low[k] + fit->high[k]);
+  /* For parallel rays, the sides are those of the box. */
+  for (int k = 0; k < 2 && !empty && !given; k++) c[k] = 0.5 * (sides[2 * k] - sides[2 * k + 1]);
+  if (!empty && !given) c[2] = 0.5 * (fit->low[2] + fit->high[2]);
   if (given) {
     c[0] = flesh_vec3_dot(camera->target, view->right);
     c[1] = flesh_vec3_dot(camera->target, view->up);
@@ -100,9 +100,7 @@ void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, f
   }
   for (int k = 0; k < 2 && !empty; k++) {
     double one = sides[2 * k] - c[k], other = sides[2 * k + 1] + c[k];
-    double most = slope[1] > 0 ? fmax(one, other) - slope[k] * c[2]
-                               : fmax(fit->high[k] - c[k], c[k] - fit->low[k]);
-    needed = fmax(needed, 2 * MARGIN * most / shape[k]);
+    needed = fmax(needed, 2 * MARGIN * (fmax(one, other) - slope[k] * c[2]) / shape[k]);
   }
   if (isnan(height)) height = needed;
   if (!(height > 0)) height = 1;

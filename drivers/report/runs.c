@@ -12,17 +12,16 @@
 
 static int insert_run(flesh_study_store *store, int number, const char *folder)
 {
-  json_t *result = NULL;
-  char *name = flesh_run_folder_name(folder), *text = NULL;
-  int status = name ? flesh_report_json(folder, "result.json", &result) : flesh_report_no_memory();
-  if (json_is_object(result)) text = json_dumps(result, JSON_COMPACT);
-  json_t *shown = flesh_json_text(name ? name : "");
+  const char *name;
+  const size_t length = flesh_run_folder_name(folder, &name);
+  json_t *result = NULL, *shown = flesh_json_bytes(name, length);
+  int status = flesh_report_json(folder, "result.json", &result);
+  char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
   if (!status)
     status = flesh_study_store_execute(store, "INSERT INTO runs VALUES (%d, %Q, %Q, %Q)", number, folder,
                                        json_string_value(shown), text);
   json_decref(shown);
   json_decref(result);
-  free(name);
   free(text);
   return status;
 }

@@ -159,10 +159,11 @@ void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64])
     snprintf(text, 64, "%d, %d, %d to %d", n[0].number, n[1].number, n[2].number, n[run->count - 1].number);
 }
 
-char *flesh_run_folder_name(const char *path)
+size_t flesh_run_folder_name(const char *path, const char **name)
 {
   size_t end = strlen(path), begin;
   while (end > 1 && path[end - 1] == '/') end--;
   for (begin = end; begin > 0 && path[begin - 1] != '/';) begin--;
-  return strndup(path + begin, end - begin);
+  *name = path + begin;
+  return end - begin;
 }

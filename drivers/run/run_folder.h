@@ -39,7 +39,7 @@ void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64]);
 /* Returns the index of the frame nearest in time. */
 int flesh_run_folder_at(const flesh_run_folder *run, double time);
 
-/* Returns the last word of a path as new text; NULL when out of memory. */
-char *flesh_run_folder_name(const char *path);
+/* Sets *name to the last word of a path, and returns its length. */
+size_t flesh_run_folder_name(const char *path, const char **name);
 
 #endif
