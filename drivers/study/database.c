@@ -67,7 +67,6 @@ int flesh_database_put(sqlite3_stmt *statement, const char *kinds, ...)
   va_start(values, kinds);
   for (int at = 1; kinds[at - 1] && !code; at++) switch (kinds[at - 1]) {
     case 'i': code = sqlite3_bind_int(statement, at, va_arg(values, int)); break;
-    case 'l': code = sqlite3_bind_int64(statement, at, va_arg(values, sqlite3_int64)); break;
     case 'd': code = sqlite3_bind_double(statement, at, va_arg(values, double)); break;
     default: code = sqlite3_bind_text(statement, at, va_arg(values, const char *), -1, SQLITE_TRANSIENT);
     }

@@ -17,7 +17,7 @@ int flesh_database_allow(const char *path);
 int flesh_database_fail(sqlite3 *database, const char *path, const char *doing);
 
 /* Executes a statement without results, with a value for each parameter; a letter of `kinds` gives its type: i an int,
- * l an sqlite3_int64, d a double, with NaN as NULL, t a text or NULL. Returns SQLite's code, SQLITE_DONE on success. */
+ * d a double, with NaN as NULL, t a text or NULL. Returns SQLite's code, SQLITE_DONE on success. */
 int flesh_database_put(sqlite3_stmt *statement, const char *kinds, ...);
 
 #endif
