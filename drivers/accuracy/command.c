@@ -13,6 +13,7 @@
 #include "base/file.h"
 #include "study/study.h"
 #include "study/embedded.h"
+#include "mesh/inspect.h"
 
 #define METHOD_NAME(name, ...) name,
 #define METHOD_ITEM(name, ...) "," name
@@ -163,10 +164,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
                                                                   : "body.mass=consistent";
   plan->tets = flesh_mesh_tet_count(mesh);
-  flesh_mesh_info info;
-  flesh_mesh_inspect(mesh, &info);
-  for (int c = 0; c < 3; c++)
-    plan->reference.scale.length = fmax(plan->reference.scale.length, info.high[c] - info.low[c]);
+  plan->reference.scale.length = flesh_mesh_longest_side(mesh);
   flesh_scene_destroy(&scene);
   return status;
 }

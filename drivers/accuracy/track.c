@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
+#include "mesh/inspect.h"
 
 int flesh_accuracy_room(int unknowns)
 {
@@ -205,10 +206,7 @@ static double find_period(const flesh_accuracy_track *track, int dof)
 void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const flesh_mesh *mesh,
                                   const flesh_accuracy_track *track, flesh_accuracy_scale *scale)
 {
-  flesh_mesh_info info;
-  flesh_mesh_inspect(mesh, &info);
-  *scale = (flesh_accuracy_scale){.period = NAN};
-  for (int c = 0; c < 3; c++) scale->length = fmax(scale->length, info.high[c] - info.low[c]);
+  *scale = (flesh_accuracy_scale){.length = flesh_mesh_longest_side(mesh), .period = NAN};
   int when = 0;
   for (int k = 0; k < track->times; k++) {
     const size_t at = (size_t)k * (size_t)track->unknowns;

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "material/form.h"
 #include "mesh/edges.h"
+#include "mesh/inspect.h"
 #include "mesh/mesh.h"
 #include "run/start.h"
 
@@ -109,18 +110,15 @@ static void find_load(const trial *t, double load[3])
   flesh_mesh_info info;
   flesh_mesh_inspect(t->body.mesh, &info);
   int axis = 2;
-  double longest = 0, soft = INFINITY, heavy = 0;
-  for (int c = 2; c >= 0; c--) {
-    const double side = info.high[c] - info.low[c];
-    if (side < info.high[axis] - info.low[axis]) axis = c;
-    longest = fmax(longest, side);
-  }
+  double soft = INFINITY, heavy = 0;
+  for (int c = 1; c >= 0; c--)
+    if (info.high[c] - info.low[c] < info.high[axis] - info.low[axis]) axis = c;
   for (int e = 0; e < info.tets; e++) {
     soft = fmin(soft, t->materials[t->body.tet_material ? t->body.tet_material[e] : 0].young);
     heavy = fmax(heavy, t->body.density[e]);
   }
   memset(load, 0, 3 * sizeof *load);
-  load[axis] = -1e-6 * soft / (heavy * longest);
+  load[axis] = -1e-6 * soft / (heavy * flesh_mesh_longest_side(t->body.mesh));
 }
 
 static int make_trial(const flesh_scene *scene, flesh_element element, int max_linear, const double load[3], trial *t)

@@ -19,7 +19,7 @@ typedef struct flesh_running {
   flesh_skin_frames *skin_frames;
   flesh_integrator *integrator;
   flesh_state state; /* of the whole; on ranks other than the first only t */
-  /* Used on ranks only, with the next four: this rank's part of the state. */
+  /* On ranks only, as all members up to `ranks`: this rank's part of the state. */
   flesh_state own;
   flesh_state stage; /* of the whole, on the first rank, as the members below */
   double *J_mean, *J_min; /* [tets] allocated together */
