@@ -217,7 +217,6 @@ int flesh_command_accuracy(int argc, char **argv)
 {
   const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_ITEM))[1], *tolerances = NULL, *steps = NULL;
   flesh_accuracy_plan plan = {.options = {.out = "out/accuracy"}};
-  plan.coarser.values = calloc((size_t)argc + 1, sizeof *plan.coarser.values);
   const flesh_option rows[] = {
       {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
@@ -241,8 +240,7 @@ int flesh_command_accuracy(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", flesh_own_text("accuracy_help"),
                              1, 1, rows, NULL, FLESH_EXITS_ALL};
-  int count, code = plan.coarser.values ? flesh_study_open(&plan.options, &usage, argc, argv, &count)
-                                        : flesh_command_fail("accuracy", flesh_no_memory());
+  int count, code = flesh_study_open(&plan.options, &usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
     code = run(&plan, methods, steps, tolerances);
