@@ -136,9 +136,6 @@ static int warn_of_cut(const flesh_scene *scene, const char *column)
 static int begin(adapt *a, const flesh_texts *given)
 {
   flesh_scene *scene = NULL;
-  const char *column;
-  read_spec(a->column, &a->tolerance, &a->relative, &column);
-  memmove(a->column, column, strlen(column) + 1);
   flesh_overrides_copy(&a->overrides, given);
   flesh_overrides_add(&a->overrides, "body.element", "tet10-mean");
   flesh_overrides_add(&a->overrides, "output.error_bars", "false");
@@ -405,8 +402,10 @@ static int finish(adapt *a)
 int flesh_adapt_run(const flesh_runner_options *options, const flesh_texts *overrides, const char *spec)
 {
   adapt a = {.options = options};
+  const char *column;
   if (strlen(spec) >= sizeof a.column) return flesh_fail(FLESH_ERR_ARGUMENT, "--to is too long");
-  strcpy(a.column, spec);
+  read_spec(spec, &a.tolerance, &a.relative, &column);
+  strcpy(a.column, column);
   int status = begin(&a, overrides), reached = 0;
   while (!status && !reached) {
     status = step(&a);

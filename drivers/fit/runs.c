@@ -65,13 +65,14 @@ static const flesh_study_field stage_fields[] = {OF(DOUBLE, weight), OF(DOUBLE, 
                                                  OF(DOUBLE, determined), OF(INT, iterations), OF(INT, converged), {0}};
 #undef OF
 
-static json_t *name_figures(const void *data)
+static json_t *costs(int runs, double cpu_s) { return json_pack("{sisf}", "runs", runs, "cpu_s", cpu_s); }
+
+static json_t *sample_figures(const void *data)
 {
-  json_t *names = flesh_fields_names(stage_fields);
+  json_t *figures = flesh_fields_json(stage_fields, &(flesh_fit_stage){0});
   (void)data;
-  json_array_append_new(names, json_string("runs"));
-  json_array_append_new(names, json_string("cpu_s"));
-  return names;
+  json_object_update_new(figures, costs(0, 0));
+  return figures;
 }
 
 /* Makes the case that is looked for, the only one of the study. */
@@ -97,7 +98,7 @@ int flesh_fit_runs_open(flesh_fit *fit)
   fit->study = (flesh_study){.name = "fit", .text = fit->text, .path = fit->path, .asks = 1,
                              .fingerprint = fit->fingerprint, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
-                             .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};
+                             .taker = fit, .make = make_case, .take = take_record, .figures = sample_figures};
   if (!status) status = flesh_study_store_open(&fit->study, &fit->options, &fit->store);
   return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }
@@ -159,8 +160,6 @@ static json_t *parameters_of(const flesh_fit *fit, const flesh_fit_experiment *e
   if (fit->map) json_object_set_new(object, "of tets", flesh_json_numbers(fit->map->count, p + fit->key_count)); /* no parameter's name */
   return object;
 }
-
-static json_t *costs(int runs, double cpu_s) { return json_pack("{sisf}", "runs", runs, "cpu_s", cpu_s); }
 
 int flesh_fit_values_at(flesh_fit *fit, flesh_fit_experiment *e, const double *p, double *values)
 {
