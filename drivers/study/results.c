@@ -18,15 +18,6 @@
 #include "study/formats.h"
 #include "study/csv.h"
 
-/* Implements number(x). */
-static void print_exact(sqlite3_context *context, int count, sqlite3_value **values)
-{
-  char text[FLESH_NUMBER_SIZE];
-  (void)count;
-  if (sqlite3_value_type(values[0]) == SQLITE_NULL) return;
-  sqlite3_result_text(context, flesh_number_text(sqlite3_value_double(values[0]), text), -1, SQLITE_TRANSIENT);
-}
-
 /* Implements number(format, x) and cell(format, width, x). */
 static void print_number(sqlite3_context *context, int count, sqlite3_value **values)
 {
@@ -40,12 +31,6 @@ static void print_number(sqlite3_context *context, int count, sqlite3_value **va
   if (known) flesh_table_text(text, count > 2 && fabs(value) >= 1e5 ? "%.0e" : format, value);
   snprintf(cell, sizeof cell, " %*s", count > 2 ? sqlite3_value_int(values[1]) % FLESH_TABLE_TEXT : 0, text);
   sqlite3_result_text(context, count > 2 ? cell : text, -1, SQLITE_TRANSIENT);
-}
-
-static void print_status(sqlite3_context *context, int count, sqlite3_value **values)
-{
-  (void)count;
-  sqlite3_result_text(context, flesh_status_name((flesh_status)sqlite3_value_int(values[0])), -1, SQLITE_STATIC);
 }
 
 static void print_path(sqlite3_context *context, int count, sqlite3_value **values)
@@ -62,7 +47,7 @@ static void test_signs(sqlite3_context *context, int count, sqlite3_value **valu
   sqlite3_result_double(context, all > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)all)) : 1);
 }
 
-typedef enum piece { PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR } piece;
+typedef enum piece { NUMBER, STATUS, PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR } piece;
 
 static void write_plot(FILE *stream, int count, sqlite3_value **values)
 {
@@ -78,16 +63,20 @@ static void write_plot(FILE *stream, int count, sqlite3_value **values)
     if (texts[4 + k]) flesh_plot_label(stream, axes[k], texts[4 + k]);
 }
 
-/* Implements the functions that print pieces of scripts. */
-static void print_script(sqlite3_context *context, int count, sqlite3_value **values)
+/* Implements the functions that print pieces of texts and scripts. */
+static void print_piece(sqlite3_context *context, int count, sqlite3_value **values)
 {
   char *text = NULL;
   size_t size = 0;
-  FILE *stream = open_memstream(&text, &size);
   const piece which = (piece)(intptr_t)sqlite3_user_data(context);
-  const char *first = which == COLOUR ? "" : (const char *)sqlite3_value_text(values[0]);
+  if (which == NUMBER && sqlite3_value_type(values[0]) == SQLITE_NULL) return;
+  FILE *stream = open_memstream(&text, &size);
+  const int is_numeric = which == NUMBER || which == STATUS || which == COLOUR;
+  const char *first = is_numeric ? NULL : (const char *)sqlite3_value_text(values[0]);
   if (!first) first = "";
   if (stream) switch (which) {
+    case NUMBER: flesh_number_print(stream, sqlite3_value_double(values[0])); break;
+    case STATUS: fputs(flesh_status_name((flesh_status)sqlite3_value_int(values[0])), stream); break;
     case PLOT: write_plot(stream, count, values); break;
     case QUOTED: flesh_plot_quote(stream, first); break;
     case QUOTED_TICK: flesh_plot_quote_tick(stream, first); break;
@@ -107,12 +96,12 @@ static int add_functions(sqlite3 *database, const char *path)
     const char *name;
     int count;
     void (*call)(sqlite3_context *, int, sqlite3_value **);
-    piece data; /* used by print_script */
-  } rows[] = {{"number", 2, print_number, 0}, {"cell", 3, print_number, 0}, {"status_name", 1, print_status, 0},
-              {"sign_test", 2, test_signs, 0}, {"number", 1, print_exact, 0}, {"plot", 6, print_script, PLOT},
-              {"plot", 7, print_script, PLOT}, {"plot", 8, print_script, PLOT}, {"quoted", 1, print_script, QUOTED},
-              {"quoted_tick", 1, print_script, QUOTED_TICK}, {"quoted_file", 2, print_script, QUOTED_FILE},
-              {"log_ticks", 3, print_script, LOG_TICKS}, {"colour", 1, print_script, COLOUR}};
+    piece data; /* used by print_piece */
+  } rows[] = {{"number", 2, print_number, 0}, {"cell", 3, print_number, 0}, {"status_name", 1, print_piece, STATUS},
+              {"sign_test", 2, test_signs, 0}, {"number", 1, print_piece, NUMBER}, {"plot", 6, print_piece, PLOT},
+              {"plot", 7, print_piece, PLOT}, {"plot", 8, print_piece, PLOT}, {"quoted", 1, print_piece, QUOTED},
+              {"quoted_tick", 1, print_piece, QUOTED_TICK}, {"quoted_file", 2, print_piece, QUOTED_FILE},
+              {"log_ticks", 3, print_piece, LOG_TICKS}, {"colour", 1, print_piece, COLOUR}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC,
                                 (void *)(intptr_t)rows[k].data, rows[k].call, NULL, NULL))
