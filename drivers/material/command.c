@@ -86,7 +86,7 @@ static void add_curve(const request *r, flesh_energy energy, flesh_constants con
 static int make_curves(const request *r, flesh_curves *all)
 {
   *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson,
-                         .paths = r->given.poisson == 0.5 ? flesh_isochoric_paths : flesh_paths};
+                         .deformations = r->given.poisson == 0.5 ? flesh_isochoric_deformations : flesh_deformations};
   if (isnan(r->given.mu)) {
     all->mu = r->given.young / (2 * (1 + r->given.poisson));
     all->lambda = r->given.young * r->given.poisson / ((1 + r->given.poisson) * (1 - 2 * r->given.poisson));
@@ -107,7 +107,7 @@ static int make_curves(const request *r, flesh_curves *all)
 static double flat_eigenvalue(const flesh_curve *curve, double thickness)
 {
   double energy, q[FLESH_CURVE_QUANTITIES];
-  flesh_curve_sample(curve, &flesh_paths[FLESH_PATH_FLATTEN], thickness, &energy, q);
+  flesh_curve_sample(curve, &flesh_deformations[FLESH_FLATTENING], thickness, &energy, q);
   return q[2];
 }
 
@@ -195,7 +195,7 @@ static int write_and_draw(const request *r, const flesh_curves *all)
   status = flesh_plot_ended(&outcome); /* without gnuplot, the scripts are left to be run later */
   if (status) return status;
   printf("Pictures:");
-  for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, all->paths[p].name);
+  for (int p = 0; p < FLESH_DEFORMATIONS; p++) printf(" %s/%s.png", r->out, all->deformations[p].name);
   printf("\n");
   return FLESH_OK;
 }

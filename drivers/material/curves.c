@@ -49,18 +49,18 @@ static void planar_at(double s, double F[9]) { diagonal(s, 1, 1 / s, F); }
   {"rotation", "Rigid rotation about z (everything must stay constant)", "angle [degrees]", "|P|", 0, 180, rotation_at, \
    -1, -1}
 
-const flesh_path flesh_paths[] = {
+const flesh_deformation flesh_deformations[] = {
     {"stretch", "Uniaxial stretch, sides held: F = diag(s, 1, 1)",
                             "stretch s", "P_{11}", 0, 3, stretch_at, 0, 0},
     {"scale", "Uniform scaling through a point: F = s I", "scale s", "P_{11}",
                           1.25, -0.25, scale_at, 0, 0},
-    [FLESH_PATH_FLATTEN] = {"flatten", "Flattening through zero to inversion: F = diag(1, 1, s)",
+    [FLESH_FLATTENING] = {"flatten", "Flattening through zero to inversion: F = diag(1, 1, s)",
                             "thickness s", "P_{33}", 2, -1, flatten_at, 2, 2},
     SHEAR,
     ROTATION};
-static_assert(sizeof flesh_paths / sizeof *flesh_paths == FLESH_PATHS, "a row of every path");
+static_assert(sizeof flesh_deformations / sizeof *flesh_deformations == FLESH_DEFORMATIONS, "a row of every deformation");
 
-const flesh_path flesh_isochoric_paths[] = {
+const flesh_deformation flesh_isochoric_deformations[] = {
     {"stretch", "Uniaxial stretch, sides free: F = diag(s, s^{-1/2}, s^{-1/2})", "stretch s", "P_{11}", 0.3, 3,
      uniaxial_at, 0, 0},
     {"biaxial", "Equibiaxial stretch, faces free: F = diag(s, s, s^{-2})", "stretch s", "P_{11}", 0.5, 2.5, biaxial_at, 0,
@@ -68,12 +68,12 @@ const flesh_path flesh_isochoric_paths[] = {
     {"planar", "Pure shear, faces free: F = diag(s, 1, 1/s)", "stretch s", "P_{11}", 0.3, 3, planar_at, 0, 0},
     SHEAR,
     ROTATION};
-static_assert(sizeof flesh_isochoric_paths / sizeof *flesh_isochoric_paths == FLESH_PATHS, "a row of every path");
+static_assert(sizeof flesh_isochoric_deformations == sizeof flesh_deformations, "as many for incompressible materials");
 
 /* Returns the parameter of sample k, 0 to FLESH_CURVE_STEPS. */
-static double parameter_at(const flesh_path *path, int k)
+static double parameter_at(const flesh_deformation *of, int k)
 {
-  return path->start + (path->end - path->start) * k / FLESH_CURVE_STEPS;
+  return of->start + (of->end - of->start) * k / FLESH_CURVE_STEPS;
 }
 
 /* Sets H to H - p d2J/dF2, where d2J/dF_ij dF_kl = e_ikm e_jln F_mn. */
@@ -118,12 +118,12 @@ static double press(const flesh_material *material, const double F[9], double P[
   return smallest_across(H, cofactor);
 }
 
-void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double s, double *energy,
+void flesh_curve_sample(const flesh_curve *curve, const flesh_deformation *deformation, double s, double *energy,
                         double quantities[FLESH_CURVE_QUANTITIES])
 {
   const flesh_material *material = &curve->material;
   double F[9], P[9], values[9], vectors[81];
-  path->at(s, F);
+  deformation->at(s, F);
   *energy = quantities[0] = quantities[1] = quantities[2] = NAN;
   if (flesh_material_energy(material, F, energy)) return;
   quantities[0] = *energy - curve->rest_value;
@@ -131,7 +131,8 @@ void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double
     quantities[2] = gsl_stats_min(values, 1, 9);
   if (flesh_material_stress(material, F, P)) return;
   if (material->incompressible) quantities[2] = press(material, F, P);
-  quantities[1] = path->row < 0 ? sqrt(flesh_mat3_norm2(P)) : P[3 * path->row + path->column];
+  quantities[1] =
+      deformation->row < 0 ? sqrt(flesh_mat3_norm2(P)) : P[3 * deformation->row + deformation->column];
 }
 
 static const char tables[] =
@@ -142,7 +143,7 @@ static const char tables[] =
 
 static void insert_samples(sqlite3_stmt *row, int path, int line, const flesh_curves *all)
 {
-  const flesh_path *p = &all->paths[path];
+  const flesh_deformation *p = &all->deformations[path];
   for (int k = 0; k <= FLESH_CURVE_STEPS; k++) {
     double values[2 + FLESH_CURVE_QUANTITIES] = {parameter_at(p, k)};
     flesh_curve_sample(&all->curves[line], p, values[0], &values[1], values + 2);
@@ -161,10 +162,10 @@ static void fill(sqlite3_stmt *const rows[4], const flesh_curves *all)
                        all->curves[c].label, flesh_forms[m->energy].colour, m->mu, m->incompressible ? NAN : m->lambda,
                        flesh_form_takes(m->energy, FLESH_CONSTANTS_AS_E));
   }
-  for (int p = 0; p < FLESH_PATHS; p++) {
-    const flesh_path *path = &all->paths[p];
-    flesh_database_put(rows[1], "ittttdd", p, path->name, path->title, path->parameter, path->stress,
-                       fmin(path->start, path->end), fmax(path->start, path->end));
+  for (int p = 0; p < FLESH_DEFORMATIONS; p++) {
+    const flesh_deformation *of = &all->deformations[p];
+    flesh_database_put(rows[1], "ittttdd", p, of->name, of->title, of->parameter, of->stress, fmin(of->start, of->end),
+                       fmax(of->start, of->end));
     for (int c = 0; c < all->count; c++) insert_samples(rows[3], p, c, all);
   }
 }

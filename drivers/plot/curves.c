@@ -10,6 +10,7 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/path.h"
+#include "run/run_folder.h"
 #include "study/database.h"
 #include "study/embedded.h"
 
@@ -83,18 +84,13 @@ static int read_folder(source *s)
 /* Sets the label to the last part of the path; for "run/history.csv" it is that of "run". */
 static void find_label(source *s, int is_folder)
 {
-  char *path = strdup(s->path), *slash;
-  if (!path) return;
-  for (size_t n = strlen(path); n > 1 && path[n - 1] == '/'; n--) path[n - 1] = 0;
-  slash = strrchr(path, '/');
-  if (!is_folder && slash > path && (!strcmp(slash, "/history.csv") || !strcmp(slash, "/probes.csv"))) {
-    *slash = 0;
-    slash = strrchr(path, '/');
-  }
-  snprintf(s->label, LABEL, "%s", slash && slash[1] ? slash + 1 : path);
+  const char *name;
+  size_t length = flesh_run_folder_name(s->path, &name);
+  if (!is_folder && name > s->path + 1 && (!strcmp(name, "history.csv") || !strcmp(name, "probes.csv")))
+    length = flesh_run_folder_name(flesh_path("%.*s", (int)(name - s->path), s->path), &name);
+  snprintf(s->label, LABEL, "%.*s", (int)length, name);
   char *dot = strrchr(s->label, '.');
   if (!is_folder && dot && !strcmp(dot, ".csv")) *dot = 0;
-  free(path);
 }
 
 /* Reads the sources. If two have the same label, all labels are paths instead. */
