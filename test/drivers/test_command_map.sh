@@ -50,7 +50,7 @@ with open("swung.csv", "w") as file:
     for k, t in enumerate((0.25, 0.5, 0.75, 1)):
         print(t, *(float(rows[t][f"tip.position_{c} [m]"]) + 0.01 * e for c, e in (("z", (-1) ** k), ("x", k - 2))), sep=",", file=file)
 END
-  for case in 'beam quadratic' 'beam variation' 'swing quadratic'; do
+  for case in 'beam quadratic' ${long:+'beam variation'} 'swing quadratic'; do
     scene=${case% *} penalty=${case#* } wall='{probes: wall.csv, deviation: 30}, ' keys=
     [ "$case" = 'beam quadratic' ] || keys='parameters: [{key: body.material.poisson, start: 0.3, from: 0, to: 0.49},
   {key: "effects.traction.traction[2]", name: load, start: 1500, spacing: logarithmic}]'

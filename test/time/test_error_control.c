@@ -135,6 +135,6 @@ static void longest_steps_reach_outputs(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen),
-                   TEST(stiff_bodies_that_spin_freely_keep_spinning),
-                   TEST(stiff_bodies_that_turn_on_pins_keep_turning), TEST(longest_steps_reach_outputs));
+                   TEST_LONG(stiff_bodies_that_spin_freely_keep_spinning),
+                   TEST_LONG(stiff_bodies_that_turn_on_pins_keep_turning), TEST(longest_steps_reach_outputs));
 }
