@@ -124,8 +124,8 @@ typedef enum flesh_trait {
 
 /* Operations of effects that depend explicitly on time. Without inertia, a scene with one is a series of equilibria. */
 typedef struct flesh_effect_time {
-  /* Returns the next time after t at which the effect is not smooth (a keyframe, a release), or INFINITY: none.
-   * INFINITY for t = -INFINITY says that the effect never changes. NULL: it changes smoothly at all times. */
+  /* Returns the next time after t at which the effect is not smooth (a keyframe, a release); INFINITY, or a time that
+   * is not after t: none. None after -INFINITY: the effect never changes. NULL: it changes smoothly at all times. */
   double (*next_event)(const flesh_effect *effect, double t);
   /* For effects of something that moves (an obstacle): writes its displacement between two times, at the nodes'
    * positions in `point`, into dx [3*n], which is zero on entry. Returns 0, with dx untouched, if nothing moves.

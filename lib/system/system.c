@@ -305,7 +305,8 @@ double flesh_system_next_event(const flesh_system *system, double t)
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_time *in_time = flesh_effect_in_time(effect);
-    if (in_time->next_event) next = fmin(next, in_time->next_event(effect, t));
+    const double its = in_time->next_event ? in_time->next_event(effect, t) : INFINITY;
+    if (its > t) next = fmin(next, its);
   }
   for (int k = 0; k < system->constraint_count; k++) {
     const flesh_constraint *c = &system->constraints[k];

@@ -1,6 +1,6 @@
 // TEST quick
 /* test_own_effects.c: what a system reports of an effect from outside the library: its refusals are messages that name
- * it, and one that changes smoothly with time counts as moving. */
+ * it, one that changes smoothly with time counts as moving, and its events lie ahead. */
 #include <math.h>
 #include <string.h>
 
@@ -200,8 +200,26 @@ static void a_start_that_bars_all_ways_is_told(void)
   }
 }
 
+static double event_at; /* s, whatever the time for which it is asked */
+
+static double same_event(const flesh_effect *effect, double t) { return (void)effect, (void)t, event_at; }
+
+/* An effect that names a time that has passed, or none, has no event there: a run would otherwise stop at it for ever. */
+static void past_events_are_none(void)
+{
+  test_body b;
+  add(&b, &(const flesh_effect_operations){.name = "bell", .residual = residual, .potential = potential,
+                                           .time = &(const flesh_effect_time){.next_event = same_event}}, 1);
+  event_at = 0.05;
+  CHECK(flesh_system_next_event(b.system, 0) == 0.05);
+  CHECK(flesh_system_next_event(b.system, 0.05) == INFINITY && flesh_system_next_event(b.system, 1) == INFINITY);
+  event_at = NAN;
+  CHECK(flesh_system_next_event(b.system, 0) == INFINITY && !flesh_system_moves(b.system));
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(refusals_name_the_effect), TEST(the_audit_names_it_too), TEST(a_fatal_status_ends_the_step),
-                   TEST(smooth_effects_move), TEST(a_start_that_bars_all_ways_is_told));
+                   TEST(smooth_effects_move), TEST(past_events_are_none), TEST(a_start_that_bars_all_ways_is_told));
 }
