@@ -33,7 +33,7 @@ class Integrator(Handle):
 
     Args:
         system: the system; it is finished if it was not.
-        method: one of METHODS: "backward-euler", "bdf2", ..., "static".
+        method: one of METHODS: "backward-euler", "bdf2", ..., "static"; or "adaptive", "runge-kutta" with error control.
         options: options of solves; SolverOptions() by default.
         method_options: parameters of newmark, hht, generalized-alpha and runge-kutta.
         adaptive: options of error control and of ida.
@@ -46,6 +46,9 @@ class Integrator(Handle):
                  observe: Optional[Callable[[InternalStep], None]] = None, stop: Optional[Callable] = None):
         self._system = system
         options = SolverOptions() if options is None else options
+        if method == "adaptive":
+            method, adaptive = "runge-kutta", AdaptiveOptions._copy((adaptive or AdaptiveOptions())._struct)
+            adaptive.control = 1
         made = create("flesh_integrator", lib.flesh_integrator_create, system._ready(),
                       METHOD_NAMES.value(method, "method"), options._struct)
         self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy, system, self)

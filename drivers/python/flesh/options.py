@@ -71,7 +71,7 @@ class MethodOptions(Options):
 class AdaptiveOptions(Options):
     """Options of ida, and of the other methods with error control."""
     _ctype = "flesh_adaptive_options"
-    control: int = Field("1: methods that estimate their error (runge-kutta) choose their own steps by it")
+    control: int = Field("1: methods of fixed steps but midpoint choose their own steps by their error; 0: only ida")
     tolerance: float = Field("target error of positions, as a fraction of the body's longest side")
     max_order: int = Field("1 to 5; above 2 not A-stable")
     max_step: float = Field("s; inf: no limit")

@@ -32,6 +32,9 @@ class Parameter(Handle):
         self.value = float(value)
         self.difference = float(difference if difference is not None else abs(self.value) * 1e-6 or 1e-6)
         self._systems = [system(self.value + k * self.difference) for k in (-2, -1, 1, 2)]
+        for made in self._systems:
+            if not isinstance(made, System):
+                raise TypeError(f"system returned {made!r}; it must return an object of class System")
         self._struct = ffi.new("flesh_parameter *", {"difference": self.difference})
         for k, made in enumerate(self._systems):
             self._struct.systems[k] = made._ready()

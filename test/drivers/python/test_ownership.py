@@ -62,6 +62,8 @@ def test_an_object_of_another_class_is_refused(mesh, body, system):
     with pytest.raises(TypeError, match="^probes must be a sequence of class Probe$"):
         flesh.Probes("probes.csv", body, system, "bdf2", probes=["tip"])
     for wrong in ("S", 3, ["S"], [flesh.Material("S", young=1e5, poisson=0.45), None]):
+        with pytest.raises(TypeError, match="^system returned .*; it must return an object of class System$"):
+            flesh.Parameter(lambda _value: wrong, 1.0)
         with pytest.raises(TypeError, match="^material is or has .*; it must be of class Material$"):
             flesh.Body(mesh, wrong)
     for wrong, told in (("1000", "texts"), (1j, "complex values"), (np.array(["1"] * mesh.tet_count), "texts")):

@@ -354,6 +354,17 @@ def test_adaptive_steps_are_told(system, mesh):
         integrator.step(state, 0.2)
 
 
+def test_adaptive_is_runge_kutta_with_error_control(system, mesh):
+    given, ends = flesh.AdaptiveOptions(tolerance=1e-2), []
+    for method, control in (("adaptive", None), ("runge-kutta", 1), ("runge-kutta", 0)):
+        options = given if control is None else flesh.AdaptiveOptions(tolerance=1e-2, control=control)
+        integrator, state = flesh.Integrator(system, method, adaptive=options), flesh.State.at_rest(mesh)
+        integrator.step(state, 0.2)
+        assert integrator.method == "runge-kutta"
+        ends.append(state.x)
+    assert np.array_equal(ends[0], ends[1]) and not np.array_equal(ends[0], ends[2]) and given.control == 0
+
+
 def test_states_come_back_bit_for_bit(mesh, rng, tmp_path):
     state = flesh.State(mesh.positions, rng.normal(size=mesh.positions.shape), t=1 / 3)
     state.write(tmp_path / "state.txt")
