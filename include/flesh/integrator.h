@@ -114,7 +114,8 @@ typedef struct flesh_internal_step {
 
 typedef struct flesh_adaptive_options {
   /* 1: methods that estimate their error (all methods of fixed steps except midpoint) choose their own steps by it,
-   * within the steps that the caller asks for. IDA always does. */
+   * within the steps that the caller asks for; with RUNGE_KUTTA this is `method: adaptive` of a scene. 0, the default:
+   * they take fixed steps, and only IDA, which always chooses its steps, reads the members below. */
   int control;
   /* Target for the error of positions, as a fraction of the body's longest side L; (0, 1). With q = max_order, IDA
    * gets the absolute local tolerances e L for positions and e V for velocities (flesh_ida_tolerances), e =

@@ -14,6 +14,7 @@
  *   KINSetJacFn(kin, flesh_kinsol_jacobian);
  *   KINSetMaxSetupCalls(kin, 1);          KINSetMaxNewtonStep(kin, 1e300);
  *   KINSetEtaForm(kin, KIN_ETACONSTANT);  KINSetEtaConstValue(kin, 1e-2);
+ *   KINSetFuncNormTol(kin, 1e-6);         in N, for the largest component of r; by default 6e-6
  *   KINSol(kin, u, KIN_NONE, ones, ones);
  *
  * Constrained dofs are evaluated at their prescribed positions, whatever their entries in u, so any u is a valid start;
@@ -125,8 +126,9 @@ FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context,
 /* Creates the linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type matrix-iterative, for use
  * with the matrix above. With FLESH_LINE_SEARCH_POTENTIAL the step that it returns is already scaled by a line search
  * on the potential: use KIN_NONE, as KIN_LINESEARCH would shorten the step once more and may then fail. Use
- * KIN_LINESEARCH with FLESH_LINE_SEARCH_RESIDUAL. Freed by SUNLinSolFree; the problem must outlive it. Errors:
- * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * KIN_LINESEARCH with FLESH_LINE_SEARCH_RESIDUAL, and with linear solvers of your own; it decreases |r|, which is slow
+ * where a slender body bends far (hundreds of iterations where the potential needs twenty). Freed by SUNLinSolFree; the
+ * problem must outlive it. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context,
                                      SUNLinearSolver *solver);
 
