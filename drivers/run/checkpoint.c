@@ -17,7 +17,7 @@
 #include "output/resume.h"
 #include "run/provenance.h"
 
-static const char mark[] = "flesh checkpoint 3\n";
+static const char mark[] = "flesh checkpoint 4\n";
 
 static const char *path_in(const char *folder) { return flesh_path("%s/" FLESH_CHECKPOINT_NAME, folder); }
 
@@ -49,18 +49,8 @@ void flesh_checkpoint_digest(const char *folder, char digest[FLESH_DIGEST_SIZE])
 
 static void archive_head(flesh_checkpoint_head *head, flesh_archive *archive)
 {
-  FLESH_ARCHIVE(archive, head->times.seconds);
-  FLESH_ARCHIVE(archive, head->times.steps);
-  FLESH_ARCHIVE(archive, head->no_frames);
-  flesh_archive_int(archive, &head->step, 0, 0x7ffffffe);
-  FLESH_ARCHIVE(archive, head->exact);
-  flesh_archive_int(archive, &head->pieces, 1, 1 << 24);
-  FLESH_ARCHIVE(archive, head->max_seconds);
-  FLESH_ARCHIVE(archive, head->start_t);
-  FLESH_ARCHIVE(archive, head->wall_s);
-  FLESH_ARCHIVE(archive, head->cpu_s);
-  FLESH_ARCHIVE(archive, head->history);
-  FLESH_ARCHIVE(archive, head->probes);
+  FLESH_ARCHIVE(archive, *head);
+  archive->wrong |= head->step < 0 || head->step > 0x7ffffffe || head->pieces < 1 || head->pieces > 1 << 24;
 }
 
 /* Archives a text; a text that is loaded is new. */

@@ -172,7 +172,7 @@ what_cannot_go_on_is_refused() {
   refused 2 'differs from the checkpoint.s scene' --resume copy || return 1
   rm -r copy
   cp -r out copy
-  printf 'flesh checkpoint 3\nflesh 0.0.1, another\n' >copy/checkpoint.bin
+  printf 'flesh checkpoint 4\nflesh 0.0.1, another\n' >copy/checkpoint.bin
   refused 2 'was written by flesh 0.0.1, another; this is flesh' --resume copy || return 1
   head -c 5000 out/checkpoint.bin >copy/checkpoint.bin
   refused 3 'is damaged' --resume copy || return 1
