@@ -35,6 +35,9 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
                        flesh_error_judge judges[FLESH_ERROR_KINDS]);
 /* Runs the companions. If one ends early and the others do not suffice, the judge has none. FLESH_ERR_INTERRUPTED. */
 int flesh_error_run(const flesh_runner_options *options, flesh_error_judge *judge);
+/* Returns in *share the stiffness of the body against its softest motion at the equilibrium at the end of a run of the scene
+ * in `folder`, relative to that at rest; NaN if it is not known. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED. */
+int flesh_error_compare_with_rest(const flesh_scene *scene, const char *folder, double *share);
 void flesh_error_judge_close(flesh_error_judge *judge);
 
 #endif

@@ -242,6 +242,30 @@ failed_companions_leave_no_bar() {
   said node mesh '"100" in no_bar'
 }
 
+# Where the ends of a bar come together by a fifth, it buckles, otherwise on a finer mesh; by a twentieth, it stays straight.
+buckled_bodies_have_no_bar() {
+  sed '/gravity/d; /name: clamp/d; s/tip, point: .4,/middle, point: [2,/' still.yaml >pressed.yaml
+  for way in 0.2:+ 0.8:-; do
+    set -- pressed.yaml --set "effects[1]={prescribed_motion: {box: [[3.99, -1, -1], [5, 2, 2]],
+      motion: [{time: 0, translation: [-${way%:*}, 0.02, 0.01]}]}}"
+    expect 0 "$flesh" run "$@" --set body.refine=2 --set body.element=tet10-mean --out finer --quiet || return 1
+    expect 0 "$flesh" run "$@" --set body.refine=1 --error --out pressed || return 1
+    python3 - "${way#*:}" <<'END' || return 1
+import csv, json, sys
+def last(folder):
+    with open(folder + "/probes.csv") as file:
+        return float(list(csv.DictReader(file))[-1]["middle.position_y [m]"])
+told = json.load(open("pressed/result.json"))["error_bars"]["mesh"]
+run, finer = map(last, ("pressed", "finer"))
+print(told, run, finer)
+if sys.argv[1] == "+":
+    assert "compared_with" in told and abs(run - finer) < 1e-3
+else:
+    assert "against its softest motion" in told["no_bar"] and abs(run - finer) > 0.1
+END
+  done
+}
+
 # Error bars do not change the run: their columns come after its own, and its state is the same.
 columns_come_last() {
   expect 0 "$flesh" run bar.yaml --out plain --quiet || return 1
@@ -326,5 +350,5 @@ END
 
 run_tests values_have_the_digits_of_their_bars forces_at_the_start_have_no_bars bars_are_drawn_as_bands \
   other_steps_cover newmark_covers_backward_euler a_smaller_tolerance_covers meshes_cover coarser_meshes_make_bars \
-  twice_the_step_widens_bars_of_the_mesh boxes_of_regions_that_cut_tets_are_told no_bar_is_said failed_companions_leave_no_bar columns_come_last \
-  complete_runs_get_bars an_interrupted_companion_is_taken_up wrong_words_are_refused
+  twice_the_step_widens_bars_of_the_mesh boxes_of_regions_that_cut_tets_are_told no_bar_is_said failed_companions_leave_no_bar \
+  buckled_bodies_have_no_bar columns_come_last complete_runs_get_bars an_interrupted_companion_is_taken_up wrong_words_are_refused
