@@ -25,10 +25,9 @@ static int check(const flesh_parameter *parameter, const flesh_system *system)
   const int fourth = parameter->systems[0] || parameter->systems[3];
   if (!(fabs(parameter->difference) > 0 && fabs(parameter->difference) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "a parameter's difference is %g; it must be finite and not 0", parameter->difference);
-  if (!parameter->systems[1] != !parameter->systems[2] ||
-      (fourth && !(parameter->systems[0] && parameter->systems[1] && parameter->systems[3])))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a parameter has systems on one side only; it needs those of p - difference and p + "
-                                          "difference, and maybe both of twice that");
+  if (!parameter->systems[1] || !parameter->systems[2] || (fourth && !(parameter->systems[0] && parameter->systems[3])))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a parameter lacks systems; it needs those of p - difference and p + difference, and "
+                                          "maybe both of twice that");
   for (int k = 0; k < SYSTEMS; k++) {
     const flesh_system *other = parameter->systems[k];
     if (!other) continue;
