@@ -116,16 +116,11 @@ static double compare(const work *w, int t)
 
 static void indicate(work *w, double *indicators)
 {
-  const flesh_mesh *mesh = w->scene->mesh;
-  const int *of = w->scene->body.tet_material;
-  int materials = 1;
-  for (int t = 0; t < mesh->tets; t++) {
-    find_values(w, t);
-    if (of && of[t] >= materials) materials = of[t] + 1;
-  }
+  const int *of = w->scene->body.tet_material, materials = of ? flesh_scene_material_count(w->scene) : 1;
+  for (int t = 0; t < w->scene->mesh->tets; t++) find_values(w, t);
   for (int m = 0; m < materials; m++) {
     average(w, m);
-    for (int t = 0; t < mesh->tets; t++)
+    for (int t = 0; t < w->scene->mesh->tets; t++)
       if (!of || of[t] == m) indicators[t] = compare(w, t);
   }
 }

@@ -45,6 +45,7 @@ typedef struct flesh_fit_point {
 
 typedef struct flesh_fit_quantity {
   char name[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+  int column, deviation; /* columns of the file: of values; of their deviations, -1: none */
 } flesh_fit_quantity;
 
 /* A file of measurements: the keys in the spec, and the content. */

@@ -21,9 +21,6 @@ typedef struct reading {
   flesh_fit_measured *to;
   flesh_csv csv;
   int time;         /* column of the time; -1: none */
-  int *value;       /* [quantities] columns of values */
-  int *deviation;   /* [quantities] columns of deviations; -1: none */
-  double latest;    /* latest time so far */
   flesh_locator *locator; /* finds places in the body; NULL until positions need it */
 } reading;
 
@@ -63,9 +60,9 @@ static int add_quantity(reading *r, int column)
     if (!strcmp(r->to->quantities[other].name, q->name))
       return flesh_node_fail(r->to->node, "%s: column %s stands twice; it must stand once", r->to->path, q->name);
   snprintf(wanted, sizeof wanted, "%s%s", q->name, suffix);
-  r->value[r->to->quantity_count] = column;
-  r->deviation[r->to->quantity_count] = find(&r->csv, wanted);
-  if (isnan(r->to->deviation) && r->deviation[r->to->quantity_count] < 0)
+  q->column = column;
+  q->deviation = find(&r->csv, wanted);
+  if (isnan(r->to->deviation) && q->deviation < 0)
     return flesh_node_fail(r->to->node, "deviation is missing; it must be a number > 0, or %s must have the column %s",
                            r->to->path, wanted);
   r->to->quantity_count++;
@@ -138,18 +135,19 @@ static int number_needed(const reading *r, int row, int column, const char *name
 
 static int read_datum(reading *r, int row, int quantity, double t)
 {
+  const flesh_fit_quantity *q = &r->to->quantities[quantity];
   flesh_fit_datum datum = {.quantity = quantity, .row = row, .t = t, .deviation = r->to->deviation};
   const double start = r->scene->start.t, end = r->scene->time.end;
-  int status = number(r, row, r->value[quantity], &datum.value);
+  int status = number(r, row, q->column, &datum.value);
   if (status || isnan(datum.value)) return status;
   if (!isnan(t) && !(t >= start && t <= end))
     return flesh_node_fail(r->to->node, "%s: t is %g s; it must be a time of the run, which goes from %g to %g s", r->to->path, t,
                            start, end);
-  if (isnan(datum.deviation)) status = number(r, row, r->deviation[quantity], &datum.deviation);
+  if (isnan(datum.deviation)) status = number(r, row, q->deviation, &datum.deviation);
   if (!status && !(datum.deviation > 0))
     return flesh_node_fail(r->to->node, "%s: row %d, column %s is %s; a deviation must be > 0", r->to->path, row + 1,
-                           r->csv.names[r->deviation[quantity]], isnan(datum.deviation) ? "empty"
-                           : flesh_csv_cell(&r->csv, row, r->deviation[quantity]));
+                           r->csv.names[q->deviation],
+                           isnan(datum.deviation) ? "empty" : flesh_csv_cell(&r->csv, row, q->deviation));
   if (!status) r->to->data[r->to->count++] = datum;
   return status;
 }
@@ -214,6 +212,7 @@ static int read_point(reading *r, int row, flesh_fit_point *point)
 static int read_rows(reading *r)
 {
   flesh_fit_measured *to = r->to;
+  double latest = -INFINITY; /* latest time so far */
   int status = FLESH_OK;
   if (r->time < 0 && to->table != FLESH_FIT_OF_POSITIONS && r->csv.rows != 1)
     return flesh_node_fail(r->to->node, "%s has %d rows and no column t; without t it must have one row, of the run's end",
@@ -222,9 +221,9 @@ static int read_rows(reading *r)
     double t = NAN;
     if (r->time >= 0) status = number_needed(r, row, r->time, "t", &t);
     if (!status && to->points) status = read_point(r, row, &to->points[row]);
-    const int first = to->count, later = t > r->latest;
+    const int first = to->count, later = t > latest;
     for (int q = 0; q < to->quantity_count && !status; q++) status = read_datum(r, row, q, t);
-    if (later) r->latest = t;
+    if (later) latest = t;
     else if (!status && r->time >= 0) status = check_once(r, first);
   }
   if (!status && !to->count)
@@ -235,15 +234,13 @@ static int read_rows(reading *r)
 static int read_table(reading *r)
 {
   flesh_fit_measured *to = r->to;
+  const int has_points = to->table == FLESH_FIT_OF_POSITIONS;
   const size_t columns = (size_t)r->csv.columns, rows = (size_t)r->csv.rows + 1;
-  r->time = to->table == FLESH_FIT_OF_POSITIONS ? -1 : find(&r->csv, "t");
-  r->value = flesh_arena_take(r->arena, columns * sizeof *r->value);
-  r->deviation = flesh_arena_take(r->arena, columns * sizeof *r->deviation);
+  r->time = has_points ? -1 : find(&r->csv, "t");
   to->quantities = flesh_arena_take(r->arena, columns * sizeof *to->quantities);
   to->data = flesh_arena_take(r->arena, columns * rows * sizeof *to->data);
-  if (to->table == FLESH_FIT_OF_POSITIONS) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
-  if (!r->value || !r->deviation || !to->quantities || !to->data || (to->table == FLESH_FIT_OF_POSITIONS && !to->points))
-    return flesh_no_memory();
+  if (has_points) to->points = flesh_arena_take(r->arena, rows * sizeof *to->points);
+  if (!to->quantities || !to->data || (has_points && !to->points)) return flesh_no_memory();
   int status = check_units(r);
   if (!status) status = choose_columns(r);
   return status ? status : read_rows(r);
@@ -251,7 +248,7 @@ static int read_table(reading *r)
 
 int flesh_fit_measured_read(flesh_arena *arena, const flesh_scene *scene, flesh_fit_measured *to)
 {
-  reading r = {.arena = arena, .scene = scene, .to = to, .latest = -INFINITY};
+  reading r = {.arena = arena, .scene = scene, .to = to};
   int given = 0;
   for (int k = 0; k < 3; k++)
     if (to->paths[k]) given++, to->table = k, to->path = to->paths[k];
