@@ -70,6 +70,7 @@ int flesh_report_has(const char *folder, const char *name);
 typedef struct flesh_report_shown {
   const char *folder, *name;
   int optional; /* left out, with a note, if it cannot be opened */
+  int frames;   /* number of frames that the run has; once it is opened */
 } flesh_report_shown;
 
 typedef struct flesh_report {

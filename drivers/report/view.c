@@ -19,15 +19,15 @@ typedef struct motion {
   double *first;        /* [3*nodes] m, positions of the first frame */
 } motion;
 
-/* Adds the next of `taken` frames. FLESH_ERR_MEMORY. */
-static int add_motion(motion *m, int taken, const flesh_picture_panel *panel, flesh_arena *arena)
+/* Adds the next of `frames` frames. FLESH_ERR_MEMORY. */
+static int add_motion(motion *m, int frames, const flesh_picture_panel *panel, flesh_arena *arena)
 {
   const size_t size = 3 * (size_t)flesh_mesh_node_count(panel->body->mesh);
   if (!m->first) {
-    m->times = flesh_arena_take(arena, (2 * (size_t)taken + size) * sizeof *m->times);
+    m->times = flesh_arena_take(arena, (2 * (size_t)frames + size) * sizeof *m->times);
     if (!m->times) return flesh_report_no_memory();
-    m->away = m->times + taken;
-    m->first = m->away + taken;
+    m->away = m->times + frames;
+    m->first = m->away + frames;
     memcpy(m->first, panel->x, size * sizeof *m->first);
   }
   double sum = 0;
@@ -75,18 +75,16 @@ static double find_start(int runs, const motion *motions)
   return best;
 }
 
-static int taken_of(const flesh_report *report, int count)
+/* Leaves at most `most` frames (0: all), evenly taken, the first and the last among them. */
+static void thin_out(flesh_run_folder *run, int most)
 {
-  return report->most_frames && count > report->most_frames ? report->most_frames : count;
+  const int last = run->count - 1;
+  if (!most || run->count <= most) return;
+  for (int k = 0; k < most; k++) run->frames[k] = run->frames[most < 2 ? last : (int)((int64_t)k * last / (most - 1))];
+  run->count = most;
 }
 
-/* Returns the k-th of the frames that are taken, which include the first and the last. */
-static int frame_at(int count, int taken, int k)
-{
-  return taken < 2 ? count - 1 : (int)((int64_t)k * (count - 1) / (taken - 1));
-}
-
-/* Fits the ranges of colours and the view to all frames that are taken, and computes how far these move. */
+/* Fits the ranges of colours and the view to all frames, and computes how far these move. */
 static int fit_runs(flesh_report *report, flesh_run_folder *runs, motion *motions,
                     flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
@@ -97,15 +95,13 @@ static int fit_runs(flesh_report *report, flesh_run_folder *runs, motion *motion
     options[f].field = (flesh_picture_field)(f + FLESH_PICTURE_J);
     flesh_picture_fit_begin(&options[f], &fits[f]);
   }
-  for (int r = 0; r < report->shown_count && !status; r++) {
-    const int taken = taken_of(report, runs[r].count);
-    for (int k = 0; k < taken && !status; k++) {
+  for (int r = 0; r < report->shown_count && !status; r++)
+    for (int k = 0; k < runs[r].count && !status; k++) {
       flesh_picture_panel panel;
-      status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, k), &panel);
-      if (!status) status = add_motion(&motions[r], taken, &panel, &report->arena);
+      status = flesh_run_panel(&runs[r], k, &panel);
+      if (!status) status = add_motion(&motions[r], runs[r].count, &panel, &report->arena);
       for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
     }
-  }
   for (int f = 0; f < FIELDS && !status; f++) flesh_picture_fit_end(&fits[f], &frames[f]);
   return status;
 }
@@ -173,18 +169,16 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
   json_t *times = json_array(), *numbers = json_array(),
          *made = json_object_get(report->view, "runs");
   json_t *obstacles = NULL, *mesh = find_same(runs, r, made);
-  const int taken = taken_of(report, own->count);
   int status = flesh_run_panel(own, 0, &panel);
   if (!status) status = flesh_report_body_open(&panel, frames, &body);
   if (!status && !mesh) status = flesh_report_body_mesh(&body, &panel, report->numbers.stream, &mesh);
   if (!status) status = flesh_report_body_obstacles(&body, &panel, report->numbers.stream, &obstacles);
   const long at = ftell(report->numbers.stream);
-  for (int k = 0; k < taken && !status; k++) {
-    const int frame = frame_at(own->count, taken, k);
-    status = flesh_run_panel(own, frame, &panel);
+  for (int k = 0; k < own->count && !status; k++) {
+    status = flesh_run_panel(own, k, &panel);
     if (!status) status = flesh_report_body_frame(&body, &panel, report->numbers.stream);
     json_array_append_new(times, json_real(panel.t));
-    json_array_append_new(numbers, json_integer(own->frames[frame].number));
+    json_array_append_new(numbers, json_integer(own->frames[k].number));
   }
   json_array_append_new(
       made,
@@ -192,7 +186,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                 flesh_json_text(report->shown[r].name), "mesh",
                 mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
                 "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
-                own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
+                report->shown[r].frames, "quantum", body.quantum, "fields", describe_steps(&body)));
   flesh_arena_free(&body.memory);
   return status;
 }
@@ -202,7 +196,7 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
 {
   int kept = 0, few = 0, status = FLESH_OK;
   for (int r = 0; r < report->shown_count && !status; r++) {
-    const flesh_report_shown shown = report->shown[r];
+    flesh_report_shown shown = report->shown[r];
     status = flesh_run_folder_open(shown.folder, &runs[kept]);
     if (!status) status = flesh_run_folder_take_states(&runs[kept], shown.folder);
     if (status && status != FLESH_ERR_MEMORY && shown.optional) {
@@ -211,11 +205,13 @@ static int open_shown(flesh_report *report, flesh_run_folder *runs)
       status = FLESH_OK;
       continue;
     }
+    few += runs[kept].has_states;
+    shown.frames = runs[kept].count;
+    thin_out(&runs[kept], report->most_frames);
+    if (runs[kept].count < shown.frames)
+      flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", shown.frames, shown.name,
+                        runs[kept].count);
     report->shown[kept++] = shown;
-    few += runs[kept - 1].has_states;
-    if (taken_of(report, runs[kept - 1].count) < runs[kept - 1].count)
-      flesh_report_note(report->view, "Of the %d frames of %.200s %d are shown.", runs[kept - 1].count, shown.name,
-                        report->most_frames);
   }
   report->shown_count = kept;
   if (few)
@@ -234,8 +230,7 @@ static int add_still(flesh_report *report, flesh_run_folder *runs, const motion 
   int status = panels ? FLESH_OK : flesh_report_no_memory();
   own.columns = (int)ceil(sqrt(count));
   for (int r = 0; r < count && !status; r++) {
-    const int taken = taken_of(report, runs[r].count), frame_there = frame_of_time(&motions[r], start);
-    status = flesh_run_panel(&runs[r], frame_at(runs[r].count, taken, frame_there), &panels[r]);
+    status = flesh_run_panel(&runs[r], frame_of_time(&motions[r], start), &panels[r]);
     if (status) break;
     panels[r].title = report->shown[r].name;
     panels[r].subtitle = flesh_arena_print(&report->arena, "t = %.4g s", panels[r].t);
