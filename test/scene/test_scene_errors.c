@@ -170,6 +170,8 @@ static const bad_scene scenes[] = {
     {BODY "effects:\n  - 'gravty'\n", {"bad.yaml:3:5: effects[0] is gravty"}},
     {BODY "effects:\n  - gravity: {}\n    pin: {}\n",
      {"bad.yaml:3:5: effects[0] is a mapping of several keys; it must be one effect"}},
+    {BODY "effects:\n  - spring: {point: [300, 0, 0], stiffness: 1, target: [{time: 0, position: [0, 0, 0]}]}\n",
+     {"bad.yaml:3:21: effects[0].spring: point is [300, 0, 0], ", " m away from the body; it must be no farther than the longest "}},
     {BODY "effects:\n  - [gravity]\n",
      {"bad.yaml:3:5: effects[0] is [gravity]; it must be one effect"}},
     {BODY "effects:\n  -\n", {"effects[0] is empty; it must be one effect"}},

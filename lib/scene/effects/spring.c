@@ -2,6 +2,10 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "effect/effect.h"
+#include "math/nearest.h"
+#include "mesh/inspect.h"
+#include "mesh/mesh.h"
 #include "scene/effect_rows.h"
 
 typedef struct target {
@@ -24,7 +28,7 @@ typedef struct parameters {
 static const flesh_key keys[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point),
      .unit = "m", .doc = "point of the body where the spring is attached, in rest coordinates; outside the body, the "
-                         "nearest point of its surface"},
+                         "nearest point of its surface, which must be no farther away than the mesh is long"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, radius),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
      .doc = "distance within which nodes carry the point, with weights that fall off smoothly, so that refining the "
@@ -38,6 +42,18 @@ static const flesh_key keys[] = {
     FLESH_INTERPOLATION_KEY(offsetof(parameters, interpolation), "keyframes", "keyframe"),
     FLESH_INTERVAL_KEYS(parameters),
     {0}};
+
+/* Refuses a point far from the body, which may be in another unit than the mesh. */
+static int check_place(const parameters *p, const flesh_body *body, const flesh_effect *effect)
+{
+  double at[3];
+  flesh_effect_spring_radius(effect, at);
+  const double away = flesh_distance(p->point, at), longest = flesh_mesh_longest_side(body->mesh);
+  if (body->mesh->split || away <= longest) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "point is [%g, %g, %g], %.3g m away from the body; it must be no farther than the "
+                                        "longest side of the mesh, %.3g m",
+                    p->point[0], p->point[1], p->point[2], away, longest);
+}
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
@@ -54,6 +70,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   flesh_effect *effect = NULL;
   int status = flesh_effect_spring_within(body, p->point, p->radius, p->stiffness, &motion, p->from, p->until, &effect);
   free(keyframes);
+  if (!status && (status = check_place(p, body, effect))) flesh_effect_destroy(&effect);
   return flesh_effect_row_add(system, status, &effect);
 }
 
