@@ -85,27 +85,22 @@ int flesh_adapt_is_spec(const char *spec)
   return read_spec(spec, &tolerance, &relative, &column);
 }
 
-static int has_column(const flesh_probe *probe, const char *name)
-{
-  flesh_probe_column columns[FLESH_PROBE_COLUMNS];
-  for (int k = probe ? flesh_probe_columns(probe, columns) : 0; k-- > 0;)
-    if (!strcmp(columns[k].name, name)) return 1;
-  return 0;
-}
-
 /* Fails with the reason if a quantity of the scene has no bar of its mesh. */
 static int check(adapt *a, const flesh_scene *scene)
 {
   const char *dot = strrchr(a->column, '.');
   int count, held = 0;
   const flesh_probe *probes = flesh_scene_probes(scene, &count), *own = flesh_probe_of(scene, a->column);
+  flesh_probe_column columns[FLESH_PROBE_COLUMNS];
+  int k = own ? flesh_probe_columns(own, columns) : 0;
   if (scene->time.method != FLESH_METHOD_STATIC)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the meshes of equilibria (time.method static); for a motion, --error "
                                           "gives the bars of a mesh");
   if (scene->keys.bodies.count || !scene->body.materials || scene->keys.body.material_map)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to refines the mesh of a scene of one body that has a material and no "
                                           "material_map, whose tets would be others");
-  if (!has_column(own, dot ? dot + 1 : ""))
+  while (k-- > 0 && strcmp(columns[k].name, dot + 1)) continue;
+  if (k < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as %s.position_z", a->column,
                       count ? probes[0].name : "tip");
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))

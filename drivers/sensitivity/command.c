@@ -58,14 +58,6 @@ static int take_key(void *data, const char *key)
   return flesh_varied_key_read(s->scene, s->path, &s->overrides, key, &s->keys[k], &s->parameters[k]);
 }
 
-static int open_study(study *s)
-{
-  int status = flesh_overrides_read(&s->overrides, s->path, &s->scene);
-  if (!status) status = flesh_list_each("of", s->of, take_column, s);
-  if (!status) status = flesh_list_each("to", s->to, take_key, s);
-  return status;
-}
-
 /* ---- the run ---- */
 
 /* Returns the scene of column k of `beside`. */
@@ -238,21 +230,13 @@ static int write_table(const study *s)
   return flesh_file_commit(&file);
 }
 
-static void close_study(study *s)
-{
-  for (int k = 0; k < s->response_count; k++) flesh_response_clear(&s->responses[k]);
-  for (int k = 0; k < 4 * s->response_count * s->key_count && s->beside; k++) flesh_response_clear(&s->beside[k]);
-  for (int j = 0; j < s->key_count; j++) flesh_varied_key_clear(&s->keys[j]);
-  flesh_scene_destroy(&s->scene);
-  free(s->state.x);
-  flesh_arena_free(&s->memory);
-}
-
 static int analyse(study *s)
 {
   flesh_inputs inputs = {0};
   flesh_interrupt_watch();
-  int status = open_study(s);
+  int status = flesh_overrides_read(&s->overrides, s->path, &s->scene);
+  if (!status) status = flesh_list_each("of", s->of, take_column, s);
+  if (!status) status = flesh_list_each("to", s->to, take_key, s);
   if (!status && s->out) {
     flesh_inputs_add_scene(&inputs, s->path, s->scene);
     status = flesh_output_prepare(s->out, &inputs);
@@ -262,7 +246,12 @@ static int analyse(study *s)
   if (!status && s->out) status = write_table(s);
   if (!status) print_table(s);
   flesh_inputs_close(&inputs);
-  close_study(s);
+  for (int k = 0; k < s->response_count; k++) flesh_response_clear(&s->responses[k]);
+  for (int k = 0; k < 4 * s->response_count * s->key_count && s->beside; k++) flesh_response_clear(&s->beside[k]);
+  for (int j = 0; j < s->key_count; j++) flesh_varied_key_clear(&s->keys[j]);
+  flesh_scene_destroy(&s->scene);
+  free(s->state.x);
+  flesh_arena_free(&s->memory);
   return status;
 }
 
