@@ -337,7 +337,7 @@ static void kinks_just_before_states_cost_nothing(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST(states_between_steps_balance),
+  return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST_LONG(states_between_steps_balance),
                    TEST(states_of_a_step_tell_each_other), TEST(changes_between_steps_count),
                    TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves),
                    TEST(kinks_just_before_states_cost_nothing));

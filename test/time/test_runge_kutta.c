@@ -568,7 +568,7 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(tables_have_their_orders),
                    TEST(stages_begin_at_the_cubic_between_those_before), TEST(orders_are_as_promised),
                    TEST(orders_survive_events_and_moving_constraints), TEST(oscillators_follow_the_stability_function),
-                   TEST(errors_follow_the_tolerance), TEST(gains_of_energy_shorten_steps),
+                   TEST_LONG(errors_follow_the_tolerance), TEST(gains_of_energy_shorten_steps),
                    TEST(errors_reject_steps), TEST(inverted_bodies_keep_the_table_that_damps),
                    TEST(bodies_that_begin_tangled_are_led_out), TEST(viscosity_is_that_of_the_end),
                    TEST(what_has_no_estimate_is_refused));
