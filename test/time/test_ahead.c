@@ -301,6 +301,41 @@ static void no_step_is_what_rounding_leaves(void)
   }
 }
 
+/* A step that was hard to solve, so that the next one must not go on beyond a shown state. */
+static int see_hard_step(void *data, const flesh_internal_step *step)
+{
+  ((flesh_integrator *)data)->memory.easy = 0;
+  return see_length(data, step);
+}
+
+/* Nor if a step that may go on ends there but for rounding, as one of twice the length of the step before. */
+static void no_step_of_rounding_follows_a_step_that_may_go_on(void)
+{
+  int ends = 0;
+  test_body b;
+  CHECK_OK(test_body_create(test_box(2, 1, 1, 3, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_integrator *integrator = controlled(&b, FLESH_METHOD_RUNGE_KUTTA, 0.1);
+  flesh_adaptive_options options = integrator->control.options;
+  options.observe = see_hard_step;
+  options.observe_data = integrator;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  integrator->ahead.limit = INFINITY;
+  least = end;
+  for (int k = 1; k < OUTPUTS; k++) {
+    go_to(integrator, k, &b.state, NULL);
+    if (integrator->ahead.shown) continue;
+    integrator->memory.easy = 1;
+    integrator->control.h = (k + 1) * end / OUTPUTS - b.state.t - 2e-16;
+    ends++;
+  }
+  printf("# %d such steps; the shortest one is of %.3g s\n", ends, least);
+  CHECK(ends > 10 && least > 1e-6 * end / OUTPUTS);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 /* Returns the number of steps of a bar whose end turns at a different rate from the time `kink` on. */
 static int steps_through(flesh_method method, double kink)
 {
@@ -339,6 +374,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(states_between_steps_are_those_of_the_motion), TEST_LONG(states_between_steps_balance),
                    TEST(states_of_a_step_tell_each_other), TEST(changes_between_steps_count),
-                   TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves),
+                   TEST(runs_and_obstacles_end_steps), TEST(no_step_is_what_rounding_leaves), TEST(no_step_of_rounding_follows_a_step_that_may_go_on),
                    TEST(kinks_just_before_states_cost_nothing));
 }
