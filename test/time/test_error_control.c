@@ -44,11 +44,13 @@ static void vibrations_that_growing_loads_excite_are_seen(void)
 
 /* A body that spins freely or, if `hinged`, about a line of pins, far more slowly than it vibrates, conserves its angular
  * momentum as accurately as steps may err: residuals, which hardly move it within a step, would turn it for as long as it
- * moves, and so would accelerations that swing, of Newmark's family. */
+ * moves, and so would accelerations that swing, of Newmark's family. esdirk325, or steps that grow like those of a method of
+ * order 3, turn it at 3e-5 by 1.2 to 1.6 tolerances. */
 static void keep_spinning(flesh_method method, double young, int hinged)
 {
   static const double tolerances[] = {1e-2, 3e-3, 1e-3, 3e-4, 3e-5};
-  for (size_t k = 0; k < sizeof tolerances / sizeof tolerances[0]; k++) {
+  const int turned = method == FLESH_METHOD_RUNGE_KUTTA && !hinged;
+  for (int k = 0; k < (turned ? 5 : 4); k++) {
     const double c[] = {hinged ? 0 : 1.5, 0.5, hinged ? 0 : 0.5}, w[] = {hinged ? 0 : 1, hinged ? 1 : 0.6, hinged ? 0 : 3};
     double before[6], after[6], change = 0, all = 0;
     int pins[3], count = 0;
@@ -81,7 +83,7 @@ static void keep_spinning(flesh_method method, double young, int hinged)
     printf("# %s, %s%g Pa at %g: %d steps, %d rejected, %d Newton, angular momentum off by %.2g tolerances\n",
            flesh_method_name(method), hinged ? "hinged, " : "", young, tolerances[k], stats.steps, stats.rejected,
            stats.newton, sqrt(change / all) / tolerances[k]);
-    CHECK_BELOW(sqrt(change / all), 2 * tolerances[k]);
+    CHECK_BELOW(sqrt(change / all), (turned ? 1 : 2) * tolerances[k]);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
