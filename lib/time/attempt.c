@@ -407,7 +407,7 @@ static void count_easy(flesh_integrator *self, int stages, const flesh_solve_sta
                        const double *x)
 {
   const int one = after->newton - before->newton <= stages, easy = were_easy(5 * stages, before, after);
-  int *count = &self->memory.easy, most = FLESH_EASY_STEPS - (self->control.weights.flies > 0);
+  int *count = &self->memory.easy, most = FLESH_EASY_STEPS - flesh_error_control_flies(&self->control);
   if (*count < 0) *count = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : *count + 1;
   else if (!one && (!easy || flesh_recovery_is_inverted(&self->recovery, x))) *count = 0;
   else *count = *count < most ? *count + 1 : most;

@@ -217,13 +217,16 @@ static double impulses_of(const flesh_error_control *self)
   return pow(self->options.tolerance, self->falls / (self->falls - 1));
 }
 
+int flesh_error_control_flies(const flesh_error_control *self) { return self->weights.flies > 0 && !self->touches; }
+
 void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_state *state, double h)
 {
   self->falls = order < 2 ? order + 1 : 3;
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
                                          self->local * self->length, order > 2, self->force);
-  if (order > 2 && self->weights.flies > 0) self->local = fmin(self->local, share_of_stiff * pow(self->options.tolerance, 1.5));
+  if (order > 2 && flesh_error_control_flies(self))
+    self->local = fmin(self->local, share_of_stiff * pow(self->options.tolerance, 1.5));
   const double least = impulses_of(self), lower = self->largest > 1 ? 1 : pow(least / self->local, of_held);
   self->impulses = fmax(least, lower * self->local);
 }

@@ -72,6 +72,8 @@ double flesh_error_control_propose(const flesh_error_control *control, double le
 void flesh_error_control_aim(flesh_error_control *control, int order, const flesh_state *state, double h);
 /* Sets the residuals that stages to come, with this shift, may leave: those that make a part of the error allowed. */
 void flesh_error_control_set_target(flesh_error_control *control, const flesh_shift *shift);
+/* Returns whether stiff parts fly, touched by nothing. */
+int flesh_error_control_flies(const flesh_error_control *control);
 /* Returns the multiple of that residual by which friction at a stage may be off: it changes momenta, as impacts do. 1
  * if a stiff part flies on with the change. */
 double flesh_error_control_slip(const flesh_error_control *control);
