@@ -217,7 +217,7 @@ static double impulses_of(const flesh_error_control *self)
   return pow(self->options.tolerance, self->falls / (self->falls - 1));
 }
 
-int flesh_error_control_flies(const flesh_error_control *self) { return self->weights.flies > 0 && !self->touches; }
+int flesh_error_control_flies(const flesh_error_control *self) { return self->weights.flies > 0 && !(self->weights.stages > 0); }
 
 void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_state *state, double h)
 {
