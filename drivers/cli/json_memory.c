@@ -59,7 +59,9 @@ int flesh_json_read(const char *path, json_t **value)
   const int status = flesh_file_load(path, &text, &size);
   *value = status ? NULL : json_loadb(text, size, 0, NULL);
   free(text);
-  return status || *value ? status : flesh_fail(FLESH_ERR_FILE, "%s: there is no JSON that can be read in it", path);
+  if (status || *value) return status;
+  return lacks ? flesh_no_memory_for(path)
+               : flesh_fail(FLESH_ERR_FILE, "%s: there is no JSON that can be read in it", path);
 }
 
 int flesh_json_write(const char *path, json_t *value)

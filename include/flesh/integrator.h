@@ -63,7 +63,7 @@ FLESH_API int flesh_method_order(flesh_method method);
 /* Butcher tables of runge-kutta, ROW(NAME, name, doc): all are L-stable and stiffly accurate, with an explicit first
  * stage and an embedded method that estimates the error. */
 #define FLESH_TABLE_LIST(ROW)                                                                      \
-  ROW(AUTO, "auto", "esdirk325 when steps are easy to solve, esdirk324 when they are hard")        \
+  ROW(AUTO, "auto", "esdirk324 when steps are hard to solve or stiff parts fly, else esdirk325")   \
   ROW(ESDIRK325, "esdirk325", "ESDIRK3(2)5L[2]SA (Kennedy & Carpenter 2016): order 3, four "       \
                               "solves a step; the most accurate")                                  \
   ROW(ESDIRK324, "esdirk324", "ESDIRK3(2)4L[2]SA (Kennedy & Carpenter 2016): order 3, three "      \

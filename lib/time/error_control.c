@@ -45,7 +45,7 @@
 #include "system/velocity_scale.h"
 
 static const double share = 0.1, share_of_second = 0.2; /* error of a step over the tolerance, at tolerance 1; order 2 */
-/* Likewise, where stiff parts fly: their angular momentum errs with the order of the stages, which is 2. */
+/* Likewise, where stiff parts fly in steps that do not resolve them: angular momenta err with the stages' order, 2. */
 static const double share_of_stiff = 3;
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.5;             /* of the error allowed, the share of residuals (history.md) */
@@ -225,7 +225,7 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
                                          self->local * self->length, order > 2, self->force);
-  if (order > 2 && flesh_error_control_flies(self))
+  if (order > 2 && h > self->period && flesh_error_control_flies(self))
     self->local = fmin(self->local, share_of_stiff * pow(self->options.tolerance, 1.5));
   const double least = impulses_of(self), lower = self->largest > 1 ? 1 : pow(least / self->local, of_held);
   self->impulses = fmax(least, lower * self->local);
