@@ -13,7 +13,7 @@
 #include "base/file.h"
 #include "study/study.h"
 #include "study/embedded.h"
-#include "mesh/inspect.h"
+#include "parallel/body_figures.h"
 
 #define METHOD_NAME(name, ...) name,
 #define METHOD_ITEM(name, ...) "," name
@@ -164,7 +164,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
                                                                   : "body.mass=consistent";
   plan->tets = flesh_mesh_tet_count(mesh);
-  plan->reference.scale.length = flesh_mesh_longest_side(mesh);
+  plan->reference.scale.length = flesh_body_longest_side(mesh, NULL);
   flesh_scene_destroy(&scene);
   return status;
 }

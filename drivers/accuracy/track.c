@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/scan.h"
-#include "mesh/inspect.h"
+#include "parallel/body_figures.h"
 
 int flesh_accuracy_room(int unknowns)
 {
@@ -206,7 +206,7 @@ static double find_period(const flesh_accuracy_track *track, int dof)
 void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const flesh_mesh *mesh,
                                   const flesh_accuracy_track *track, flesh_accuracy_scale *scale)
 {
-  *scale = (flesh_accuracy_scale){.length = flesh_mesh_longest_side(mesh), .period = NAN};
+  *scale = (flesh_accuracy_scale){.length = flesh_body_longest_side(mesh, NULL), .period = NAN};
   int when = 0;
   for (int k = 0; k < track->times; k++) {
     const size_t at = (size_t)k * (size_t)track->unknowns;

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/parallel_vector.h"
 #include "cli/path.h"
+#include "material/form.h"
 #include "run/start.h"
 #include "scene/scene.h"
 #include "sensitivity/stage_tangent.h"
@@ -42,10 +43,9 @@ static int find_softest(flesh_stage_tangent *tangent, const flesh_state *state, 
 /* Returns whether a material has stress at rest, so that its stiffness there tells nothing. */
 static int is_stressed_at_rest(const flesh_scene *scene)
 {
-  double mu, stress;
   int is = 0;
   for (int k = 0; k < flesh_scene_material_count(scene); k++)
-    is |= flesh_material_small_strain(&scene->body.materials[k], &mu, NULL, &stress) || fabs(stress) > 1e-9 * mu;
+    is |= flesh_material_is_stressed_at_rest(&scene->body.materials[k]);
   return is;
 }
 

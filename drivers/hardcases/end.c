@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "flesh/system.h"
+#include "material/form.h"
 #include "math/eig3.h"
 #include "mesh/mesh.h"
 #include "hardcases/hardcases.h"
@@ -14,13 +15,6 @@
 
 /* Most unknowns for dense eigenvalues, which take 2.8 s for 1800 unknowns and eight times as long for twice as many. */
 enum { DENSE_LIMIT = 2400 };
-
-static int is_stressed_at_rest(const flesh_material *material)
-{
-  double stress, mu;
-  return flesh_material_small_strain(material, &mu, NULL, &stress) ||
-         fabs(stress) > 1e-9 * fabs(mu);
-}
 
 /* Finds the static equilibrium from the state, with the scene's pins, solved to rounding if possible. */
 static int settle(const flesh_scene *scene, flesh_state *state, double tolerance)
@@ -64,7 +58,7 @@ void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh *
   uint8_t *fixed = calloc(3 * (size_t)nodes, 1);
   int status = fixed ? start_at(t, nodes, flesh_mesh_positions(mesh), &state) : FLESH_ERR_MEMORY;
   *rest = NULL;
-  for (int m = 0; m < materials; m++) stressed |= is_stressed_at_rest(&body->materials[m]);
+  for (int m = 0; m < materials; m++) stressed |= flesh_material_is_stressed_at_rest(&body->materials[m]);
   if (!status && stressed) {
     double ratio;
     status = flesh_material_rest_ratio(&body->materials[0], &ratio);

@@ -10,6 +10,7 @@
 #include "base/file.h"
 #include "cli/json_memory.h"
 #include "hardcases/hardcases.h"
+#include "material/form.h"
 #include "newton/mechanisms.h"
 #include "run/result.h"
 #include "run/start.h"
@@ -310,12 +311,11 @@ static int export_run(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
 static int is_for_others(const flesh_hardcases_run *run)
 {
   flesh_material material;
-  double mu, stress;
   return run->hardcase->is_static && !*run->hardcase->effects &&
          run->setting->element != FLESH_ELEMENT_TET10_MEAN &&
          !flesh_material_from_young(run->setting->energy, run->setting->constants, 1, flesh_hardcases_poisson(run),
                                     &material) &&
-         !flesh_material_small_strain(&material, &mu, NULL, &stress) && fabs(stress) < 1e-9 * mu;
+         !flesh_material_is_stressed_at_rest(&material);
 }
 
 int flesh_hardcases_export(const flesh_hardcases_plan *plan)

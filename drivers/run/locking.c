@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "material/form.h"
 #include "mesh/edges.h"
-#include "mesh/inspect.h"
+#include "parallel/body_figures.h"
 #include "mesh/mesh.h"
 #include "run/start.h"
 
@@ -107,18 +107,18 @@ static int add_pins(const flesh_scene *scene, trial *t)
 /* Finds a load per mass along the shortest side of the body's box that strains it by about 1e-5. */
 static void find_load(const trial *t, double load[3])
 {
-  flesh_mesh_info info;
-  flesh_mesh_inspect(t->body.mesh, &info);
+  const flesh_mesh *mesh = t->body.mesh;
   int axis = 2;
-  double soft = INFINITY, heavy = 0;
+  double soft = INFINITY, heavy = 0, box[6];
+  flesh_body_rest_box(mesh, NULL, box);
   for (int c = 1; c >= 0; c--)
-    if (info.high[c] - info.low[c] < info.high[axis] - info.low[axis]) axis = c;
-  for (int e = 0; e < info.tets; e++) {
+    if (box[3 + c] - box[c] < box[3 + axis] - box[axis]) axis = c;
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
     soft = fmin(soft, t->materials[t->body.tet_material ? t->body.tet_material[e] : 0].young);
     heavy = fmax(heavy, t->body.density[e]);
   }
   memset(load, 0, 3 * sizeof *load);
-  load[axis] = -1e-6 * soft / (heavy * flesh_mesh_longest_side(t->body.mesh));
+  load[axis] = -1e-6 * soft / (heavy * flesh_body_longest_side(mesh, NULL));
 }
 
 static int make_trial(const flesh_scene *scene, flesh_element element, int max_linear, const double load[3], trial *t)

@@ -11,7 +11,7 @@
 #include "scene/scene_keys.h"
 #include "sensitivity/sensitivity.h"
 #include "system/system.h"
-#include "mesh/inspect.h"
+#include "system/velocity_scale.h"
 
 /* Length of differences as a share of the size, and by how many such lengths the middle is moved off the value: at an
  * end of a key's range the differences lie within the range. Longer ones cross kinks of contact and of clamped
@@ -39,7 +39,7 @@ static double size_of(const flesh_scene *scene, const char *path, const flesh_ke
     if (item->kind == FLESH_NODE_SCALAR && !flesh_option_number(item->text, &other) && isfinite(other))
       size = fmax(size, fabs(other));
   if (key && key->unit && !strcmp(key->unit, "m")) {
-    const double side = flesh_mesh_longest_side(flesh_system_mesh(flesh_scene_system(scene)));
+    const double side = flesh_system_length_scale(flesh_scene_system(scene));
     size = is_vector ? side : fmin(fmax(size, 1e-3 * side), side);
   }
   if (strstr(path, ".poisson") && value < 0.5) size = fmin(size, 1e3 * (0.5 - value));

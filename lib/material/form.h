@@ -62,6 +62,9 @@ static inline flesh_constants flesh_form_default_constants(flesh_energy energy)
   return flesh_form_takes(energy, FLESH_CONSTANTS_MATCHED) ? FLESH_CONSTANTS_MATCHED : FLESH_CONSTANTS_RAW;
 }
 
+/* Returns whether the material has stress at F = I, or no stiffness there. */
+int flesh_material_is_stressed_at_rest(const flesh_material *material);
+
 /* String literals of the names: "Neo, A, ... S", and those of the forms that take matched constants. */
 #define FLESH_FORM_TEXT(NAME, name, text, ...) ", " text
 #define FLESH_FORM_NAMES (&(FLESH_FORM_LIST(FLESH_FORM_TEXT))[2])

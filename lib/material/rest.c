@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "base/error.h"
+#include "material/form.h"
 #include "material/psi.h"
 #include "material/stretch.h"
 
@@ -35,6 +36,12 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
   if (lambda) *lambda = at.J + 4 * at.II + 4 * at.IJ + at.JJ;
   if (rest_stress) *rest_stress = 2 * at.I + at.J;
   return FLESH_OK;
+}
+
+int flesh_material_is_stressed_at_rest(const flesh_material *material)
+{
+  double mu, stress;
+  return flesh_material_small_strain(material, &mu, NULL, &stress) || fabs(stress) > 1e-9 * fabs(mu);
 }
 
 /* Computes g(s) = 2 psi_I + psi_J s, the stress at F = s I over s: its sign tells whether the body shrinks (> 0) or

@@ -143,12 +143,3 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
   info->edge_mean = flesh_mesh_mean_edge(mesh);
   info->radius_ratio_mean = ratios / mesh->tets;
 }
-
-double flesh_mesh_longest_side(const flesh_mesh *mesh)
-{
-  flesh_mesh_info info;
-  double longest = 0;
-  flesh_mesh_inspect(mesh, &info);
-  for (int c = 0; c < 3; c++) longest = fmax(longest, info.high[c] - info.low[c]);
-  return longest;
-}

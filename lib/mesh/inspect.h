@@ -11,8 +11,6 @@ double flesh_radius_ratio(const double *x, const int nodes[4]);
 
 /* Returns the mean length of the tets' edges at rest, between corners. */
 double flesh_mesh_mean_edge(const flesh_mesh *mesh);
-/* Returns the longest side of the box around the nodes at rest, m. */
-double flesh_mesh_longest_side(const flesh_mesh *mesh);
 /* Computes the mean of a tet's corners, for nodes at x [3*nodes]. */
 void flesh_mesh_centre(const flesh_mesh *mesh, const double *x, int tet, double centre[3]);
 

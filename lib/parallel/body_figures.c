@@ -27,6 +27,14 @@ void flesh_body_rest_box(const flesh_mesh *mesh, const flesh_team *team, double 
   flesh_team_unite_boxes(team, box, box + 3);
 }
 
+double flesh_body_longest_side(const flesh_mesh *mesh, const flesh_team *team)
+{
+  double box[6], longest = 0;
+  flesh_body_rest_box(mesh, team, box);
+  for (int c = 0; c < 3; c++) longest = fmax(longest, box[3 + c] - box[c]);
+  return longest;
+}
+
 double flesh_body_volume(const flesh_mesh *mesh, const flesh_team *team, const double *x)
 {
   return flesh_team_total(team, flesh_mesh_volume(mesh, x));

@@ -10,6 +10,8 @@
 double flesh_body_mean_edge(const flesh_mesh *mesh, const flesh_team *team);
 /* Computes the box around the body at rest: its low corner, then its high one, m. */
 void flesh_body_rest_box(const flesh_mesh *mesh, const flesh_team *team, double box[6]);
+/* Returns the longest side of that box, m. */
+double flesh_body_longest_side(const flesh_mesh *mesh, const flesh_team *team);
 /* Returns the body's volume at x [3*nodes], m^3. */
 double flesh_body_volume(const flesh_mesh *mesh, const flesh_team *team, const double *x);
 /* Returns the fraction of the body's tets that are inverted at some point at x. */

@@ -11,10 +11,7 @@
 
 double flesh_system_length_scale(const flesh_system *system)
 {
-  double box[6], length = 0;
-  flesh_body_rest_box(flesh_system_mesh(system), flesh_system_team(system), box);
-  for (int c = 0; c < 3; c++) length = fmax(length, box[3 + c] - box[c]);
-  return length;
+  return flesh_body_longest_side(flesh_system_mesh(system), flesh_system_team(system));
 }
 
 /* Returns u.A u, and A u; on a part of a body the part's share. */

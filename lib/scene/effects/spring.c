@@ -4,8 +4,8 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "math/nearest.h"
-#include "mesh/inspect.h"
 #include "mesh/mesh.h"
+#include "parallel/body_figures.h"
 #include "scene/effect_rows.h"
 
 typedef struct target {
@@ -48,7 +48,7 @@ static int check_place(const parameters *p, const flesh_body *body, const flesh_
 {
   double at[3];
   flesh_effect_spring_radius(effect, at);
-  const double away = flesh_distance(p->point, at), longest = flesh_mesh_longest_side(body->mesh);
+  const double away = flesh_distance(p->point, at), longest = flesh_body_longest_side(body->mesh, NULL);
   if (body->mesh->split || away <= longest) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "point is [%g, %g, %g], %.3g m away from the body; it must be no farther than the "
                                         "longest side of the mesh, %.3g m",
