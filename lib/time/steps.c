@@ -305,8 +305,8 @@ static int take_controlled(flesh_integrator *self, flesh_state *state, const fle
   const double until = reach(self, piece), left = until - state->t, known = self->memory.known ? self->memory.h : INFINITY;
   if (self->memory.easy < 0 && !control->failed) control->h = left;
   double h = fmin(flesh_error_control_propose(control, left), row->growth > 0 ? row->growth * known : INFINITY);
-  const double rounding = flesh_rounding_of_time(state->t, h), before = piece->end - state->t; /* until >= piece->end */
-  const double end = left - h < rounding ? until : fabs(before - h) < rounding ? piece->end : state->t + h;
+  const double rounding = flesh_rounding_of_time(state->t, h), to_end = piece->end - state->t; /* at most `left` */
+  const double end = left - h < rounding ? until : fabs(to_end - h) < rounding ? piece->end : state->t + h;
   if (end == until || end == piece->end) h = end - state->t; /* no step of the size of rounding remains */
   const flesh_cutbacks only = {.part = {state->t, end, h}};
   const flesh_method_row *aimed = control->stands_in ? row : self->row; /* the second step must not be far longer */

@@ -50,6 +50,7 @@ static void keep_spinning(flesh_method method, double young, int hinged)
 {
   static const double tolerances[] = {1e-2, 3e-3, 1e-3, 3e-4, 3e-5};
   const int turned = method == FLESH_METHOD_RUNGE_KUTTA && !hinged;
+  const int most = turned ? 1 : method == FLESH_METHOD_NEWMARK && young > 1e11 ? 4 : 2; /* rounding scatters it up to 3.3 */
   for (int k = 0; k < (turned ? 5 : 4); k++) {
     const double c[] = {hinged ? 0 : 1.5, 0.5, hinged ? 0 : 0.5}, w[] = {hinged ? 0 : 1, hinged ? 1 : 0.6, hinged ? 0 : 3};
     double before[6], after[6], change = 0, all = 0;
@@ -83,7 +84,7 @@ static void keep_spinning(flesh_method method, double young, int hinged)
     printf("# %s, %s%g Pa at %g: %d steps, %d rejected, %d Newton, angular momentum off by %.2g tolerances\n",
            flesh_method_name(method), hinged ? "hinged, " : "", young, tolerances[k], stats.steps, stats.rejected,
            stats.newton, sqrt(change / all) / tolerances[k]);
-    CHECK_BELOW(sqrt(change / all), (turned ? 1 : 4) * tolerances[k]); /* at 1e12 Pa rounding scatters Newmark's up to 3.3 */
+    CHECK_BELOW(sqrt(change / all), most * tolerances[k]);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
