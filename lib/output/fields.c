@@ -51,7 +51,10 @@ static int has_even_pressures(const flesh_fields *f) { return f->at_nodes[PRESSU
 
 int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsigned fields, unsigned places)
 {
-  const unsigned of_material = of_stress | FLESH_FIELD_ENERGY_DENSITY;
+  const unsigned of_material = of_stress | FLESH_FIELD_ENERGY_DENSITY, all = 2 * FLESH_FIELD_CONTACT_FORCE - 1,
+                 all_places = FLESH_AT_NODES | FLESH_AT_TETS | FLESH_AT_POINTS;
+  if (fields & ~all || places & ~all_places)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fields are %#x at %#x; valid bits are those of %#x at %#x", fields, places, all, all_places);
   if (fields & of_tets && !places)
     return flesh_fail(FLESH_ERR_ARGUMENT, "fields_at is empty; it must name some of nodes, tets and points");
   if (fields & of_material && !body->materials)

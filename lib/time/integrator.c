@@ -227,27 +227,25 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
   if (status) return status;
   const flesh_method_row *own = flesh_method_find(integrator->memory.method),
                          *controlled = flesh_method_controlled(integrator->memory.method);
-  if (options->control && !controlled && integrator->memory.method != FLESH_METHOD_STATIC)
+  if (options->control && !controlled)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the error of %s is not estimated, so that a tolerance cannot choose its steps",
                       flesh_method_name(integrator->memory.method));
-  flesh_adaptive_options taken = *options;
-  taken.control = options->control && controlled;
-  const flesh_method_row *row = taken.control ? controlled : own;
+  const flesh_method_row *row = options->control ? controlled : own;
   status = row == integrator->row ? FLESH_OK : take_row(integrator, row);
   if (!status)
-    status = flesh_error_control_set(&taken, integrator->evaluation->system, &integrator->first.parts, integrator->nonlinear,
+    status = flesh_error_control_set(options, integrator->evaluation->system, &integrator->first.parts, integrator->nonlinear,
                                      &integrator->control);
   start_over(integrator);
   flesh_ahead_clear(&integrator->ahead);
   const int limited = flesh_team_any(integrator->evaluation->team, flesh_ahead_is_limited(integrator->evaluation->system));
-  if (!status && taken.control && !limited)
+  if (!status && options->control && !limited)
     status = flesh_ahead_create(&integrator->control, integrator->prescribed.fixed,
                                 row->acceleration ? integrator->memory.vectors[0] : NULL, &integrator->ahead);
   status = flesh_team_agree(integrator->evaluation->team, status);
   if (!status) flesh_error_control_measure(&integrator->control);
-  integrator->memory.held = flesh_team_any(integrator->evaluation->team, taken.control && integrator->multipliers.count);
+  integrator->memory.held = flesh_team_any(integrator->evaluation->team, options->control && integrator->multipliers.count);
   integrator->watch.floor = 0;
-  integrator->watch.doubt = taken.control && !status ? doubt_of_work * taken.tolerance : 0;
+  integrator->watch.doubt = options->control && !status ? doubt_of_work * options->tolerance : 0;
   return status;
 }
 

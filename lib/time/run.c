@@ -211,7 +211,7 @@ int flesh_run_check_times(int single, double h, double end, int step, double beg
   if (!single && (end - begin) / h >= INT_MAX)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%g s in steps of %g s are %.3g steps; at most %d can be taken", end - begin, h,
                       (end - begin) / h, INT_MAX - 1);
-  if (step < 0 || !(begin <= t) || (step == 0 && begin != t))
+  if (step < 0 || !(begin <= t) || (begin == t ? step > single : step == 0))
     return flesh_fail(FLESH_ERR_ARGUMENT, "step %d since %g s cannot have led to %g s", step, begin, t);
   return FLESH_OK;
 }

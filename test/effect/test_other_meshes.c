@@ -118,6 +118,11 @@ static void what_observes_another_mesh_is_refused(void)
   CHECK(flesh_frames_set_fields(frames, &o.run.body, o.run.system, FLESH_METHOD_BACKWARD_EULER, FLESH_FIELD_J,
                                 FLESH_AT_TETS) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "frames is made for a mesh of 125 nodes");
+  for (int k = 0; k < 2; k++) {
+    CHECK(flesh_frames_set_fields(frames, &o.of.body, o.of.system, FLESH_METHOD_BACKWARD_EULER, k ? FLESH_FIELD_J : 1024,
+                                  k ? 8 : FLESH_AT_NODES) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), k ? "fields are 0x4 at 0x8; valid bits are those of 0x3ff at 0x7" : "fields are 0x400 at 0x1");
+  }
   check_observer(&o, flesh_frames_observe, frames);
   CHECK_OK(flesh_frames_close(&frames));
 

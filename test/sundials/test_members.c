@@ -63,6 +63,8 @@ static void states_have_arrays(void)
   }
   const flesh_run_options unseen = {.h = 1, .end = 1, .observer_count = 1, .observers = &(flesh_observer){NULL, NULL}};
   refused(flesh_run(b.system, integrator, &unseen, &b.state, NULL), "observers[0].observe is NULL");
+  refused(flesh_run_resume(b.system, integrator, &run, 3, b.state.t, &b.state, NULL), "step 3 since 0 s cannot have led to 0 s");
+  refused(flesh_run_resume(b.system, integrator, &run, 0, b.state.t - 1, &b.state, NULL), "step 0 since -1 s cannot have led");
   for (int k = 0; k < 2; k++) {
     b.state.t = k ? NAN : -INFINITY;
     refused(flesh_ida_start(ida, &b.state, y, yp), "it must be finite");
