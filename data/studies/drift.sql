@@ -7,12 +7,13 @@ SELECT number, scene_name AS scene, energy, poisson, constants, solver,
   energy || iif(constants = 'matched', '', ' ' || constants) AS title,
   CASE WHEN status IN ('planned', 'running') THEN 'not run' WHEN status_code IS NULL THEN 'crashed' ELSE status END AS status,
   coalesce(status_code, -1) AS code, status_code IS 0 AS ended, message,
-  coalesce(tet_count, 0) AS tets, coalesce(node_count, 0) AS nodes, element_kind AS kind,
-  iif(tet_count, CASE element_kind WHEN 1 THEN 'tet4' WHEN 2 THEN 'tet10' ELSE 'tet10-mean' END, '') AS element,
+  coalesce(tets, 0) AS tets, coalesce(nodes, 0) AS nodes, iif(element_kind = 0, 3, element_kind) AS kind,
+  iif(tets, CASE element_kind WHEN 1 THEN 'tet4' WHEN 2 THEN 'tet10' ELSE 'tet10-mean' END, '') AS element,
   coalesce(steps, 0) AS steps, max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, J_min,
-  coalesce(max_inverted, 0) AS max_inverted, final_inverted, newton_per_step, linear_per_newton, wall_s, failure_t,
+  coalesce(max_inverted, 0) AS max_inverted, final_inverted, 1.0 * newton / steps AS newton_per_step, linear_per_newton,
+  wall_s, iif(status_code, coalesce(failed_at, t_end), NULL) AS failure_t,
   nullif(first_inverted_step, -1) AS first_inverted_step, J_bound, nullif(first_bound_step, -1) AS first_bound_step,
-  distance_from_rest, coalesce(stressed_rest, 0) AS stressed_rest, point_load,
+  distance_from_rest, coalesce(stressed_rest_J, 0) AS stressed_rest, point_load,
   coalesce(distance_from_rest < 0.01 AND abs(final_volume_drift) < 1e-3 AND NOT final_inverted, 0) AS back
 FROM results JOIN wanted USING (id);
 

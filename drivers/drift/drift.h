@@ -4,7 +4,6 @@
 
 #include "flesh/material.h"
 #include "flesh/scene.h"
-#include "run/result.h"
 #include "study/settings.h"
 #include "study/study.h"
 
@@ -19,16 +18,6 @@ typedef struct flesh_drift_variant {
   flesh_energy energy;
   flesh_constants constants;
 } flesh_drift_variant;
-
-/* Figures of a case; NaN where there is none. */
-typedef struct flesh_drift_figures {
-  int status, exit_code, element, tets, nodes, first_inverted_step, first_bound_step;
-  flesh_figures run;
-  double rest_volume_ratio, rest_volume_ratio_theory, newton_per_step, linear_per_newton, failed_at, distance_from_rest;
-  double worst_t, worst_drift, event_t, event_drift; /* of the frames that are kept for pictures */
-  int point_load; /* a load acts at single nodes: figures do not converge under refinement */
-  char message[400];
-} flesh_drift_figures;
 
 /* A scene with one mesh and one element. */
 typedef struct flesh_drift_scene {
@@ -74,10 +63,10 @@ extern const char *const flesh_drift_solver_names[];
  * for the next few calls (cli/path.h). */
 const char *flesh_drift_case_folder(const flesh_drift_case *c);
 
-/* Runs a case in this process. */
-void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *figures);
+/* Runs a case in this process, and returns its record. */
+json_t *flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c);
 
-/* Reads a scene of the plan with its element and refinement. */
+/* Reads a scene of the plan with its element and refinement. FLESH_ERR_ARGUMENT also if it has no body.material. */
 int flesh_drift_read(const flesh_drift_plan *plan, const flesh_drift_scene *scene, flesh_scene **read);
 
 #endif

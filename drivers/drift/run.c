@@ -9,9 +9,10 @@
 #include "cli/path.h"
 #include "material/form.h"
 #include "mesh/mesh.h"
+#include "cli/json_memory.h"
 #include "run/describe.h"
-#include "run/runner.h"
 #include "run/start.h"
+#include "scene/scene.h"
 #include "study/bodies.h"
 
 /* A frame that is kept for a picture. */
@@ -27,8 +28,7 @@ typedef struct watcher {
   frame worst, event;
   double event_t; /* time of the scene's last event before its end; the end if there is none */
   flesh_mesh_info info;
-  int unknowns;
-  flesh_drift_figures *figures; /* first_inverted_step and first_bound_step are set in these */
+  int unknowns, first_inverted_step, first_bound_step; /* first steps with J <= 0 at points, and anywhere; -1: none */
 } watcher;
 
 static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
@@ -43,8 +43,8 @@ static void keep(frame *kept, const flesh_step_record *record, double drift, int
 static int watch(void *data, const flesh_step_record *record)
 {
   watcher *w = data;
-  if (record->inverted && w->figures->first_inverted_step < 0) w->figures->first_inverted_step = record->step;
-  if (!(record->J_bound > 0) && w->figures->first_bound_step < 0) w->figures->first_bound_step = record->step;
+  if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
+  if (!(record->J_bound > 0) && w->first_bound_step < 0) w->first_bound_step = record->step;
   double drift = record->volume / record->rest_volume - 1;
   if (!flesh_study_is_near(&w->info, record->state->x)) return FLESH_OK;
   if (!w->worst.known || fabs(drift) > fabs(w->worst.drift)) keep(&w->worst, record, drift, w->unknowns);
@@ -71,11 +71,17 @@ static void close_watcher(watcher *w)
   free(w->event.state.x);
 }
 
-static int write_frame(const char *folder, const char *name, const frame *kept, int nodes)
+/* Writes the frames that were kept, and removes those of an older comparison. */
+static int write_frames(const watcher *w, const char *folder)
 {
-  const char *path = flesh_path("%s/%s", folder, name);
-  flesh_path_unlink(path); /* left by an older comparison */
-  return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
+  const char *const paths[] = {flesh_path("%s/worst_state.txt", folder), flesh_path("%s/event_state.txt", folder)};
+  int status = FLESH_OK;
+  for (int k = 0; k < 2 && !status; k++) {
+    const frame *kept = k ? &w->event : &w->worst;
+    flesh_path_unlink(paths[k]);
+    if (kept->known) status = flesh_state_write(paths[k], w->unknowns / 3, &kept->state);
+  }
+  return status;
 }
 
 /* Overrides of the plain solver: steps are accepted as they are, and a run continues whatever energy it gains. */
@@ -100,15 +106,11 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   flesh_scene *base = NULL;
   int status = flesh_drift_read(plan, c->scene, &base);
   if (status) return status;
-  const flesh_body *body = flesh_scene_body(base);
-  if (!body->materials) {
-    flesh_scene_destroy(&base);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", c->scene->path);
-  }
-  double young = body->materials[0].young;
+  const flesh_material *given = flesh_scene_body(base)->materials;
+  double young = given->young;
   if (isnan(young)) {
     double mu, lambda;
-    status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
+    status = flesh_material_small_strain(given, &mu, &lambda, NULL);
     young = flesh_young_of_lame(mu, lambda);
   }
   set_overrides(plan, c->scene, &overrides);
@@ -155,75 +157,68 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
   return ratio;
 }
 
-/* Records the library's last error, unless an earlier one was recorded. */
-static void note_error(int status, flesh_drift_figures *f)
+static const char *status_word(int status, int is_stressed_at_rest)
 {
-  if (!status || f->status) return;
-  f->status = status;
-  f->exit_code = flesh_exit_code(status);
-  snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  if (!status && is_stressed_at_rest) return "stressed rest";
+  return flesh_fields_status(status, status == FLESH_UNDEFINED    ? "undefined"
+                                     : status == FLESH_ERR_ENERGY ? "energy grew"
+                                                                  : "not converged");
 }
 
-/* Sets the figures that follow from the run's figures, its outcome and its watcher. */
-static void note_run(const flesh_outcome *outcome, const watcher *w, flesh_drift_figures *f)
+/* Returns the distance of the last state from the rest shape, over the body's length; NaN if there is no such state. The
+ * state takes the watcher's memory. */
+static double distance_from_rest(const flesh_mesh *mesh, const char *folder, watcher *w)
 {
-  const flesh_figures *figures = &f->run;
-  f->status = outcome->has_failure ? outcome->failure.status : outcome->status;
-  f->exit_code = outcome->exit_code;
-  snprintf(f->message, sizeof f->message, "%.399s", outcome->message);
-  f->newton_per_step = figures->steps ? (double)figures->newton / figures->steps : NAN;
-  f->linear_per_newton = figures->newton ? (double)figures->linear / (double)figures->newton : NAN;
-  f->failed_at = outcome->status ? (outcome->has_failure ? outcome->failure.t : figures->t) : NAN;
-  f->worst_t = w->worst.state.t;
-  f->worst_drift = w->worst.drift;
-  f->event_t = w->event.state.t;
-  f->event_drift = w->event.drift;
+  flesh_state last = w->worst.state;
+  return flesh_state_read(flesh_path("%s/state.txt", folder), w->unknowns / 3, &last)
+             ? NAN
+             : flesh_mesh_distance_from_rest(mesh, last.x);
 }
 
-void flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c, flesh_drift_figures *f)
+/* Runs the scene, and adds to the figures of the run those of the comparison. */
+static json_t *run(const flesh_drift_plan *plan, const flesh_drift_case *c, const flesh_scene *scene, watcher *w)
 {
   char path[1400];
-  flesh_scene *scene = NULL;
-  flesh_outcome outcome = {0};
-  watcher w = {.figures = f};
-  *f = (flesh_drift_figures){
-      .run = {.max_volume_drift = NAN, .final_volume_drift = NAN, .J_min = NAN, .J_bound = NAN, .wall_s = NAN},
-      .first_inverted_step = -1, .first_bound_step = -1, .rest_volume_ratio = NAN, .rest_volume_ratio_theory = NAN,
-      .newton_per_step = NAN, .linear_per_newton = NAN, .failed_at = NAN, .distance_from_rest = NAN};
-  int status = read_scene(plan, c, 0, &scene);
-  if (!status) status = open_watcher(&w, scene);
-  if (status) {
-    note_error(status, f);
-    flesh_scene_destroy(&scene);
-    close_watcher(&w);
-    return;
-  }
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  snprintf(path, sizeof path, "%s/%s", plan->options.out, flesh_drift_case_folder(c));
-  const flesh_observer watching = {watch, &w};
+  double theory;
+  flesh_outcome outcome;
+  const flesh_observer watching = {watch, w};
   const flesh_runner_options options = {.out = path, .scene_path = c->scene->path,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
                                         .observer_count = 1, .observers = &watching};
-  flesh_runner_run(scene, &options, &f->run, &outcome);
-  f->tets = flesh_mesh_tet_count(mesh);
-  f->nodes = flesh_mesh_node_count(mesh);
-  f->element = flesh_scene_body(scene)->element;
-  if (f->element == FLESH_ELEMENT_AUTO)
-    f->element = flesh_mesh_order(mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
-  f->point_load = flesh_point_load(scene) != NULL;
-  note_run(&outcome, &w, f);
-  if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
-    f->rest_volume_ratio_theory = NAN;
-  status = write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
-  if (!status) status = write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
-  note_error(status, f);
-  flesh_state last = w.worst.state; /* its memory now holds the last state */
-  if (!flesh_state_read(flesh_path("%s/state.txt", path), w.unknowns / 3, &last))
-    f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
-  f->rest_volume_ratio = rest_ratio(plan, c);
-  flesh_figures_close(&f->run);
+  snprintf(path, sizeof path, "%s/%s", plan->options.out, flesh_drift_case_folder(c));
+  json_t *record = flesh_study_run_scene(scene, &options, &outcome);
+  json_t *figures = json_object_get(json_object_get(record, "result"), "figures");
+  const int written = write_frames(w, path);
+  int status = outcome.has_failure ? outcome.failure.status : outcome.status;
+  if (!status && (status = written))
+    json_object_update_new(record, json_pack("{si so}", "exit_code", flesh_exit_code(status), "message",
+                                             flesh_json_text(flesh_error_text())));
+  const int stressed = json_number_value(json_object_get(figures, "stressed_rest_J")) > 0;
+  json_object_set_new(record, "status", json_string(status_word(status, stressed)));
+  if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &theory)) theory = NAN;
+  json_t *own = json_pack(
+      "{si si sb si si so so so so so so so}", "status_code", status, "element_kind", (int)flesh_scene_element(scene, 0), "point_load",
+      flesh_point_load(scene) != NULL, "first_inverted_step", w->first_inverted_step, "first_bound_step", w->first_bound_step,
+      "worst_t", flesh_json_number(w->worst.state.t), "worst_drift", flesh_json_number(w->worst.drift), "event_t",
+      flesh_json_number(w->event.state.t), "event_drift", flesh_json_number(w->event.drift), "distance_from_rest",
+      flesh_json_number(distance_from_rest(flesh_scene_mesh(scene), path, w)), "rest_volume_ratio",
+      flesh_json_number(rest_ratio(plan, c)), "rest_volume_ratio_theory", flesh_json_number(theory));
+  json_object_update_new(figures, own);
+  return record;
+}
+
+json_t *flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c)
+{
+  flesh_scene *scene = NULL;
+  watcher w = {.first_inverted_step = -1, .first_bound_step = -1};
+  int status = read_scene(plan, c, 0, &scene);
+  if (!status) status = open_watcher(&w, scene);
+  json_t *record = status ? flesh_fields_record(status_word(status, 0), flesh_exit_code(status), flesh_error_text(),
+                                                json_pack("{si}", "status_code", status))
+                          : run(plan, c, scene, &w);
   flesh_scene_destroy(&scene);
   close_watcher(&w);
+  return record;
 }
 
 const char *const flesh_drift_solver_names[] = {"guarded", "plain", NULL};
@@ -255,5 +250,7 @@ int flesh_drift_read(const flesh_drift_plan *plan, const flesh_drift_scene *scen
   set_overrides(plan, scene, &overrides);
   const int status = flesh_overrides_read(&overrides, scene->path, read);
   flesh_overrides_close(&overrides);
-  return status;
+  if (status || flesh_scene_body(*read)->materials) return status;
+  flesh_scene_destroy(read);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", scene->path);
 }

@@ -1,4 +1,4 @@
-/* fields.c: converts numbers of a struct to JSON and back. */
+/* fields.c: converts numbers of a struct to JSON and back; makes and reads the records of cases. */
 #include "study/study.h"
 
 #include <math.h>
@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "cli/json_memory.h"
 #include "cli/options.h"
+#include "run/provenance.h"
 
 /* Returns the value as JSON, which has no infinities. */
 static json_t *number_json(double value)
@@ -73,6 +74,22 @@ json_t *flesh_fields_record(const char *status, int exit_code, const char *messa
 {
   return json_pack("{ss si so* so*}", "status", status, "exit_code", exit_code, "message", flesh_json_text(message), "result",
                    figures ? json_pack("{so}", "figures", figures) : json_null());
+}
+
+json_t *flesh_study_run_scene(const flesh_scene *scene, const flesh_runner_options *options, flesh_outcome *outcome)
+{
+  flesh_figures figures = {0};
+  *outcome = (flesh_outcome){0};
+  flesh_runner_run(scene, options, &figures, outcome);
+  json_t *result = flesh_outcome_json(outcome);
+  json_object_set_new(result, "figures", flesh_figures_json(&figures, flesh_scene_system(scene), scene));
+  json_object_set_new(result, "materials", flesh_materials_json(scene));
+  json_object_set_new(result, "inputs", flesh_provenance_scene(scene, options->scene_path));
+  json_t *record = json_pack("{sssisO}", "status", flesh_outcome_word(outcome), "exit_code", outcome->exit_code, "message",
+                             json_object_get(result, "message"));
+  json_object_set_new(record, "result", result);
+  flesh_figures_close(&figures);
+  return record;
 }
 
 int flesh_fields_take(const flesh_study_field *fields, const char *study, const json_t *record, void *figures,

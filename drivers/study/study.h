@@ -12,6 +12,7 @@
 #include "cli/overrides.h"
 #include "flesh/scene.h"
 #include "pool/pool.h"
+#include "run/runner.h"
 #include "scene/node.h"
 
 /* Named numbers of a struct: how figures are written to the record of a case, and read from it. */
@@ -32,6 +33,9 @@ json_t *flesh_fields_names(const flesh_study_field *fields);
 const char *flesh_fields_status(int status, const char *otherwise);
 /* Returns the new record of a case that has ended. It takes `figures`, NULL: none; `message` may be empty. */
 json_t *flesh_fields_record(const char *status, int exit_code, const char *message, json_t *figures);
+/* Runs a scene and returns its record, whose result is that of result.json with all figures of the run; *outcome says how
+ * the run ended. */
+json_t *flesh_study_run_scene(const flesh_scene *scene, const flesh_runner_options *options, flesh_outcome *outcome);
 /* Reads the record of a case into figures of these fields and into `message`. If the case's process reported nothing,
  * *crashed_by is the signal that ended it, or -1 if it ended otherwise, and the figures are unchanged; else *crashed_by
  * is 0. FLESH_ERR_FILE: the record is incomplete; `study` names the database. */

@@ -14,9 +14,7 @@
 #include "cli/interrupt.h"
 #include "cli/options.h"
 #include "cli/path.h"
-#include "run/provenance.h"
 #include "run/ranks.h"
-#include "run/runner.h"
 #include "study/study.h"
 #include "sweep/sweep.h"
 #include "study/embedded.h"
@@ -94,21 +92,12 @@ static json_t *refused(int status)
 static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
 {
   flesh_scene *scene = NULL;
-  flesh_figures figures = {0};
-  flesh_outcome outcome = {0};
+  flesh_outcome outcome;
   int status = flesh_overrides_read(&c->overrides, c->scene, &scene);
   if (status) return refused(status);
   const flesh_runner_options options = {.out = folder, .scene_path = c->scene, .max_seconds = sweep->max_seconds,
                                         .no_frames = !folder, .quiet = 1};
-  flesh_runner_run(scene, &options, &figures, &outcome);
-  json_t *result = flesh_outcome_json(&outcome);
-  json_object_set_new(result, "figures", flesh_figures_json(&figures, flesh_scene_system(scene), scene));
-  json_object_set_new(result, "materials", flesh_materials_json(scene));
-  json_object_set_new(result, "inputs", flesh_provenance_scene(scene, c->scene));
-  json_t *record = json_pack("{sssisO}", "status", flesh_outcome_word(&outcome), "exit_code", outcome.exit_code,
-                             "message", json_object_get(result, "message"));
-  json_object_set_new(record, "result", result);
-  flesh_figures_close(&figures);
+  json_t *record = flesh_study_run_scene(scene, &options, &outcome);
   flesh_scene_destroy(&scene);
   return record;
 }

@@ -13,11 +13,11 @@ enum { SCENES = 4, VARIANTS = 3 };
 /* The tables of cases, with default figures unless others are given. */
 static const char tables[] =
     "CREATE TABLE results (id INTEGER PRIMARY KEY, scene_name, energy, poisson DEFAULT 0.49, constants, solver DEFAULT "
-    "'guarded', status, status_code, message DEFAULT '', element_kind, tet_count, node_count, max_volume_drift, "
+    "'guarded', status, status_code, message DEFAULT '', element_kind, tets, nodes, max_volume_drift, "
     "max_inverted DEFAULT 0, first_inverted_step DEFAULT -1, first_bound_step DEFAULT -1, J_bound, rest_volume_ratio "
     "DEFAULT 1, steps DEFAULT 5, final_volume_drift DEFAULT 0, rest_volume_ratio_theory DEFAULT 1, J_min DEFAULT 1, "
-    "final_inverted DEFAULT 0, newton_per_step, linear_per_newton, wall_s, failure_t DEFAULT 0.1, distance_from_rest "
-    "DEFAULT 0, stressed_rest DEFAULT 0, point_load DEFAULT 0);"
+    "final_inverted DEFAULT 0, newton, linear_per_newton, wall_s, failed_at DEFAULT 0.1, t_end, distance_from_rest "
+    "DEFAULT 0, stressed_rest_J DEFAULT 0, point_load DEFAULT 0);"
     "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER)";
 
 static void insert(sqlite3 *database, int scene, int variant, double drift, int kind, int nodes)
@@ -26,7 +26,7 @@ static void insert(sqlite3 *database, int scene, int variant, double drift, int 
   static const char *const variants[VARIANTS][2] = {{"B", "matched"}, {"D", "matched"}, {"S", "matched"}};
   const int id = scene * VARIANTS + variant + 1, failed = isnan(drift) != 0;
   char *sql = sqlite3_mprintf(
-      "INSERT INTO results (id, scene_name, energy, constants, status, status_code, element_kind, tet_count, node_count, "
+      "INSERT INTO results (id, scene_name, energy, constants, status, status_code, element_kind, tets, nodes, "
       "max_volume_drift) VALUES (%d, %Q, %Q, %Q, %Q, %d, %d, %d, %d, %!.17g); INSERT INTO wanted VALUES (%d, %d)",
       id, scenes[scene], variants[variant][0], variants[variant][1], failed ? "failed" : "complete", failed, kind,
       10 * nodes, nodes, failed ? 1 : drift / 100, id, id - 1);
