@@ -1,46 +1,47 @@
 /* formats.c: prints the rows of a query as a table. */
 #include "study/formats.h"
 
-#include <stdlib.h>
+#include <math.h>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "study/database.h"
 
-void flesh_format_number(FILE *stream, const flesh_format_cell *cell)
+static void print_cell(FILE *stream, sqlite3_stmt *query, int column, const flesh_format *format)
 {
-  if (cell->kind == FLESH_CELL_WHOLE) fprintf(stream, "%lld", cell->whole);
-  if (cell->kind == FLESH_CELL_NUMBER) flesh_number_print(stream, cell->number);
-}
-
-static flesh_format_cell cell_of(sqlite3_stmt *query, int column)
-{
+  const double number = sqlite3_column_double(query, column);
   switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER: return (flesh_format_cell){.kind = FLESH_CELL_WHOLE, .whole = sqlite3_column_int64(query, column)};
-  case SQLITE_FLOAT: return (flesh_format_cell){.kind = FLESH_CELL_NUMBER, .number = sqlite3_column_double(query, column)};
-  case SQLITE_NULL: return (flesh_format_cell){.kind = FLESH_CELL_NONE};
+  case SQLITE_INTEGER: fprintf(stream, "%lld", (long long)sqlite3_column_int64(query, column)); break;
+  case SQLITE_FLOAT:
+    if (*format->missing && !isfinite(number)) fputs(format->missing, stream);
+    else flesh_number_print(stream, number);
+    break;
+  case SQLITE_NULL: fputs(format->missing, stream); break;
   default: {
     const char *text = (const char *)sqlite3_column_text(query, column);
-    return (flesh_format_cell){.kind = FLESH_CELL_TEXT, .text = text ? text : ""};
+    format->text(stream, text ? text : "");
   }
   }
+}
+
+/* Prints the names of the columns, or the row that the query has reached. */
+static void print_row(FILE *stream, sqlite3_stmt *query, const flesh_format *format, int names)
+{
+  for (int c = 0; c < sqlite3_column_count(query); c++) {
+    fputs(c ? format->between : format->begin, stream);
+    if (names || format->is_named) format->text(stream, sqlite3_column_name(query, c));
+    if (format->is_named) fputs(": ", stream);
+    if (!names) print_cell(stream, query, c, format);
+  }
+  fputs(format->end, stream);
 }
 
 int flesh_format_print(const char *path, sqlite3_stmt *query, const flesh_format *format, FILE *stream)
 {
-  const int count = sqlite3_column_count(query);
-  const char **names = calloc((size_t)count + 1, sizeof *names);
-  flesh_format_cell *cells = calloc((size_t)count + 1, sizeof *cells);
-  int code = SQLITE_DONE, status = names && cells ? FLESH_OK : flesh_no_memory();
-  for (int c = 0; c < count && !status; c++)
-    cells[c] = (flesh_format_cell){.kind = FLESH_CELL_TEXT, .text = names[c] = sqlite3_column_name(query, c)};
-  if (!status && format->has_names) format->row(stream, count, names, cells);
-  if (!status && format->rule) format->rule(stream, count);
-  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
-    for (int c = 0; c < count; c++) cells[c] = cell_of(query, c);
-    format->row(stream, count, names, cells);
-  }
-  if (!status && code != SQLITE_DONE) status = flesh_database_fail(sqlite3_db_handle(query), path, "cannot be read");
-  free(names), free(cells);
-  return status;
+  int code;
+  if (!format->is_named) print_row(stream, query, format, 1);
+  for (int c = 0; c < sqlite3_column_count(query) && *format->rule; c++) fputs(format->rule[0], stream);
+  if (*format->rule) fputs(format->rule[1], stream);
+  while ((code = sqlite3_step(query)) == SQLITE_ROW) print_row(stream, query, format, 0);
+  return code == SQLITE_DONE ? FLESH_OK : flesh_database_fail(sqlite3_db_handle(query), path, "cannot be read");
 }
