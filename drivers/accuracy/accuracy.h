@@ -160,8 +160,6 @@ typedef struct flesh_accuracy_plan {
   flesh_accuracy_row *rows;
 } flesh_accuracy_plan;
 
-/* Reads a scene with the overrides of the command line only. */
-int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene);
 /* Reads the row's scene with the overrides of its method, step, tolerance, extra value and mesh. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene);
 /* Returns as new text the `flesh run` command that repeats the row; NULL when out of memory. */

@@ -144,8 +144,7 @@ static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, d
 static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tolerances)
 {
   flesh_scene *scene = NULL;
-  int status =
-      flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
   if (status) return status;
   const flesh_scene_time *time = flesh_scene_times(scene);
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
@@ -172,7 +171,7 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
 static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
 {
   flesh_scene *scene = NULL;
-  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
+  int status = flesh_overrides_read(&plan->options.overrides, path, &scene);
   if (!status) status = spare_inputs(plan, path, scene);
   const int tets = status ? 0 : flesh_mesh_tet_count(flesh_scene_mesh(scene));
   if (tets > plan->tets)

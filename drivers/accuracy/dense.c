@@ -4,7 +4,6 @@
  * motion has a kink. If a break is not one of the track's times, nothing is known between the two times around it. The
  * velocity at a break is the one before it, as every method leaves it. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "accuracy/track.h"
 #include "math/hermite.h"

@@ -146,8 +146,7 @@ static int find_limit(finding *f, int element, json_t *to)
   const double factor = 1 / (pow(h[1] / h[2], order) - 1);
   f->change[element] = factor * last;
   const int status = flesh_accuracy_track_open(fine->times, fine->unknowns, limit);
-  for (size_t d = 0; d < (size_t)limit->times * (size_t)limit->unknowns; d++)
-    limit->x[d] = fine->x[d] + factor * (fine->x[d] - coarse->x[d]);
+  if (!status) flesh_accuracy_extrapolate(fine, coarse, factor, limit);
   json_array_append_new(to, json_pack("{ss si sf si si}", "element", flesh_element_name((flesh_element)element), "levels", levels,
                                       "order", order, "coarse", row_of(f->plan, rows[1])->figures.tets, "fine",
                                       row_of(f->plan, rows[2])->figures.tets));
@@ -291,7 +290,7 @@ static int look_at_scenes(flesh_accuracy_session *s)
   flesh_accuracy_plan *plan = s->plan;
   flesh_accuracy_meshes *meshes = &plan->meshes;
   flesh_scene *scene = NULL;
-  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
   if (status) return status;
   meshes->own_refine = scene->keys.body.refine;
   meshes->own_element = (int)flesh_scene_body(scene)->element;

@@ -101,7 +101,7 @@ const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int numb
 int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
 {
   flesh_scene *scene = NULL;
-  int status = flesh_accuracy_read_as_it_stands(plan, path, &scene);
+  int status = flesh_overrides_read(&plan->options.overrides, path, &scene);
   if (!status) status = flesh_study_fingerprint(scene, path, text);
   flesh_scene_destroy(&scene);
   return status;
@@ -113,11 +113,6 @@ void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_ST
   SHA256Init(&hash);
   for (int k = 0; k < count; k++) SHA256Update(&hash, (const uint8_t *)texts[k], strlen(texts[k]) + 1);
   SHA256End(&hash, text);
-}
-
-int flesh_accuracy_read_as_it_stands(const flesh_accuracy_plan *plan, const char *path, flesh_scene **scene)
-{
-  return flesh_overrides_read(&plan->options.overrides, path, scene);
 }
 
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)

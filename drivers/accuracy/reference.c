@@ -18,19 +18,6 @@
 
 enum { COLUMNS = 3, LEVELS = 14 };
 
-/* Computes to = finer + (finer - coarser) / (2^power - 1) for positions and velocities; `to` may be either of them. */
-static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser,
-                        int power, flesh_accuracy_track *to)
-{
-  double factor = 1 / (ldexp(1, power) - 1);
-  size_t size = (size_t)to->times * (size_t)to->unknowns;
-  for (int k = 0; k < to->times; k++) to->t[k] = finer->t[k];
-  for (size_t d = 0; d < size; d++) {
-    to->x[d] = finer->x[d] + factor * (finer->x[d] - coarser->x[d]);
-    to->v[d] = finer->v[d] + factor * (finer->v[d] - coarser->v[d]);
-  }
-}
-
 /* Integrates a source once, at a level of refinement. */
 static int run_level(const flesh_accuracy_plan *plan, const flesh_accuracy_source *source, int level, double max_seconds,
                      flesh_accuracy_track *track, flesh_accuracy_row *row, flesh_accuracy_cost *cost)
@@ -77,7 +64,8 @@ static int fill_row(const flesh_accuracy_plan *plan, const flesh_accuracy_source
   flesh_accuracy_track *finer = r->rows[level % 2], *coarser = r->rows[1 - level % 2];
   int best = -1;
   for (int c = 0; c < columns && c <= level; c++) {
-    if (c) extrapolate(&finer[c - 1], &coarser[c - 1], source->first + (c - 1) * source->stride, &finer[c]);
+    const int power = source->first + (c - 1) * source->stride;
+    if (c) flesh_accuracy_extrapolate(&finer[c - 1], &coarser[c - 1], 1 / (ldexp(1, power) - 1), &finer[c]);
     if (c == level) continue; /* nothing to compare with yet */
     double change = flesh_accuracy_apart(&plan->measure, &finer[c], &coarser[c]);
     if (change < *estimate) *estimate = change, best = c;
@@ -124,7 +112,7 @@ static int refine(const flesh_accuracy_plan *plan, const flesh_accuracy_source *
 static int finish(const flesh_accuracy_plan *plan, int number, room *r)
 {
   flesh_scene *scene = NULL;
-  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
   if (!status) status = flesh_accuracy_track_evaluate(flesh_scene_system(scene), &r->best);
   if (!status) status = flesh_accuracy_track_write(flesh_accuracy_states_path(plan, number), &r->best);
   flesh_scene_destroy(&scene);
@@ -167,7 +155,7 @@ int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *f)
     status = flesh_accuracy_track_read(flesh_accuracy_states_path(plan, numbers[k]), &tracks[k]);
   const flesh_accuracy_figures *made[2] = {&plan->rows[numbers[0]].figures, &plan->rows[numbers[1]].figures};
   const int first = made[1]->estimate < made[0]->estimate;
-  if (!status) status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &scene);
+  if (!status) status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
   if (!status) {
     flesh_accuracy_errors doubt = {0};
     flesh_accuracy_measure_scale(&plan->measure, flesh_scene_mesh(scene), &tracks[first], &about->scale);

@@ -4,7 +4,6 @@
 
 #include <gsl/gsl_statistics_double.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Data of an observer that compares the states that it sees with the reference at times where that is known. */
@@ -24,7 +23,7 @@ static int judge_open(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
 {
   const flesh_system *system = flesh_scene_system(scene);
   *judge = (judge_of_run){.plan = plan, .reference = reference, .tight = tight, .system = system};
-  int status = flesh_accuracy_read_as_it_stands(plan, plan->scene, &judge->scene);
+  int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &judge->scene);
   if (!status) status = flesh_accuracy_track_open(1, flesh_system_unknowns(system), &judge->now);
   return status ? status : flesh_accuracy_track_open(1, reference->unknowns, &judge->then);
 }

@@ -56,6 +56,16 @@ void flesh_accuracy_track_copy(const flesh_accuracy_track *from, flesh_accuracy_
   memcpy(to->t, from->t, length_of(from) * sizeof(double));
 }
 
+void flesh_accuracy_extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser, double factor,
+                                flesh_accuracy_track *to)
+{
+  memcpy(to->t, finer->t, (size_t)to->times * sizeof *to->t);
+  for (double *x = to->x; x < to->energy; x++) { /* velocities stand behind positions */
+    const ptrdiff_t d = x - to->x;
+    *x = finer->x[d] + factor * (finer->x[d] - coarser->x[d]);
+  }
+}
+
 static const char magic[16] = "flesh states 1\n";
 
 int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *track)

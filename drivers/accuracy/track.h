@@ -2,7 +2,6 @@
 #ifndef FLESH_ACCURACY_TRACK_H
 #define FLESH_ACCURACY_TRACK_H
 
-#include "flesh/observer.h"
 #include "flesh/scene.h"
 
 /* The times of a track: start + k * interval for k = 0, 1, ..., and the end. The interval is the longest step divided
@@ -30,6 +29,9 @@ typedef struct flesh_accuracy_track {
 
 int flesh_accuracy_track_open(int times, int unknowns, flesh_accuracy_track *track);
 void flesh_accuracy_track_close(flesh_accuracy_track *track);
+/* Computes to = finer + factor (finer - coarser) for positions and velocities; `to` may be either of them. */
+void flesh_accuracy_extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser, double factor,
+                                flesh_accuracy_track *to);
 void flesh_accuracy_track_copy(const flesh_accuracy_track *from, flesh_accuracy_track *to);
 /* Write a file completely or not at all; read one, which opens the track. FLESH_ERR_FILE. */
 int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *track);
