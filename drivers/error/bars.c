@@ -21,8 +21,6 @@
 static const char *const files[] = {"history.csv", "probes.csv"};
 static const char *const kind_names[FLESH_ERROR_KINDS] = {"mesh", "step"};
 
-int flesh_error_wanted(const flesh_scene *scene) { return scene->keys.output.error_bars; }
-
 /* The run and everything from which its bars are made. */
 typedef struct bars {
   flesh_scene *scene;
@@ -189,7 +187,7 @@ int flesh_error_catch_up(const flesh_runner_options *options, int wanted)
   int status = flesh_json_read(flesh_path("%s/result.json", options->out), &result);
   const int has = json_object_get(result, "error_bars") != NULL;
   if (!status && !has && !wanted) status = flesh_scene_read(flesh_path("%s/scene.yaml", options->out), 0, NULL, &scene);
-  if (scene) wanted = flesh_error_wanted(scene);
+  if (scene) wanted = scene->keys.output.error_bars;
   json_decref(result);
   flesh_scene_destroy(&scene);
   return status || has || !wanted ? status : flesh_error_bars(options);

@@ -6,9 +6,6 @@
 #include "cli/overrides.h"
 #include "run/runner.h"
 
-/* Returns whether the scene asks for error bars. */
-int flesh_error_wanted(const flesh_scene *scene);
-
 /* Runs the companions of the complete run in options->out in its folder error/, adds columns to its history.csv and
  * probes.csv and "error_bars" to its result.json, and prints what they say. FLESH_OK also if there is no bar, with the
  * reason in the result; FLESH_ERR_INTERRUPTED, and errors of files and memory. */

@@ -134,7 +134,7 @@ typedef struct given {
 
 static int refuse_bars(const given *g, const flesh_scene *scene)
 {
-  return g->ranks && (g->error || flesh_error_wanted(scene))
+  return g->ranks && (g->error || scene->keys.output.error_bars)
              ? flesh_fail(FLESH_ERR_ARGUMENT, "error bars are not made on ranks; leave --error and output.error_bars out, or "
                                               "run one process")
              : FLESH_OK;
@@ -241,8 +241,8 @@ static int open_resumed(given *g, flesh_checkpoint *checkpoint, char **path, fle
   return FLESH_OPTIONS_GO_ON;
 }
 
-/* Runs the scene and prints its outcome; adds error bars if they are wanted. */
-static int run_scene(const flesh_scene *scene, const flesh_runner_options *options, int bars)
+/* Runs the scene and prints its outcome; adds error bars if they are `wanted` or the scene asks for them. */
+static int run_scene(const flesh_scene *scene, const flesh_runner_options *options, int wanted)
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
@@ -256,7 +256,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_figures_close(&figures);
   const int code = flesh_ranks_broadcast(options->ranks, outcome.exit_code);
   flesh_pool_dismiss(options->ranks, code);
-  const int status = code || !bars ? FLESH_OK : flesh_error_bars(options);
+  const int bars = wanted || scene->keys.output.error_bars, status = code || !bars ? FLESH_OK : flesh_error_bars(options);
   return status ? flesh_command_fail("run", status) : code;
 }
 
@@ -336,7 +336,7 @@ static int read_and_run(given *g, int argc, char **argv)
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
   flesh_scene_set_stop(flesh_interrupt_asked, NULL); /* the deadline is a local variable */
-  if (code == FLESH_OPTIONS_GO_ON) code = g->to ? run_to(g) : run_scene(scene, options, g->error || flesh_error_wanted(scene));
+  if (code == FLESH_OPTIONS_GO_ON) code = g->to ? run_to(g) : run_scene(scene, options, g->error);
   flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);
   free(made);
