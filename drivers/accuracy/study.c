@@ -33,7 +33,7 @@ static const flesh_study_field fields[] = {
 static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "method", .key = "--methods"},
                                              {.name = "setting", .key = "--steps, --tolerances"},
-                                             {.name = "scene_sha256", .key = "--coarser"},
+                                             {.name = "scene_sha256", .key = "--coarser", .is_digest = 1},
                                              {0}};
 
 static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_session *)data)->plan; }
@@ -149,12 +149,6 @@ static int take(void *data, int number, const json_t *record)
   return FLESH_OK;
 }
 
-static void title(const void *data, int number, char *text, size_t size)
-{
-  const flesh_accuracy_row *row = &plan_of(data)->rows[number];
-  snprintf(text, size, "%s: %s, %s", flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting);
-}
-
 flesh_study flesh_accuracy_study(flesh_accuracy_session *session)
 {
   const flesh_accuracy_plan *plan = session->plan;
@@ -176,9 +170,7 @@ flesh_study flesh_accuracy_study(flesh_accuracy_session *session)
                        .make = make_case,
                        .figures = names,
                        .work = do_case,
-                       .take = take,
-                       .title = title,
-                       .taker = session};
+                       .take = take};
 }
 
 /* Computes the fingerprint: of everything that affects all figures. */
@@ -255,7 +247,7 @@ static int run_methods(flesh_accuracy_session *s)
 
 int flesh_accuracy_run(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_accuracy_session *s = study->taker;
+  flesh_accuracy_session *s = study->data;
   flesh_accuracy_plan *plan = s->plan;
   int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", options->out)) : FLESH_OK;
   if (!status) status = make_fingerprint(plan);

@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "base/text.h"
 #include "bench/bench.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
@@ -169,15 +168,6 @@ static int take(void *data, int number, const json_t *record)
   return status && (crashed_by || status != FLESH_ERR_SOLVE) ? flesh_fail(status, "%s", message) : FLESH_OK;
 }
 
-static void title(const void *data, int number, char *text, size_t size)
-{
-  const flesh_bench_case *c = &((const flesh_bench_plan *)data)->cases[number];
-  snprintf(text, size, "%s, %d thread%s", c->part, c->threads, c->threads == 1 ? "" : "s");
-  if (c->cells)
-    flesh_text_add(text, size, ", %s %g, %dx%dx%d", flesh_energy_name(c->energy), c->poisson, c->cells[0], c->cells[1],
-                   c->cells[2]);
-}
-
 /* Returns the plan as a study, which borrows it and stores records in it. */
 static flesh_study describe_study(flesh_bench_plan *plan)
 {
@@ -203,9 +193,7 @@ static flesh_study describe_study(flesh_bench_plan *plan)
                        .make = make_case,
                        .fields = fields,
                        .work = do_case,
-                       .take = take,
-                       .title = title,
-                       .taker = plan};
+                       .take = take};
 }
 
 /* Runs the study, and prints bench.json if asked to; called on the first rank. */

@@ -13,8 +13,8 @@
 #include "drift/drift.h"
 #include "flesh/version.h"
 #include "mesh/mesh.h"
+#include "plot/curves.h"
 #include "scene/scene.h"
-#include "study/csv.h"
 #include "study/study.h"
 #include "cli/interrupt.h"
 #include "cli/inputs.h"
@@ -122,7 +122,7 @@ static const flesh_study_column columns[] = {{.name = "scene_name", .key = "SCEN
                                              {.name = "energy", .key = "--energies"},
                                              {.name = "constants", .key = "--energies"},
                                              {.name = "solver", .key = "--solvers"},
-                                             {.name = "inputs_sha256", .key = "SCENE"},
+                                             {.name = "inputs_sha256", .key = "SCENE", .is_digest = 1},
                                              {0}};
 
 static int make_case(const void *data, int number, flesh_study_case *made)
@@ -158,21 +158,14 @@ static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_came
   return status;
 }
 
-static void title(const void *data, int number, char *text, size_t size)
-{
-  const flesh_drift_case c = flesh_drift_case_of(data, number);
-  const int named = c.variant.constants != FLESH_CONSTANTS_MATCHED; /* the form alone does not imply its constants */
-  snprintf(text, size, "%s, %s%s%s, poisson %g, %s", c.scene->name, flesh_energy_name(c.variant.energy), named ? " " : "",
-           named ? flesh_constants_name(c.variant.constants) : "", c.poisson, flesh_drift_solver_names[c.solver]);
-}
-
 /* Adds to `facts` the volume over that of the mesh at the times in a case's history; adds nothing for a case without a
  * history. */
 static void add_history(const char *folder, json_t *facts)
 {
   flesh_csv history;
+  char unit[FLESH_CSV_NAME];
   if (flesh_csv_read(flesh_path("%s/history.csv", folder), FLESH_CSV_TORN, &history)) return;
-  const int columns[] = {flesh_csv_find(&history, "t"), flesh_csv_find(&history, "volume_ratio")};
+  const int columns[] = {flesh_csv_find_label(&history, "t", unit), flesh_csv_find_label(&history, "volume_ratio", unit)};
   json_t *rows = json_array();
   for (int row = 0; row < history.rows && columns[0] >= 0 && columns[1] >= 0; row++) {
     double values[2];
@@ -217,8 +210,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                                    flesh_own_text("drift_pictures")},
                        .facts = facts_of,
                        .body = make_body,
-                       .work = do_case,
-                       .title = title};
+                       .work = do_case};
 }
 
 /* Runs the comparison on the first rank. */

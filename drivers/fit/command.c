@@ -74,7 +74,7 @@ int flesh_command_fit(int argc, char **argv)
       {"resume", NULL, FLESH_OPTION_SWITCH, &fit.options.resume, "go on with DIR/fit.db, or begin"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &fit.options.quiet, "print errors only"},
       {0}};
-  char *text = flesh_settings_help(flesh_own_text("fit_help"), flesh_fit_describe_keys, "");
+  char *text = flesh_settings_help(flesh_own_text("fit_help"), flesh_fit_keys, "");
   const flesh_usage usage = {"fit", "SPEC", "Fits parameters of scenes to measurements.", text, 1, 1, rows, NULL,
                              FLESH_EXITS_OF_SOLVES | FLESH_EXITS_OF_INTERRUPTS};
   code = flesh_study_open(&fit.options, &usage, argc, argv, &count);

@@ -140,7 +140,7 @@ typedef struct flesh_fit {
  * FLESH_ERR_ARGUMENT with file, line, key, value and what is valid; FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
 int flesh_fit_read(const char *path, flesh_fit *fit);
 void flesh_fit_close(flesh_fit *fit);
-void flesh_fit_describe_keys(FILE *stream);
+extern const flesh_settings_part flesh_fit_keys[]; /* for the help */
 /* Checks that an experiment's scene accepts for a key the parameter's start, from and to, as far as they are finite and
  * stand in the spec (the start as its key `start`), and that it accepts numbers that are not whole. */
 int flesh_fit_check_values(const flesh_fit_experiment *e, const char *key, const flesh_fit_parameter *parameter,

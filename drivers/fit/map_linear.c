@@ -9,7 +9,6 @@
 #include "base/error.h"
 #include "fit/map.h"
 #include "fit/observation.h"
-#include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "sensitivity/sensitivity.h"
 

@@ -12,7 +12,6 @@
 #include "cli/path.h"
 #include "fit/fit.h"
 #include "fit/map.h"
-#include "fit/observation.h"
 #include "run/runner.h"
 #include "run/start.h"
 

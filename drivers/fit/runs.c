@@ -99,7 +99,7 @@ int flesh_fit_runs_open(flesh_fit *fit)
   fit->study = (flesh_study){.name = "fit", .text = fit->text, .path = fit->path, .asks = 1,
                              .fingerprint = fit->fingerprint, .columns = columns, .repeats = 1,
                              .different = "scenes, measurements or keys have changed since; undo that", .data = fit,
-                             .taker = fit, .make = make_case, .take = take_record, .figures = name_figures};
+                             .make = make_case, .take = take_record, .figures = name_figures};
   if (!status) status = flesh_study_store_open(&fit->study, &fit->options, &fit->store);
   return status ? status : flesh_study_store_recover(&fit->store, &abandoned, &elsewhere);
 }

@@ -85,11 +85,7 @@ static const flesh_key fit_table[] = {
 };
 #undef AT
 
-void flesh_fit_describe_keys(FILE *stream)
-{
-  fputs("Keys of a spec:\n", stream);
-  flesh_settings_describe(stream, fit_table, NULL);
-}
+const flesh_settings_part flesh_fit_keys[] = {{"Keys of a spec", fit_table, NULL}, {0}};
 
 /* Collects the overrides of an experiment: those that the fit sets itself (no frames, no error bars, and accurate
  * solves), then those of the spec. */

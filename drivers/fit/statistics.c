@@ -2,7 +2,6 @@
  * 2.1 and 5.1), and says what the measurements do not determine. */
 #include <gsl/gsl_cdf.h>
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "fit/map.h"

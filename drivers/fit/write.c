@@ -171,7 +171,7 @@ static int write_tets(const flesh_fit *fit, const flesh_fit_found *found, const 
 {
   const flesh_fit_map *map = fit->map;
   flesh_file file;
-  const int status = flesh_table_open(fit->options.out, "tets.csv", &file);
+  const int status = flesh_file_open(flesh_path("%s/tets.csv", fit->options.out), &file);
   if (status) return status;
   const char *unit = *map->unit ? map->unit : "1";
   fprintf(file.stream, "tet,X [m],Y [m],Z [m],%s [%s],low_95 [%s],high_95 [%s],deviation of q,resolution\n", map->of.key, unit,

@@ -18,12 +18,6 @@
 #include "material/form.h"
 #include "study/embedded.h"
 
-static void describe_keys(FILE *stream)
-{
-  fputs("Keys of FILE:\n", stream);
-  flesh_settings_describe(stream, flesh_hardcases_keys, NULL);
-}
-
 enum { LIST_LIMIT = 64, SETTING_LIMIT = 16384, RUN_LIMIT = 1000000 };
 
 /* The lists on the command line (mesh_list NULL: none was given), the number of values in each, and the values; the plan
@@ -183,16 +177,13 @@ static int is_run(const flesh_hardcases_case *hardcase, const flesh_hardcases_se
 static int is_shared(const flesh_hardcases_plan *plan, const flesh_hardcases_case *hardcase, const flesh_hardcases_setting *s,
                      int seed)
 {
-  uint8_t digest[SHA256_DIGEST_LENGTH];
-  char problem[512];
-  SHA2_CTX hash;
+  char problem[512], digest[SHA256_DIGEST_STRING_LENGTH];
   snprintf(problem, sizeof problem, "%s %s %d %s %s %g %g", hardcase->name, s->body ? s->body->name : "", seed,
            flesh_energy_name(s->energy), flesh_constants_name(s->constants), s->poisson,
            hardcase->is_static ? 0 : s->step);
-  SHA256Init(&hash);
-  SHA256Update(&hash, (const uint8_t *)problem, strlen(problem));
-  SHA256Final(digest, &hash);
-  const double place = digest[0] * 0x1p-8 + digest[1] * 0x1p-16 + digest[2] * 0x1p-24 + digest[3] * 0x1p-32;
+  SHA256Data((const uint8_t *)problem, strlen(problem), digest);
+  digest[8] = 0;
+  const double place = (double)strtoul(digest, NULL, 16) * 0x1p-32;
   return place >= plan->share[0] && place < plan->share[1];
 }
 
@@ -356,7 +347,8 @@ int flesh_command_hardcases(int argc, char **argv)
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {"export", NULL, FLESH_OPTION_SWITCH, &plan.export, "write the static cases as data for other solvers and end"},
       {0}};
-  char *text = flesh_settings_help(flesh_own_text("hardcases_help"), describe_keys, "");
+  char *text = flesh_settings_help(
+      flesh_own_text("hardcases_help"), (flesh_settings_part[]){{"Keys of FILE", flesh_hardcases_keys, NULL}, {0}}, "");
   const flesh_usage usage = {"hardcases", "[FILE]", "Runs the battery of hard cases.", text, 0, 1, rows, NULL,
                              FLESH_EXITS_OF_INTERRUPTS};
   int code = flesh_study_open(&plan.options, &usage, argc, argv, &count);

@@ -1,5 +1,6 @@
 /* run.c: runs a case of the battery; observes its incremental potential, costs, recovery and frames; judges the
  * outcome. */
+#include <gsl/gsl_statistics_double.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +10,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "base/sort.h"
 #include "cli/overrides.h"
 #include "hardcases/hardcases.h"
 #include "mesh/mesh.h"
@@ -125,9 +125,9 @@ static int watch_observe(void *data, const flesh_step_record *record)
 static double worst_over_median(int count, double *values)
 {
   if (count < 3) return NAN;
-  qsort(values, (size_t)count, sizeof *values, flesh_compare_double);
-  double median = values[count / 2];
-  return median > 0 ? values[count - 1] / median : NAN;
+  const size_t n = (size_t)count;
+  const double worst = gsl_stats_max(values, 1, n), median = gsl_stats_select(values, 1, n, n / 2);
+  return median > 0 ? worst / median : NAN;
 }
 
 static void watch_finish(watch_of_run *w)

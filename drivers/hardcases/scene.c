@@ -48,17 +48,18 @@ void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[
 
 const char *flesh_hardcases_run_folder(const flesh_hardcases_run *run)
 {
-  const flesh_hardcases_setting *s = run->setting;
-  char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
+  flesh_hardcases_setting own = *run->setting; /* with what the case sets itself, of which the step is not named */
+  char seed[24] = "", setting[112];
+  const char *body = own.body ? own.body->name : "";
+  own.body = NULL;
+  own.poisson = flesh_hardcases_poisson(run);
+  if (run->hardcase->step > 0) own.step = 1. / 60;
+  flesh_hardcases_setting_title(&own, setting);
+  for (char *c = setting; *c;)
+    if (*c == '=') memmove(c, c + 1, strlen(c));
+    else if (*c++ == ' ') c[-1] = '_';
   if (run->hardcase->random) snprintf(seed, sizeof seed, "_seed%d", run->seed);
-  if (s->constants != FLESH_CONSTANTS_MATCHED)
-    snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
-  if (!(run->hardcase->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
-    snprintf(step, sizeof step, "_h%g", s->step);
-  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
-  return flesh_path("cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "", run->hardcase->name, seed,
-                    flesh_energy_name(s->energy), constants, flesh_hardcases_poisson(run), step, element,
-                    flesh_hardcases_solver_name(s->solver));
+  return flesh_path("cases/%s%s%s%s_%s", body, *body ? "_" : "", run->hardcase->name, seed, setting);
 }
 
 static double step_of(const flesh_hardcases_run *run)

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/confine.h"
-#include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
 #include "flesh/version.h"
@@ -42,7 +41,7 @@ static const flesh_study_column columns[] = {{.name = "case_name", .key = "--cas
                                              {.name = "step", .key = "--steps"},
                                              {.name = "element", .key = "--elements"},
                                              {.name = "solver", .key = "--solvers"},
-                                             {.name = "case_sum", .key = "FILE"},
+                                             {.name = "case_sum", .key = "FILE", .is_digest = 1},
                                              {0}};
 
 static int make_case(const void *data, int number, flesh_study_case *made)
@@ -114,15 +113,6 @@ static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_came
   return flesh_hardcases_run_mesh(plan, &plan->runs[number], mesh);
 }
 
-static void title(const void *data, int number, char *text, size_t size)
-{
-  const flesh_hardcases_plan *plan = data;
-  const flesh_hardcases_run *run = &plan->runs[number];
-  char setting[112];
-  flesh_hardcases_setting_title(run->setting, setting);
-  snprintf(text, size, "%s, %s", run->hardcase->name, setting);
-}
-
 /* Computes the fingerprint: of everything beside the columns' values on which results depend. */
 static void make_fingerprint(flesh_hardcases_plan *plan)
 {
@@ -157,6 +147,5 @@ flesh_study flesh_hardcases_study(flesh_hardcases_plan *plan)
                        .make = make_case,
                        .fields = fields,
                        .body = plan->filters ? NULL : make_body,
-                       .work = do_case,
-                       .title = title};
+                       .work = do_case};
 }

@@ -117,13 +117,6 @@ void flesh_csv_clear(flesh_csv *csv)
   *csv = (flesh_csv){0};
 }
 
-int flesh_csv_find(const flesh_csv *csv, const char *name)
-{
-  for (int c = 0; c < csv->columns; c++)
-    if (!strcmp(csv->names[c], name)) return c;
-  return -1;
-}
-
 const char *flesh_csv_cell(const flesh_csv *csv, int row, int column)
 {
   return csv->cells[(size_t)row * (size_t)csv->columns + (size_t)column];
@@ -152,11 +145,6 @@ void flesh_csv_print(FILE *stream, const char *text)
     putc(*text, stream);
   }
   putc('"', stream);
-}
-
-int flesh_table_open(const char *folder, const char *name, flesh_file *file)
-{
-  return flesh_file_open(flesh_path("%s/%s", folder, name), file);
 }
 
 void flesh_table_field(FILE *stream, double value)

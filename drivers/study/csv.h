@@ -26,8 +26,6 @@ typedef enum flesh_csv_rows {
 int flesh_csv_read(const char *path, flesh_csv_rows rows, flesh_csv *csv);
 void flesh_csv_clear(flesh_csv *csv); /* also for a zeroed one */
 
-/* Returns the column with that name; -1: there is none. */
-int flesh_csv_find(const flesh_csv *csv, const char *name);
 /* Returns a cell; row and column must be in range. */
 const char *flesh_csv_cell(const flesh_csv *csv, int row, int column);
 /* Reads the number in a cell; NaN if it is empty. Returns 0 if it is a word. */
@@ -35,9 +33,6 @@ int flesh_csv_number(const flesh_csv *csv, int row, int column, double *value);
 
 /* Prints a text as a field, in quotes if necessary. */
 void flesh_csv_print(FILE *stream, const char *text);
-
-/* Opens folder/name, which is written completely or not at all. */
-int flesh_table_open(const char *folder, const char *name, flesh_file *file);
 
 /* Prints a comma and the number so that it reads back bit for bit; only the comma for NaN. */
 void flesh_table_field(FILE *stream, double value);

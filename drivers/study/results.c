@@ -6,7 +6,6 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/confine.h"
 #include "base/error.h"
@@ -129,7 +128,7 @@ typedef struct maker {
 static int write_table(const maker *m, sqlite3_stmt *query, const char *name)
 {
   flesh_file file;
-  int status = flesh_table_open(m->to->out, name, &file);
+  int status = flesh_file_open(flesh_path("%s/%s", m->to->out, name), &file);
   if (status) return status;
   status = flesh_format_print(m->path, query, &flesh_format_csv, file.stream);
   if (!status) return flesh_file_commit(&file);
@@ -230,7 +229,7 @@ int flesh_results_each(sqlite3 *database, const char *path, const char *sql, fle
 static int say(const char *folder, const char *name, const char *text)
 {
   flesh_file file;
-  int status = flesh_table_open(folder, name, &file);
+  int status = flesh_file_open(flesh_path("%s/%s", folder, name), &file);
   if (status) return status;
   fputs(text, file.stream);
   status = flesh_file_commit(&file);

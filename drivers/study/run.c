@@ -16,6 +16,7 @@
 #include "cli/output.h"
 #include "cli/path.h"
 #include "run/ranks.h"
+#include "scene/words.h"
 #include "study/bodies.h"
 #include "study/results.h"
 #include "study/study.h"
@@ -95,9 +96,25 @@ static int begin(crew *w, int number)
   return FLESH_OK;
 }
 
+/* Prints a case's values, numbers with the names of their columns, and how the case ended. */
+static void print_title(const flesh_study *study, int number, const char *ended)
+{
+  flesh_study_case c;
+  double value;
+  char shown[FLESH_SHOW_SIZE];
+  if (study->make(study->data, number, &c)) return;
+  for (int k = 0; study->columns[k].name; k++) {
+    if (!c.values[k] || !*c.values[k] || study->columns[k].is_digest) continue;
+    const int is_number = flesh_number_parse(c.values[k], &value);
+    fprintf(stderr, "%s%s%s%s", k ? ", " : "  ", is_number ? study->columns[k].name : "", is_number ? " " : "",
+            flesh_word_show(c.values[k], shown));
+  }
+  fprintf(stderr, ": %s", ended);
+  flesh_study_case_free(&c);
+}
+
 static void show_progress(crew *w, int number, const char *ended)
 {
-  char title[300] = "";
   double time = flesh_wall_seconds();
   int finished = w->before + w->done;
   if (w->options->quiet || !isatty(STDERR_FILENO) || (time - w->shown < 0.1 && finished < w->total)) return;
@@ -106,8 +123,7 @@ static void show_progress(crew *w, int number, const char *ended)
   if (w->failed) fprintf(stderr, ", %d not complete", w->failed);
   if (w->done && finished < w->total)
     fprintf(stderr, ", %.0f s left", ceil((time - w->started) * (w->total - finished) / w->done));
-  if (w->study->title) w->study->title(w->study->data, number, title, sizeof title);
-  if (*title) fprintf(stderr, "  %s: %s", title, ended);
+  print_title(w->study, number, ended);
   fflush(stderr);
 }
 
@@ -147,7 +163,7 @@ static int collect(crew *w, const flesh_pool_end *end)
     status = flesh_study_store_finish(w->store, end->number, record, end->seconds, stopped ? NULL : &next);
     w->done += !status;
     w->failed += !status && w->study->folder && strcmp(word, "complete");
-    if (!status && w->study->take) status = w->study->take(w->study->taker, end->number, record);
+    if (!status && w->study->take) status = w->study->take(w->study->data, end->number, record);
   }
   if (!status && next >= 0) status = begin(w, next);
   show_progress(w, end->number, word);

@@ -125,6 +125,7 @@ int flesh_setting_check_name(const flesh_node *place, const char *name)
   return flesh_node_fail(place, "name is %s; it must be of letters, digits and _", flesh_word_show(name, shown));
 }
 
+/* Prints a table of keys, with the tables below it except `apart`. */
 static void describe(FILE *stream, const flesh_key *keys, const flesh_key *apart, int indent)
 {
   char expected[FLESH_EXPECTATION_SIZE];
@@ -139,19 +140,17 @@ static void describe(FILE *stream, const flesh_key *keys, const flesh_key *apart
   }
 }
 
-void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_key *apart)
-{
-  describe(stream, keys, apart, 2);
-}
-
-char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), const char *after)
+char *flesh_settings_help(const char *before, const flesh_settings_part *parts, const char *after)
 {
   char *text = NULL;
   size_t size;
   FILE *stream = open_memstream(&text, &size);
   if (!stream) return NULL;
   fputs(before, stream);
-  describe_keys(stream);
+  for (; parts->title; parts++) {
+    fprintf(stream, "%s:\n", parts->title);
+    describe(stream, parts->keys, parts->apart, 2);
+  }
   fputs(after, stream);
   fclose(stream);
   return text;

@@ -46,11 +46,15 @@ char *flesh_setting_name(flesh_arena *arena, const char *key, char **whole);
 /* FLESH_ERR_ARGUMENT unless the name consists of letters, digits and _, and does not begin with a digit. */
 int flesh_setting_check_name(const flesh_node *place, const char *name);
 
-/* Prints a table of keys for the help, with the tables below it except `apart`, which is printed separately. */
-void flesh_settings_describe(FILE *stream, const flesh_key *keys, const flesh_key *apart);
+/* A table of keys in the help; a NULL title ends a list of them. */
+typedef struct flesh_settings_part {
+  const char *title; /* "Keys of a spec" */
+  const flesh_key *keys;
+  const flesh_key *apart; /* table below it that is another part; NULL: none */
+} flesh_settings_part;
 /* Returns as new text the details of a command's help, with its keys between `before` and `after`; NULL when out of
  * memory. */
-char *flesh_settings_help(const char *before, void (*describe_keys)(FILE *), const char *after);
+char *flesh_settings_help(const char *before, const flesh_settings_part *parts, const char *after);
 
 /* Adds a file to a digest. */
 int flesh_settings_hash_file(SHA2_CTX *context, const char *path);

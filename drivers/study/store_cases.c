@@ -318,7 +318,7 @@ int flesh_study_store_load(flesh_study_store *store, const flesh_study *study)
                                          &query);
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
     json_t *record = read_record(query);
-    status = study->take(study->taker, sqlite3_column_int(query, 0), record);
+    status = study->take(study->data, sqlite3_column_int(query, 0), record);
     json_decref(record);
   }
   if (!status && code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be read");

@@ -49,6 +49,7 @@ typedef struct flesh_study_column {
   const char *name, *key;  /* column in the database; the key that it sets, for people */
   const flesh_node *place; /* place in a spec, for error messages; NULL: none */
   int hidden;              /* its value stands in the column `scene` that every case has */
+  int is_digest;           /* its value tells people nothing */
   /* Members for a sweep; NULL for other studies. */
   int count;                /* of its values */
   const char **values;      /* YAML texts, as --set takes them */
@@ -98,7 +99,7 @@ typedef struct flesh_study {
   int (*body)(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera);
   int asks;           /* several processes may work on the database: its folder is not claimed, and if it exists, the study
                          needs --resume, where others start again. Whether cases could use their files is their affair */
-  const void *data;   /* passed to the functions below */
+  void *data;         /* passed to the functions below */
 
   /* Makes the values of a case, which the caller frees; one that is NULL is one for which there was no memory. An error
    * has nothing made. */
@@ -117,9 +118,6 @@ typedef struct flesh_study {
   /* Stores a record in memory, just after it was written, or when it is read back from an earlier run; an error ends
    * the study. The member may be NULL. A record without a result comes from a process that crashed. */
   int (*take)(void *data, int number, const json_t *record);
-  /* Prints the title of the case for the line of progress, which also says how the case ended; NULL: none. */
-  void (*title)(const void *data, int number, char *text, size_t size);
-  void *taker; /* passed to `take` */
 } flesh_study;
 
 /* An open database of a study. */

@@ -9,7 +9,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "base/text.h"
-#include "cli/json_memory.h"
 #include "flesh/status.h"
 #include "cli/interrupt.h"
 #include "cli/options.h"
@@ -135,7 +134,7 @@ static json_t *figures_of(const void *data)
   return figures;
 }
 
-flesh_study flesh_sweep_study(const flesh_sweep_work *given)
+flesh_study flesh_sweep_study(flesh_sweep_work *given)
 {
   /* Seconds after the end of its budget by which a case must have ended; it stops by itself between two steps, and is
    * killed later. */
@@ -217,7 +216,7 @@ static int read_and_sweep(const char *path, int is_dry, flesh_study_options *opt
 {
   flesh_interrupt_watch();
   flesh_sweep sweep = {0};
-  const flesh_sweep_work work = {&sweep, options->out, is_dry};
+  flesh_sweep_work work = {&sweep, options->out, is_dry};
   int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
   if (!status) status = flesh_sweep_read(path, &sweep);
   const flesh_study study = flesh_sweep_study(&work);
@@ -246,7 +245,7 @@ int flesh_command_sweep(int argc, char **argv)
       {"dry-run", NULL, FLESH_OPTION_SWITCH, &is_dry, "check the spec and print the plan"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
-  char *text = flesh_settings_help(flesh_own_text("sweep_help"), flesh_sweep_describe_keys, flesh_own_text("tables_help"));
+  char *text = flesh_settings_help(flesh_own_text("sweep_help"), flesh_sweep_keys, flesh_own_text("tables_help"));
   const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs,
                              FLESH_EXITS_OF_INTERRUPTS};
   int count, code = flesh_study_open(&options, &usage, argc, argv, &count);

@@ -73,10 +73,6 @@ const flesh_key flesh_sweep_table[] = {
 };
 #undef AT
 
-void flesh_sweep_describe_keys(FILE *stream)
-{
-  fputs("Keys of a spec:\n", stream);
-  flesh_settings_describe(stream, flesh_sweep_table, axis_table);
-  fputs("Keys of an axis:\n", stream);
-  flesh_settings_describe(stream, axis_table, axis_table);
-}
+const flesh_settings_part flesh_sweep_keys[] = {{"Keys of a spec", flesh_sweep_table, axis_table},
+                                                {"Keys of an axis", axis_table, axis_table},
+                                                {0}};

@@ -35,8 +35,7 @@ typedef struct flesh_sweep {
  * "file:line:column: ...", or FLESH_ERR_FILE. Zero-initialise the struct before; close it in any case. */
 int flesh_sweep_read(const char *path, flesh_sweep *sweep);
 void flesh_sweep_close(flesh_sweep *sweep);
-/* Prints the table of the spec's keys for the help. */
-void flesh_sweep_describe_keys(FILE *stream);
+extern const flesh_settings_part flesh_sweep_keys[]; /* for the help */
 
 /* Expands samples: `count` points of `dimensions` numbers in (0, 1) by `sequence`, an index into flesh_sweep_sequences;
  * points [count * dimensions]. Seed 0 gives the sequence as it is; other seeds shift it as a whole, modulo 1, by random
@@ -50,7 +49,7 @@ typedef struct flesh_sweep_work {
   const char *out;
   int is_dry;
 } flesh_sweep_work;
-flesh_study flesh_sweep_study(const flesh_sweep_work *given);
+flesh_study flesh_sweep_study(flesh_sweep_work *given);
 
 int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);
