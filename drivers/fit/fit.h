@@ -3,7 +3,6 @@
 #ifndef FLESH_FIT_FIT_H
 #define FLESH_FIT_FIT_H
 
-#include <gsl/gsl_matrix.h>
 #include <jansson.h>
 
 #include "plot/curves.h"
@@ -219,18 +218,6 @@ double flesh_fit_by_q(const flesh_fit *fit, const double *p, const double *jacob
 double flesh_fit_residual(const flesh_fit *fit, int i, const double *values);
 double flesh_fit_squares(const flesh_fit *fit, int first, int count, const double *values);
 
-/* Singular values of a matrix U [rows][columns] whose columns are first divided by their norms. Close it in any
- * case. */
-typedef struct flesh_fit_svd {
-  gsl_matrix *U, *V;
-  gsl_vector *S, *norms;
-  gsl_vector *work, *part; /* [columns] room */
-  int rank;                /* number of singular values above flesh_fit_least_share of the largest */
-} flesh_fit_svd;
-int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd); /* FLESH_ERR_MEMORY */
-void flesh_fit_svd_decompose(flesh_fit_svd *svd);
-void flesh_fit_svd_close(flesh_fit_svd *svd);
-
 /* Convert a parameter's value to q, and back; return dp/dq. */
 double flesh_fit_q_of(const flesh_fit_parameter *parameter, double p);
 double flesh_fit_p_of(const flesh_fit_parameter *parameter, double q);
@@ -270,8 +257,8 @@ int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found);
 /* Allocates the end of a search, and checks that the experiments can be run at the start. */
 int flesh_fit_found_open(flesh_fit *fit, flesh_fit_found *found);
 
-/* A direction is not determined if its singular value, of the Jacobian with columns of length 1, is below this share of
- * the largest; differences of solves have errors of that size. */
+/* A direction is not determined if its singular value, of the Jacobian whose columns GSL has balanced, is below this share
+ * of the largest; differences of solves have errors of that size. */
 static const double flesh_fit_least_share = 1e-5;
 /* Parameters whose share in a combination is smaller than this part of the largest share are not mentioned. */
 static const double flesh_fit_small_share = 1e-2;

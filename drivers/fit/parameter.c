@@ -1,8 +1,6 @@
-/* parameter.c: maps parameters to the variables of the search; computes residuals; decomposes derivatives; words
- * what the measurements do not determine. */
+/* parameter.c: maps parameters to the variables of the search; computes residuals; words what the
+ * measurements do not determine. */
 #include <float.h>
-#include <gsl/gsl_blas.h>
-#include <gsl/gsl_linalg.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -109,38 +107,6 @@ double flesh_fit_squares(const flesh_fit *fit, int first, int count, const doubl
   double sum = 0;
   for (int i = first; i < first + count; i++) sum += pow(flesh_fit_residual(fit, i, values), 2);
   return sum;
-}
-
-int flesh_fit_svd_open(int rows, int columns, flesh_fit_svd *svd)
-{
-  const size_t m = (size_t)rows, n = (size_t)columns;
-  *svd = (flesh_fit_svd){.U = gsl_matrix_alloc(m, n), .V = gsl_matrix_alloc(n, n), .S = gsl_vector_alloc(n),
-                         .norms = gsl_vector_alloc(n), .work = gsl_vector_alloc(n), .part = gsl_vector_alloc(n)};
-  return svd->U && svd->V && svd->S && svd->norms && svd->work && svd->part ? FLESH_OK : flesh_no_memory();
-}
-
-void flesh_fit_svd_decompose(flesh_fit_svd *svd)
-{
-  for (size_t j = 0; j < svd->U->size2; j++) {
-    gsl_vector_view column = gsl_matrix_column(svd->U, j);
-    const double norm = gsl_blas_dnrm2(&column.vector);
-    gsl_vector_set(svd->norms, j, norm);
-    if (norm > 0) gsl_blas_dscal(1 / norm, &column.vector);
-  }
-  gsl_linalg_SV_decomp(svd->U, svd->V, svd->S, svd->work);
-  svd->rank = 0;
-  for (size_t j = 0; j < svd->U->size2; j++)
-    svd->rank += gsl_vector_get(svd->S, j) > flesh_fit_least_share * gsl_vector_get(svd->S, 0);
-}
-
-void flesh_fit_svd_close(flesh_fit_svd *svd)
-{
-  gsl_matrix_free(svd->U);
-  gsl_matrix_free(svd->V);
-  gsl_vector_free(svd->S);
-  gsl_vector_free(svd->norms);
-  gsl_vector_free(svd->work);
-  gsl_vector_free(svd->part);
 }
 
 /* Shares that differ by at most this are taken as equal. */

@@ -3,6 +3,7 @@
  * decreases beyond it. */
 #include <gsl/gsl_blas.h>
 #include <gsl/gsl_errno.h>
+#include <gsl/gsl_multifit.h>
 #include <gsl/gsl_multifit_nlinear.h>
 #include <math.h>
 
@@ -72,28 +73,27 @@ static int find_jacobian(const gsl_vector *x, void *data, gsl_matrix *J)
 static int measure_step(const gsl_matrix *J, const gsl_vector *f, double *errors, double *change)
 {
   const size_t m = J->size1, n = J->size2;
-  flesh_fit_svd svd;
+  gsl_multifit_linear_workspace *w = gsl_multifit_linear_alloc(m, n);
+  gsl_vector *step = gsl_vector_alloc(n);
   double inside = 0, all = 0;
-  const int status = flesh_fit_svd_open((int)m, (int)n, &svd);
+  const int status = w && step ? FLESH_OK : flesh_no_memory();
   if (!status) {
-    gsl_matrix_memcpy(svd.U, J);
-    flesh_fit_svd_decompose(&svd);
-    gsl_blas_dgemv(CblasTrans, 1, svd.U, f, 0, svd.part);
+    gsl_multifit_linear_bsvd(J, w);
+    const size_t rank = gsl_multifit_linear_rank(flesh_fit_least_share, w);
+    gsl_blas_dgemv(CblasTrans, 1, w->A, f, 0, w->xt); /* A is U of the decomposition, and Q is V */
     for (size_t j = 0; j < n; j++) {
-      const double share = gsl_vector_get(svd.part, j);
-      const int known = j < (size_t)svd.rank;
-      inside += known ? share * share : 0;
-      gsl_vector_set(svd.part, j, known ? share / gsl_vector_get(svd.S, j) : 0);
+      const double share = j < rank ? gsl_vector_get(w->xt, j) : 0;
+      inside += share * share;
+      gsl_vector_set(w->xt, j, j < rank ? share / gsl_vector_get(w->S, j) : 0);
     }
-    gsl_blas_dgemv(CblasNoTrans, 1, svd.V, svd.part, 0, svd.work);
+    gsl_blas_dgemv(CblasNoTrans, 1, w->Q, w->xt, 0, step);
+    gsl_vector_div(step, w->D);
     gsl_blas_ddot(f, f, &all);
-    *change = 0;
-    for (size_t j = 0; j < n; j++)
-      if (gsl_vector_get(svd.norms, j) > 0)
-        *change = fmax(*change, fabs(gsl_vector_get(svd.work, j)) / gsl_vector_get(svd.norms, j));
+    *change = fmax(gsl_vector_max(step), -gsl_vector_min(step));
     *errors = m > n && all > inside ? sqrt(inside / ((all - inside) / (double)(m - n))) : INFINITY;
   }
-  flesh_fit_svd_close(&svd);
+  gsl_multifit_linear_free(w);
+  gsl_vector_free(step);
   return status;
 }
 

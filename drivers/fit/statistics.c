@@ -1,6 +1,7 @@
 /* statistics.c: computes standard errors, intervals and correlations by the linearised model (Seber & Wild 2003, sections
  * 2.1 and 5.1), and says what the measurements do not determine. */
 #include <gsl/gsl_cdf.h>
+#include <gsl/gsl_multifit.h>
 #include <math.h>
 
 #include "base/error.h"
@@ -17,19 +18,19 @@ typedef struct work {
   flesh_fit_statistics *to;
   int n, null_count;
   int list[FLESH_FIT_PARAMETERS]; /* indices of the free parameters */
-  flesh_fit_svd svd;
+  gsl_matrix *J;                      /* by q, with rows over the deviations */
+  gsl_multifit_linear_workspace *svd; /* of J with balanced columns */
   double *null; /* [null_count * n] relative changes of the parameters that leave the measured quantities unchanged */
   unsigned char loose[FLESH_FIT_PARAMETERS]; /* 1: the parameter is not determined */
 } work;
 
-/* Decomposes the Jacobian by q; rows are divided by the deviations. */
 static void decompose(work *w)
 {
   for (int c = 0; c < w->n; c++)
     for (int i = 0; i < w->fit->count; i++)
-      gsl_matrix_set(w->svd.U, (size_t)i, (size_t)c, flesh_fit_by_q(w->fit, w->found->p, w->found->jacobian, i, w->list[c]));
-  flesh_fit_svd_decompose(&w->svd);
-  w->null_count = w->n - w->svd.rank;
+      gsl_matrix_set(w->J, (size_t)i, (size_t)c, flesh_fit_by_q(w->fit, w->found->p, w->found->jacobian, i, w->list[c]));
+  gsl_multifit_linear_bsvd(w->J, w->svd);
+  w->null_count = w->n - (int)gsl_multifit_linear_rank(flesh_fit_least_share, w->svd);
 }
 
 /* Finds the changes of the parameters, as shares of them, that leave the measured quantities unchanged: rows with as
@@ -40,9 +41,9 @@ static void reduce_null(work *w)
   for (int r = 0; r < rows; r++)
     for (int c = 0; c < n; c++) {
       const int k = w->list[c];
-      const double norm = gsl_vector_get(w->svd.norms, (size_t)c), p = w->found->p[k];
+      const double p = w->found->p[k];
       const double share = flesh_fit_slope(&w->fit->parameters[k], p) / (p != 0 ? p : 1);
-      w->null[r * n + c] = gsl_matrix_get(w->svd.V, (size_t)c, (size_t)(n - 1 - r)) * share / (norm > 0 ? norm : 1);
+      w->null[r * n + c] = gsl_matrix_get(w->svd->Q, (size_t)c, (size_t)(n - 1 - r)) * share / gsl_vector_get(w->svd->D, (size_t)c);
     }
   for (int r = 0; r < rows; r++) {
     double *row = w->null + r * n;
@@ -73,9 +74,9 @@ static void find_covariance(work *w)
       double sum = 0;
       if (w->loose[a] || w->loose[b]) continue;
       for (int s = 0; s < n - w->null_count; s++)
-        sum += gsl_matrix_get(w->svd.V, (size_t)a, (size_t)s) * gsl_matrix_get(w->svd.V, (size_t)b, (size_t)s) /
-               pow(gsl_vector_get(w->svd.S, (size_t)s), 2);
-      sum *= scale * scale / gsl_vector_get(w->svd.norms, (size_t)a) / gsl_vector_get(w->svd.norms, (size_t)b);
+        sum += gsl_matrix_get(w->svd->Q, (size_t)a, (size_t)s) * gsl_matrix_get(w->svd->Q, (size_t)b, (size_t)s) /
+               pow(gsl_vector_get(w->svd->S, (size_t)s), 2);
+      sum *= scale * scale / gsl_vector_get(w->svd->D, (size_t)a) / gsl_vector_get(w->svd->D, (size_t)b);
       to->covariance[ka * all + kb] = sum * flesh_fit_slope(&w->fit->parameters[ka], w->found->p[ka]) *
                                       flesh_fit_slope(&w->fit->parameters[kb], w->found->p[kb]);
     }
@@ -183,9 +184,11 @@ int flesh_fit_find_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_
                                .covariance = flesh_arena_take(arena, all * all * sizeof(double)),
                                .correlation = flesh_arena_take(arena, all * all * sizeof(double)), .sentences = json_array()};
   w.null = flesh_arena_take(arena, n * n * sizeof *w.null);
-  const int lacks = flesh_fit_svd_open(fit->count, (int)n, &w.svd) || !to->errors || !to->covariance || !to->correlation ||
-                    !to->sentences || !w.null;
+  w.J = gsl_matrix_alloc((size_t)fit->count, n);
+  w.svd = gsl_multifit_linear_alloc((size_t)fit->count, n);
+  const int lacks = !w.J || !w.svd || !to->errors || !to->covariance || !to->correlation || !to->sentences || !w.null;
   const int status = lacks ? flesh_fail(FLESH_ERR_MEMORY, "out of memory for the errors of a fit") : analyse(fit, found, &w);
-  flesh_fit_svd_close(&w.svd);
+  gsl_matrix_free(w.J);
+  gsl_multifit_linear_free(w.svd);
   return status;
 }
