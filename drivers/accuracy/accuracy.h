@@ -158,6 +158,8 @@ typedef struct flesh_accuracy_plan {
   flesh_accuracy_meshes meshes;
   int run_count; /* number of rows that are reported; behind them are those of flesh_accuracy_slot */
   flesh_accuracy_row *rows;
+  flesh_study study;
+  flesh_study_store store; /* opened by the first rank */
 } flesh_accuracy_plan;
 
 /* Reads the row's scene with the overrides of its method, step, tolerance, extra value and mesh. */
@@ -182,33 +184,25 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
 /* Returns the number of the first row of a group behind plan->run_count. */
 int flesh_accuracy_slot(const flesh_accuracy_plan *plan, flesh_accuracy_group group);
 
-/* A comparison in progress; data of its study. The store and the tracks are the first rank's: the processes of other ranks
- * read the reference and the tightly solved run from the folder. */
-typedef struct flesh_accuracy_session {
-  flesh_accuracy_plan *plan;
-  flesh_study study;
-  flesh_study_store store;
-  flesh_accuracy_track reference, tight;
-} flesh_accuracy_session;
-/* Returns the plan as a study, whose records it takes. Borrows the session. */
-flesh_study flesh_accuracy_study(flesh_accuracy_session *session);
+/* Returns the plan as a study, whose records it takes. Borrows the plan. */
+flesh_study flesh_accuracy_study(flesh_accuracy_plan *plan);
 
 /* Runs the unfinished rows of the study's plan, one at a time on each rank, each in its own process, and writes tables,
  * texts and pictures; then runs the meshes. FLESH_ERR_INTERRUPTED after a signal; finished rows are kept. */
 flesh_study_course flesh_accuracy_run;
 /* The first makes a row behind plan->run_count a case of the study and takes its record, if it has one; the second also
  * runs the row if it has none. */
-int flesh_accuracy_known(flesh_accuracy_session *session, int number);
-int flesh_accuracy_do(flesh_accuracy_session *session, int number);
+int flesh_accuracy_known(flesh_accuracy_plan *plan, int number);
+int flesh_accuracy_do(flesh_accuracy_plan *plan, int number);
 /* Reads the reference, or makes it from two methods, and sets plan->reference, whose scale.length must be set before.
  * FLESH_ERR_SOLVE if fewer than two methods reach the end. */
-int flesh_accuracy_make_reference(flesh_accuracy_session *session);
+int flesh_accuracy_make_reference(flesh_accuracy_plan *plan);
 /* Run the kinds of case in this process and write figures to the row: a source, the reference, the tightly solved run,
  * a row. */
 int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number);
 int flesh_accuracy_settle(flesh_accuracy_plan *plan, flesh_accuracy_figures *figures);
 int flesh_accuracy_run_tight(const flesh_accuracy_plan *plan, int number);
-int flesh_accuracy_do_row(flesh_accuracy_plan *plan, const flesh_accuracy_session *session, int number);
+int flesh_accuracy_do_row(flesh_accuracy_plan *plan, int number);
 
 extern const flesh_study_field flesh_accuracy_reference_fields[];
 /* Write and read accuracy.json: the reference, for people, reports and the other ranks; `words`: how it was made. */
@@ -222,7 +216,7 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan);
 /* Chooses method and step, runs the meshes as far as the seconds allow, finds reference and errors, and reports them.
  * The runs have been reported, or the scene is for equilibrium. FLESH_ERR_INTERRUPTED, FLESH_ERR_FILE; FLESH_ERR_SOLVE
  * if no method with fixed steps reached the end. */
-int flesh_accuracy_run_meshes(flesh_accuracy_session *session);
+int flesh_accuracy_run_meshes(flesh_accuracy_plan *plan);
 /* Returns a new object of what the SQL knows about a row of meshes beside its case. */
 json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
 

@@ -206,10 +206,10 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
   if (!status) status = check_others(plan);
-  flesh_accuracy_session session = {.plan = plan, .store = {.lock = -1}};
-  session.study = flesh_accuracy_study(&session);
+  plan->store.lock = -1;
+  plan->study = flesh_accuracy_study(plan);
   plan->options.jobs = 1; /* times are compared */
-  return flesh_study_lead(&session.study, &plan->options, status, flesh_accuracy_run);
+  return flesh_study_lead(&plan->study, &plan->options, status, flesh_accuracy_run);
 }
 
 int flesh_command_accuracy(int argc, char **argv)

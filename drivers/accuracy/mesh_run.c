@@ -62,29 +62,27 @@ static const flesh_accuracy_row *shared_row(const flesh_accuracy_plan *plan)
 }
 
 /* Adds a row, and takes its record or runs it; adds its wall time in seconds to *spent. */
-static int add(flesh_accuracy_session *s, int source, int element, int refine, double *spent)
+static int add(flesh_accuracy_plan *plan, int source, int element, int refine, double *spent)
 {
-  flesh_accuracy_plan *plan = s->plan;
   const int number = first_of(plan) + plan->meshes.row_count++;
   flesh_accuracy_row *row = &plan->rows[number];
   *row = make_row(plan, FLESH_ACCURACY_RESOLUTION, source, element, refine, shared_row(plan));
-  const int status = flesh_accuracy_do(s, number);
+  const int status = flesh_accuracy_do(plan, number);
   *spent += row->figures.took_s;
   return status;
 }
 
 /* Runs the coarser meshes, then the scene's mesh refined repeatedly, for each element as far as the seconds allow; the
  * two elements that make the reference get at least two meshes. */
-static int run_all(flesh_accuracy_session *s)
+static int run_all(flesh_accuracy_plan *plan)
 {
   enum { MOST = 5 };
   const double growth = 12; /* factor in time: eight times the tets, and more iterations */
-  flesh_accuracy_plan *plan = s->plan;
   double spent = 0, last[FLESH_ELEMENT_COUNT] = {0};
   int status = FLESH_OK, ended[FLESH_ELEMENT_COUNT] = {0};
   for (int k = 1; k < plan->meshes.source_count && !status; k++)
     for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT && !status; e++)
-      if (plan->meshes.row_count < FLESH_ACCURACY_MESHES - MOST * FLESH_ELEMENT_COUNT) status = add(s, k, e, 0, &spent);
+      if (plan->meshes.row_count < FLESH_ACCURACY_MESHES - MOST * FLESH_ELEMENT_COUNT) status = add(plan, k, e, 0, &spent);
   for (int refine = 0; refine < MOST && !status; refine++)
     for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4 && !status; e--) {
       const int needed = refine < 2 && e != FLESH_ELEMENT_TET4;
@@ -92,7 +90,7 @@ static int run_all(flesh_accuracy_session *s)
         ended[e] = 1;
         continue;
       }
-      status = add(s, 0, e, refine, &spent);
+      status = add(plan, 0, e, refine, &spent);
       const flesh_accuracy_row *row = row_of(plan, plan->meshes.row_count - 1);
       ended[e] = !is_complete(row);
       last[e] = row->figures.took_s;
@@ -232,9 +230,8 @@ json_t *flesh_accuracy_mesh_facts(const flesh_accuracy_plan *plan, const flesh_a
 }
 
 /* Finds the limits of the meshes; again if the set of meshes has changed, for which all meshes need their states. */
-static int find_limits(flesh_accuracy_session *s)
+static int find_limits(flesh_accuracy_plan *plan)
 {
-  flesh_accuracy_plan *plan = s->plan;
   flesh_accuracy_meshes *meshes = &plan->meshes;
   const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_LIMITS);
   const char *texts[2 * FLESH_ACCURACY_MESHES];
@@ -242,12 +239,12 @@ static int find_limits(flesh_accuracy_session *s)
   flesh_accuracy_hash(2 * meshes->row_count, texts, meshes->all_inputs);
   plan->rows[number] = (flesh_accuracy_row){.group = FLESH_ACCURACY_LIMITS, .method = -1, .setting = "of all meshes",
                                             .inputs = meshes->all_inputs, .figures = flesh_accuracy_unknown};
-  int status = flesh_accuracy_known(s, number);
+  int status = flesh_accuracy_known(plan, number);
   for (int k = 0; k < meshes->row_count && !status && !plan->rows[number].done; k++) {
     plan->rows[first_of(plan) + k].needs_states = 1;
-    status = flesh_accuracy_do(s, first_of(plan) + k);
+    status = flesh_accuracy_do(plan, first_of(plan) + k);
   }
-  if (!status) status = flesh_accuracy_do(s, number);
+  if (!status) status = flesh_accuracy_do(plan, number);
   if (!status && plan->rows[number].figures.status)
     status = flesh_fail(plan->rows[number].figures.status, "the meshes: %s", plan->rows[number].figures.message);
   for (int k = 0; k < meshes->row_count && !status; k++)
@@ -255,39 +252,37 @@ static int find_limits(flesh_accuracy_session *s)
   return status;
 }
 
-static int tell(flesh_accuracy_session *s, const char *first, const char *second)
+static int tell(flesh_accuracy_plan *plan, const char *first, const char *second)
 {
-  flesh_study study = s->study;
-  study.case_count = flesh_accuracy_slot(s->plan, FLESH_ACCURACY_RESOLUTION) + s->plan->meshes.row_count;
+  flesh_study study = plan->study;
+  study.case_count = flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION) + plan->meshes.row_count;
   study.table = "mesh", study.words = "mesh.txt";
   study.results[0] = first ? flesh_own_text(first) : flesh_own_text(second);
   study.results[1] = first ? flesh_own_text(second) : NULL;
-  return flesh_study_conclude(&study, &s->store, &s->plan->options, FLESH_OK);
+  return flesh_study_conclude(&study, &plan->store, &plan->options, FLESH_OK);
 }
 
 /* Times the choices of mesh and step that were not run in this combination. */
-static int time_choices(flesh_accuracy_session *s)
+static int time_choices(flesh_accuracy_plan *plan)
 {
-  flesh_accuracy_plan *plan = s->plan;
   const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_TIMING);
-  const int count = flesh_study_store_number(&s->store, "SELECT count(*) FROM choices WHERE NOT measured");
+  const int count = flesh_study_store_number(&plan->store, "SELECT count(*) FROM choices WHERE NOT measured");
   int status = FLESH_OK;
   for (int k = 0; k < count && !status; k++) {
     static const char query[] = "SELECT %s FROM choices WHERE NOT measured ORDER BY share LIMIT 1 OFFSET %d";
-    const int mesh = flesh_study_store_number(&s->store, query, "mesh", k);
-    const int by = flesh_study_store_number(&s->store, query, "step", k);
+    const int mesh = flesh_study_store_number(&plan->store, query, "mesh", k);
+    const int by = flesh_study_store_number(&plan->store, query, "step", k);
     const flesh_accuracy_row *row = row_of(plan, mesh);
     plan->rows[first + k] = make_row(plan, FLESH_ACCURACY_TIMING, row->source, row->element, row->refine, &plan->rows[by]);
     plan->rows[first + k].mesh = mesh, plan->rows[first + k].timed_by = by;
-    status = flesh_accuracy_do(s, first + k);
+    status = flesh_accuracy_do(plan, first + k);
   }
   return status;
 }
 
 /* Reads from the scenes what the plan of the meshes needs: the scene and the files of other meshes. */
-static int look_at_scenes(flesh_accuracy_session *s)
+static int look_at_scenes(flesh_accuracy_plan *plan)
 {
-  flesh_accuracy_plan *plan = s->plan;
   flesh_accuracy_meshes *meshes = &plan->meshes;
   flesh_scene *scene = NULL;
   int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
@@ -300,7 +295,7 @@ static int look_at_scenes(flesh_accuracy_session *s)
   snprintf(meshes->point_load, sizeof meshes->point_load, "%.79s", load ? load : "");
   const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
   flesh_scene_destroy(&scene);
-  meshes->shared = in_time ? flesh_study_store_number(&s->store, "SELECT coalesce((SELECT number FROM shared), -1)") : -1;
+  meshes->shared = in_time ? flesh_study_store_number(&plan->store, "SELECT coalesce((SELECT number FROM shared), -1)") : -1;
   if (in_time && meshes->shared < 0)
     return flesh_fail(FLESH_ERR_SOLVE, "the meshes are not compared: no method of fixed steps reached the end");
   meshes->sources[meshes->source_count++] = plan->scene;
@@ -311,13 +306,13 @@ static int look_at_scenes(flesh_accuracy_session *s)
   return status;
 }
 
-int flesh_accuracy_run_meshes(flesh_accuracy_session *s)
+int flesh_accuracy_run_meshes(flesh_accuracy_plan *plan)
 {
-  int status = look_at_scenes(s);
-  if (!status) status = run_all(s);
-  if (!status) status = find_limits(s);
-  if (!status) status = s->plan->run_count ? tell(s, NULL, "mesh") : tell(s, "runs", "mesh");
-  if (!status) status = time_choices(s);
-  if (!status) status = tell(s, NULL, "mesh_words");
+  int status = look_at_scenes(plan);
+  if (!status) status = run_all(plan);
+  if (!status) status = find_limits(plan);
+  if (!status) status = plan->run_count ? tell(plan, NULL, "mesh") : tell(plan, "runs", "mesh");
+  if (!status) status = time_choices(plan);
+  if (!status) status = tell(plan, NULL, "mesh_words");
   return status == FLESH_ERR_INTERRUPTED ? flesh_fail(status, "interrupted while the meshes were run; --resume goes on") : status;
 }

@@ -208,28 +208,28 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
   return lacks ? flesh_fail(FLESH_ERR_FILE, "%s: its reference is incomplete", path) : FLESH_OK;
 }
 
-int flesh_accuracy_known(flesh_accuracy_session *s, int number)
+int flesh_accuracy_known(flesh_accuracy_plan *plan, int number)
 {
-  flesh_accuracy_row *row = &s->plan->rows[number];
+  flesh_accuracy_row *row = &plan->rows[number];
   row->done = 0;
-  int status = flesh_study_store_want(&s->store, &s->study, number);
-  if (!status) status = flesh_study_store_load(&s->store, &s->study);
-  const char *path = flesh_accuracy_states_path(s->plan, number);
+  int status = flesh_study_store_want(&plan->store, &plan->study, number);
+  if (!status) status = flesh_study_store_load(&plan->store, &plan->study);
+  const char *path = flesh_accuracy_states_path(plan, number);
   const int lacks = row->done && !row->figures.status && *path && row->needs_states && flesh_path_access(path, R_OK);
   if (status || !lacks) return status;
   row->done = 0;
-  return flesh_study_store_redo(&s->store, "1", number);
+  return flesh_study_store_redo(&plan->store, "1", number);
 }
 
-int flesh_accuracy_do(flesh_accuracy_session *s, int number)
+int flesh_accuracy_do(flesh_accuracy_plan *plan, int number)
 {
-  flesh_accuracy_row *row = &s->plan->rows[number];
-  flesh_study study = s->study;
-  const int status = flesh_accuracy_known(s, number);
+  flesh_accuracy_row *row = &plan->rows[number];
+  flesh_study study = plan->study;
+  const int status = flesh_accuracy_known(plan, number);
   if (status || row->done) return status;
-  if (row->group == FLESH_ACCURACY_SOURCE) study.max_seconds = 2 * (s->plan->max_seconds + s->plan->reference_seconds) + 2;
-  s->store.first = number, s->store.end = number + 1;
-  return flesh_study_run(&study, &s->store, &s->plan->options);
+  if (row->group == FLESH_ACCURACY_SOURCE) study.max_seconds = 2 * (plan->max_seconds + plan->reference_seconds) + 2;
+  plan->store.first = number, plan->store.end = number + 1;
+  return flesh_study_run(&study, &plan->store, &plan->options);
 }
 
 static void show(const char *words)
@@ -240,9 +240,8 @@ static void show(const char *words)
 }
 
 /* Makes sources one after the other until two have reached the end. */
-static int make_sources(flesh_accuracy_session *s)
+static int make_sources(flesh_accuracy_plan *plan)
 {
-  const flesh_accuracy_plan *plan = s->plan;
   const int first = flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE);
   char why[600] = "", words[160];
   int have = 0, numbers[2];
@@ -251,7 +250,7 @@ static int make_sources(flesh_accuracy_session *s)
     snprintf(words, sizeof words, "reference: %s, about %.0f s", flesh_accuracy_sources[k - first].method,
              plan->reference_seconds);
     show(words);
-    const int status = flesh_accuracy_do(s, k);
+    const int status = flesh_accuracy_do(plan, k);
     show("");
     if (status) return status;
     have = find_sources(plan, numbers);
@@ -264,16 +263,15 @@ static int make_sources(flesh_accuracy_session *s)
                                 plan->scene, have ? "only one" : "none", why);
 }
 
-int flesh_accuracy_make_reference(flesh_accuracy_session *s)
+int flesh_accuracy_make_reference(flesh_accuracy_plan *plan)
 {
-  const flesh_accuracy_plan *plan = s->plan;
   const int number = flesh_accuracy_slot(plan, FLESH_ACCURACY_REFERENCE);
   const flesh_accuracy_row *row = &plan->rows[number];
-  int status = flesh_accuracy_known(s, number);
-  if (!status && !row->done) status = make_sources(s);
-  if (!status) status = flesh_accuracy_do(s, number);
+  int status = flesh_accuracy_known(plan, number);
+  if (!status && !row->done) status = make_sources(plan);
+  if (!status) status = flesh_accuracy_do(plan, number);
   if (!status && row->figures.status) status = flesh_fail(row->figures.status, "no reference: %s", row->figures.message);
   for (int k = 0; k < FLESH_ACCURACY_SOURCES && !status; k++)
     flesh_path_unlink(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_SOURCE) + k));
-  return status ? status : flesh_accuracy_track_read(flesh_accuracy_states_path(plan, number), &s->reference);
+  return status;
 }

@@ -152,18 +152,16 @@ static int run_and_judge(const flesh_accuracy_plan *plan, const flesh_accuracy_t
   return status;
 }
 
-int flesh_accuracy_do_row(flesh_accuracy_plan *plan, const flesh_accuracy_session *session, int number)
+int flesh_accuracy_do_row(flesh_accuracy_plan *plan, int number)
 {
   flesh_accuracy_row *row = &plan->rows[number];
   const int is_price = row->group != FLESH_ACCURACY_WORK;
-  flesh_accuracy_track reference = session->reference, tight = session->tight;
-  int status = FLESH_OK;
-  if (!reference.t) { /* on a rank other than the first, which has made the files */
-    status = flesh_accuracy_load(plan);
-    if (!status) status = read_track(plan, FLESH_ACCURACY_REFERENCE, &reference);
-    if (!status && is_price) status = read_track(plan, FLESH_ACCURACY_TIGHT, &tight);
-  }
+  flesh_accuracy_track reference = {0}, tight = {0};
+  int status = plan->reference.times ? FLESH_OK : flesh_accuracy_load(plan); /* on a rank other than the first */
+  if (!status) status = read_track(plan, FLESH_ACCURACY_REFERENCE, &reference);
+  if (!status && is_price) status = read_track(plan, FLESH_ACCURACY_TIGHT, &tight);
   if (!status) status = run_and_judge(plan, &reference, is_price ? &tight : NULL, row, &row->figures);
-  if (!session->reference.t) flesh_accuracy_track_close(&reference), flesh_accuracy_track_close(&tight);
+  flesh_accuracy_track_close(&reference);
+  flesh_accuracy_track_close(&tight);
   return status;
 }

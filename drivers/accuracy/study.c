@@ -36,8 +36,6 @@ static const flesh_study_column columns[] = {{.name = "price", .key = "group"},
                                              {.name = "scene_sha256", .key = "--coarser", .is_digest = 1},
                                              {0}};
 
-static const flesh_accuracy_plan *plan_of(const void *data) { return ((const flesh_accuracy_session *)data)->plan; }
-
 static json_t *names(const void *data)
 {
   (void)data;
@@ -49,7 +47,7 @@ static json_t *names(const void *data)
 
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
-  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_plan *plan = data;
   const flesh_accuracy_row *row = &plan->rows[number];
   *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row),
                              .values = {flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting,
@@ -80,7 +78,7 @@ static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accurac
 
 static json_t *facts_of(const void *data, int number)
 {
-  const flesh_accuracy_plan *plan = plan_of(data);
+  const flesh_accuracy_plan *plan = data;
   const flesh_accuracy_row *row = &plan->rows[number];
   if (number < plan->run_count) return facts_of_run(plan, row);
   return row->group >= FLESH_ACCURACY_RESOLUTION && *row->setting ? flesh_accuracy_mesh_facts(plan, row) : NULL;
@@ -95,7 +93,7 @@ static const char *status_word(const flesh_accuracy_figures *f)
 static json_t *do_case(const void *data, int number, const char *folder)
 {
   (void)folder;
-  flesh_accuracy_plan plan = *plan_of(data);
+  flesh_accuracy_plan plan = *(const flesh_accuracy_plan *)data;
   flesh_accuracy_row *row = &plan.rows[number];
   flesh_accuracy_figures *f = &row->figures;
   json_t *rows = json_array();
@@ -120,7 +118,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
     status = flesh_accuracy_find_limits(&plan, rows);
     break;
   default:
-    status = flesh_accuracy_do_row(&plan, data, number);
+    status = flesh_accuracy_do_row(&plan, number);
   }
   f->status = status;
   if (status) snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
@@ -134,7 +132,7 @@ static json_t *do_case(const void *data, int number, const char *folder)
 
 static int take(void *data, int number, const json_t *record)
 {
-  flesh_accuracy_plan *plan = ((flesh_accuracy_session *)data)->plan;
+  flesh_accuracy_plan *plan = data;
   flesh_accuracy_row *row = &plan->rows[number];
   flesh_accuracy_figures *f = &row->figures;
   int crashed_by = 0, status = flesh_fields_take(fields, "accuracy.db", record, f, f->message, &crashed_by);
@@ -149,9 +147,8 @@ static int take(void *data, int number, const json_t *record)
   return FLESH_OK;
 }
 
-flesh_study flesh_accuracy_study(flesh_accuracy_session *session)
+flesh_study flesh_accuracy_study(flesh_accuracy_plan *plan)
 {
-  const flesh_accuracy_plan *plan = session->plan;
   const int repeats = plan->repeat ? plan->repeat : 3; /* number for a long run */
   const double grace = 2;
   return (flesh_study){.name = "accuracy",
@@ -166,7 +163,7 @@ flesh_study flesh_accuracy_study(flesh_accuracy_session *session)
                        .results = {flesh_own_text("runs"),
                                    flesh_own_text("accuracy")},
                        .again = "status IN ('crashed', 'out of budget') OR exit_code = 3",
-                       .data = session,
+                       .data = plan,
                        .make = make_case,
                        .figures = names,
                        .work = do_case,
@@ -196,33 +193,30 @@ static int count_done(const flesh_accuracy_plan *plan)
 }
 
 /* Runs the other prices, from row `first` on. If they cannot be measured, that is printed, and is no failure. */
-static int run_prices(flesh_accuracy_session *s, int first)
+static int run_prices(flesh_accuracy_plan *plan, int first)
 {
-  const flesh_accuracy_plan *plan = s->plan;
   const int tight = flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT);
   int open = 0;
   for (int k = first; k < plan->run_count; k++) open |= !plan->rows[k].done;
   if (!open) return FLESH_OK;
-  int status = flesh_accuracy_do(s, tight);
+  int status = flesh_accuracy_do(plan, tight);
   const flesh_accuracy_figures *f = &plan->rows[tight].figures;
-  if (!status && !f->status) status = flesh_accuracy_track_read(flesh_accuracy_states_path(plan, tight), &s->tight);
   if (status) return status;
   if (f->status) {
     fprintf(stderr, "flesh accuracy: the costs of other settings are not measured: %s\n", f->message);
     return FLESH_OK;
   }
-  s->store.first = first, s->store.end = plan->run_count;
-  return flesh_study_run(&s->study, &s->store, &plan->options);
+  plan->store.first = first, plan->store.end = plan->run_count;
+  return flesh_study_run(&plan->study, &plan->store, &plan->options);
 }
 
-static int run_all(flesh_accuracy_session *s)
+static int run_all(flesh_accuracy_plan *plan)
 {
-  const flesh_accuracy_plan *plan = s->plan;
   int work_rows = 0, status = FLESH_OK;
   while (work_rows < plan->run_count && plan->rows[work_rows].group == FLESH_ACCURACY_WORK) work_rows++;
-  s->store.first = 0, s->store.end = work_rows;
-  status = flesh_study_run(&s->study, &s->store, &plan->options);
-  if (!status) status = run_prices(s, work_rows);
+  plan->store.first = 0, plan->store.end = work_rows;
+  status = flesh_study_run(&plan->study, &plan->store, &plan->options);
+  if (!status) status = run_prices(plan, work_rows);
   flesh_path_unlink(flesh_accuracy_states_path(plan, flesh_accuracy_slot(plan, FLESH_ACCURACY_TIGHT)));
   if (status == FLESH_ERR_INTERRUPTED || (!status && flesh_interrupt_signal()))
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs; --resume goes on with the others",
@@ -231,32 +225,28 @@ static int run_all(flesh_accuracy_session *s)
 }
 
 /* Runs the methods and reports them; without a reference there is nothing to report. */
-static int run_methods(flesh_accuracy_session *s)
+static int run_methods(flesh_accuracy_plan *plan)
 {
-  const flesh_accuracy_plan *plan = s->plan;
   const int had = count_done(plan);
   printf("%d runs", plan->run_count);
   if (had) printf(", %d of them done before", had);
   printf(", compared at every step of theirs\n");
   fflush(stdout);
-  int status = flesh_accuracy_make_reference(s);
+  int status = flesh_accuracy_make_reference(plan);
   if (status) return status;
-  status = run_all(s);
-  return flesh_study_conclude(&s->study, &s->store, &plan->options, status);
+  status = run_all(plan);
+  return flesh_study_conclude(&plan->study, &plan->store, &plan->options, status);
 }
 
 int flesh_accuracy_run(const flesh_study *study, const flesh_study_options *options)
 {
-  flesh_accuracy_session *s = study->data;
-  flesh_accuracy_plan *plan = s->plan;
+  flesh_accuracy_plan *plan = study->data;
   int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", options->out)) : FLESH_OK;
   if (!status) status = make_fingerprint(plan);
-  if (!status) status = flesh_study_store_open(study, options, &s->store);
-  if (!status) status = flesh_study_store_load(&s->store, study);
-  if (!status && plan->run_count) status = run_methods(s);
-  if (!status && plan->mesh) status = flesh_accuracy_run_meshes(s);
-  flesh_study_store_close(&s->store);
-  flesh_accuracy_track_close(&s->reference);
-  flesh_accuracy_track_close(&s->tight);
+  if (!status) status = flesh_study_store_open(study, options, &plan->store);
+  if (!status) status = flesh_study_store_load(&plan->store, study);
+  if (!status && plan->run_count) status = run_methods(plan);
+  if (!status && plan->mesh) status = flesh_accuracy_run_meshes(plan);
+  flesh_study_store_close(&plan->store);
   return status;
 }
