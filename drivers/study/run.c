@@ -268,7 +268,7 @@ int flesh_study_do(const flesh_study *study, const flesh_study_options *options)
   if (!status) status = flesh_study_run(study, &store, options);
   if (!status && !study->asks) status = flesh_study_store_judge(&store);
   /* The cases that are done are reported in any case. */
-  if (store.claim) status = flesh_study_conclude(study, &store, options, status);
+  if (*store.worker) status = flesh_study_conclude(study, &store, options, status);
   flesh_study_store_close(&store);
   return status;
 }

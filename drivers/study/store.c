@@ -181,28 +181,6 @@ static int enrol(flesh_study_store *store, int argc, char **argv)
   return status;
 }
 
-static int prepare_statements(flesh_study_store *store)
-{
-  int status = flesh_study_store_prepare(
-      store,
-      "UPDATE cases SET status = 'running', worker = ?1, started = strftime('%Y-%m-%dT%H:%M:%fZ', 'now') "
-      "WHERE id = (SELECT id FROM cases WHERE status = 'planned' AND EXISTS (SELECT 1 FROM temp.wanted w "
-      "WHERE w.id = cases.id AND w.number >= ?2 AND w.number < ?3) ORDER BY id LIMIT 1) "
-      "RETURNING (SELECT number FROM temp.wanted w WHERE w.id = cases.id)",
-      &store->claim);
-  if (!status)
-    status =
-        flesh_study_store_prepare(store,
-                                  "UPDATE cases SET status = ?, exit_code = ?, message = ?, seconds = ?, result = ? "
-                                  "WHERE id = (SELECT id FROM temp.wanted WHERE number = ?) AND worker = ?",
-                                  &store->finish);
-  if (!status)
-    status = flesh_study_store_prepare(
-        store, "INSERT OR REPLACE INTO table_rows VALUES ((SELECT id FROM temp.wanted WHERE number = ?), ?, ?)",
-        &store->row);
-  return status;
-}
-
 /* Creates the tables or continues with them, within a transaction. */
 static int fill(flesh_study_store *store, const flesh_study *study, const flesh_study_options *options)
 {
@@ -259,8 +237,7 @@ int flesh_study_store_open(const flesh_study *study, const flesh_study_options *
   if (!status) status = prepare_journal(store);
   if (!status) status = flesh_study_store_execute(store, "BEGIN IMMEDIATE");
   if (status) return status;
-  status = flesh_study_store_end(store, fill(store, study, options));
-  return status ? status : prepare_statements(store);
+  return flesh_study_store_end(store, fill(store, study, options));
 }
 
 int flesh_study_store_read(const char *path, flesh_study_store *store)
@@ -273,9 +250,6 @@ int flesh_study_store_read(const char *path, flesh_study_store *store)
 
 void flesh_study_store_close(flesh_study_store *store)
 {
-  sqlite3_finalize(store->claim);
-  sqlite3_finalize(store->finish);
-  sqlite3_finalize(store->row);
   if (store->lock >= 0) {
     /* Leave WAL, as a database in WAL can be read only if SQLite may write beside it; one that is in use stays in
      * WAL. */

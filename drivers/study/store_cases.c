@@ -155,17 +155,25 @@ int flesh_study_store_redo(flesh_study_store *store, const char *condition, int 
 
 static int claim(flesh_study_store *store, int *number)
 {
+  static const char sql[] =
+      "UPDATE cases SET status = 'running', worker = ?1, started = strftime('%Y-%m-%dT%H:%M:%fZ', 'now') "
+      "WHERE id = (SELECT id FROM cases WHERE status = 'planned' AND EXISTS (SELECT 1 FROM temp.wanted w "
+      "WHERE w.id = cases.id AND w.number >= ?2 AND w.number < ?3) ORDER BY id LIMIT 1) "
+      "RETURNING (SELECT number FROM temp.wanted w WHERE w.id = cases.id)";
+  sqlite3_stmt *query;
+  int status = flesh_study_store_prepare(store, sql, &query);
   *number = -1;
-  sqlite3_bind_text(store->claim, 1, store->worker, -1, SQLITE_STATIC);
-  sqlite3_bind_int(store->claim, 2, store->first);
-  sqlite3_bind_int(store->claim, 3, store->end);
-  int code = sqlite3_step(store->claim);
+  if (status) return status;
+  sqlite3_bind_text(query, 1, store->worker, -1, SQLITE_STATIC);
+  sqlite3_bind_int(query, 2, store->first);
+  sqlite3_bind_int(query, 3, store->end);
+  int code = sqlite3_step(query);
   if (code == SQLITE_ROW) {
-    *number = sqlite3_column_int(store->claim, 0);
-    code = sqlite3_step(store->claim);
+    *number = sqlite3_column_int(query, 0);
+    code = sqlite3_step(query);
   }
-  int status = code == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
-  sqlite3_reset(store->claim);
+  if (code != SQLITE_DONE) status = flesh_study_store_fail(store, "cannot be written");
+  sqlite3_finalize(query);
   return status;
 }
 
@@ -180,26 +188,28 @@ static int write_rows(flesh_study_store *store, int number, const json_t *rows)
 {
   size_t index;
   const json_t *row;
+  int status = FLESH_OK;
   json_array_foreach((json_t *)rows, index, row) {
     char *text = json_dumps(row, JSON_COMPACT);
-    const int code = flesh_database_put(store->row, "iit", number, (int)index + 1, text);
+    if (!status)
+      status = flesh_study_store_execute(store, "INSERT OR REPLACE INTO table_rows VALUES ((SELECT id FROM temp.wanted WHERE "
+                                         "number = %d), %d, %Q)", number, (int)index + 1, text);
     free(text);
-    if (code != SQLITE_DONE) return flesh_study_store_fail(store, "cannot be written");
   }
-  return FLESH_OK;
+  return status;
 }
 
 static int write_record(flesh_study_store *store, int number, const json_t *record, double seconds)
 {
-  const json_t *result = json_object_get(record, "result"), *rows = json_object_get(record, "rows");
+  const json_t *result = json_object_get(record, "result");
   char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
-  const int code = flesh_database_put(store->finish, "titdtit", json_string_value(json_object_get(record, "status")),
-                                      (int)json_integer_value(json_object_get(record, "exit_code")),
-                                      json_string_value(json_object_get(record, "message")), seconds, text, number,
-                                      store->worker);
-  const int status = code == SQLITE_DONE ? FLESH_OK : flesh_study_store_fail(store, "cannot be written");
+  const int status = flesh_study_store_execute(
+      store, "UPDATE cases SET status = %Q, exit_code = %d, message = %Q, seconds = %!.17g, result = %Q "
+      "WHERE id = (SELECT id FROM temp.wanted WHERE number = %d) AND worker = %Q",
+      json_string_value(json_object_get(record, "status")), (int)json_integer_value(json_object_get(record, "exit_code")),
+      json_string_value(json_object_get(record, "message")), seconds, text, number, store->worker);
   free(text);
-  return status || !rows ? status : write_rows(store, number, rows);
+  return status ? status : write_rows(store, number, json_object_get(record, "rows"));
 }
 
 int flesh_study_store_finish(flesh_study_store *store, int number, const json_t *record, double seconds, int *next)

@@ -129,7 +129,6 @@ typedef struct flesh_study_store {
   char *lock_path;
   int shard, shards; /* of this database; 1/1 if it is whole */
   int first, end;    /* numbers of the cases that may be claimed: from `first` to before `end` */
-  sqlite3_stmt *claim, *finish, *row;
 } flesh_study_store;
 
 /* How a study is started or resumed. */

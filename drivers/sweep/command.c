@@ -35,7 +35,7 @@ static void choose_values(const flesh_sweep *sweep, long number, flesh_study_cas
 
 static int make_case(const void *data, int number, flesh_study_case *made)
 {
-  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  const flesh_sweep *sweep = data;
   char seed[16];
   *made = (flesh_study_case){.scene = sweep->scene};
   choose_values(sweep, number, made);
@@ -53,9 +53,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 /* Reads the scene as the case will. */
 static int read_case(const flesh_sweep *sweep, int number, flesh_scene **scene)
 {
-  const flesh_sweep_work given = {sweep, NULL, 0};
   flesh_study_case c;
-  int status = make_case(&given, number, &c);
+  int status = make_case(sweep, number, &c);
   if (status) return status;
   status = flesh_overrides_read(&c.overrides, c.scene, scene);
   flesh_study_case_free(&c);
@@ -103,13 +102,13 @@ static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, co
 
 static char *case_folder(const void *data, int number)
 {
-  const flesh_sweep_work *given = data;
-  return given->sweep->keep ? flesh_text_new("%s/cases/%06d", given->out, number + 1) : NULL;
+  const flesh_sweep *sweep = data;
+  return sweep->keep ? flesh_text_new("%s/cases/%06d", sweep->out, number + 1) : NULL;
 }
 
 static json_t *run_case(const void *data, int number, const char *folder)
 {
-  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  const flesh_sweep *sweep = data;
   flesh_study_case c;
   int status = sweep->keep && !folder ? flesh_no_memory() : make_case(data, number, &c);
   if (status) return refused(status);
@@ -121,7 +120,7 @@ static json_t *run_case(const void *data, int number, const char *folder)
 /* Returns the figures, without values, that the first scene that can be read will have in its result.json. */
 static json_t *figures_of(const void *data)
 {
-  const flesh_sweep *sweep = ((const flesh_sweep_work *)data)->sweep;
+  const flesh_sweep *sweep = data;
   json_t *figures = NULL;
   flesh_scene *scene = NULL;
   flesh_figures empty = {0};
@@ -134,12 +133,11 @@ static json_t *figures_of(const void *data)
   return figures;
 }
 
-flesh_study flesh_sweep_study(flesh_sweep_work *given)
+flesh_study flesh_sweep_study(flesh_sweep *sweep)
 {
   /* Seconds after the end of its budget by which a case must have ended; it stops by itself between two steps, and is
    * killed later. */
   static const double grace = 2;
-  const flesh_sweep *sweep = given->sweep;
   return (flesh_study){.name = "sweep",
                        .text = sweep->text,
                        .path = sweep->path,
@@ -158,7 +156,7 @@ flesh_study flesh_sweep_study(flesh_sweep_work *given)
                        .budget = sweep->max_seconds,
                        .asks = 1,
                        .results = {flesh_own_text("sweep")},
-                       .data = given,
+                       .data = sweep,
                        .make = make_case,
                        .figures = figures_of,
                        .work = run_case,
@@ -188,13 +186,13 @@ static void print_plan(const flesh_sweep *sweep, int shard, int shards)
 /* Runs the sweep on the first rank, or prints its plan. */
 static int sweep_all(const flesh_study *study, const flesh_study_options *options)
 {
-  const flesh_sweep_work *work = study->data;
+  const flesh_sweep *sweep = study->data;
   int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
-  if (work->is_dry) {
-    print_plan(work->sweep, shard, shards);
+  if (sweep->is_dry) {
+    print_plan(sweep, shard, shards);
     return FLESH_OK;
   }
-  if (!flesh_path_is_file(flesh_path("%s/%s.db", options->out, study->name))) status = try_cases(work->sweep, shard, shards);
+  if (!flesh_path_is_file(flesh_path("%s/%s.db", options->out, study->name))) status = try_cases(sweep, shard, shards);
   if (!status) status = flesh_folder_make(options->out);
   if (status) return status;
   flesh_folder_clear(options->out);
@@ -216,10 +214,10 @@ static int read_and_sweep(const char *path, int is_dry, flesh_study_options *opt
 {
   flesh_interrupt_watch();
   flesh_sweep sweep = {0};
-  flesh_sweep_work work = {&sweep, options->out, is_dry};
   int shard, shards, status = flesh_study_read_shard(options->shard, &shard, &shards);
   if (!status) status = flesh_sweep_read(path, &sweep);
-  const flesh_study study = flesh_sweep_study(&work);
+  sweep.out = options->out, sweep.is_dry = is_dry;
+  const flesh_study study = flesh_sweep_study(&sweep);
   if (!status) status = check(&study, &sweep);
   if (!status) status = flesh_confine(options->out);
   const char *print = status ? "" : sweep.fingerprint;

@@ -14,6 +14,8 @@ typedef struct flesh_sweep_group {
 typedef struct flesh_sweep {
   flesh_arena arena;
   const char *path;         /* of the spec */
+  const char *out;          /* folder of the results */
+  int is_dry;               /* only the plan is printed */
   char *text;               /* text of the spec; freed by flesh_sweep_close */
   const char *title, *scene; /* scene: path of the file */
   const flesh_node *scene_node, *given; /* given: the mapping `set` */
@@ -43,13 +45,8 @@ extern const flesh_settings_part flesh_sweep_keys[]; /* for the help */
 extern const char *const flesh_sweep_sequences[];
 int flesh_sweep_sample(int sequence, int dimensions, int count, int skip, int seed, double *points);
 
-/* A sweep, the folder of its results, and whether only its plan is printed: data for its study. Borrows both. */
-typedef struct flesh_sweep_work {
-  const flesh_sweep *sweep;
-  const char *out;
-  int is_dry;
-} flesh_sweep_work;
-flesh_study flesh_sweep_study(flesh_sweep_work *given);
+/* Returns the sweep as a study, which borrows it. */
+flesh_study flesh_sweep_study(flesh_sweep *sweep);
 
 int flesh_sweep_export(int argc, char **argv);
 int flesh_sweep_plot(int argc, char **argv);

@@ -29,8 +29,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   int status = flesh_sweep_read("spec.yaml", &sweep);
   fuzz_status(status);
   if (!status) {
-    flesh_sweep_work given = {&sweep, "out", 0};
-    const flesh_study study = flesh_sweep_study(&given);
+    const flesh_study study = flesh_sweep_study(&sweep);
     fuzz_expect(study.case_count >= 1, "a sweep without a case");
     for (int k = 0; k < 3; k++) {
       flesh_study_case made;
