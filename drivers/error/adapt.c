@@ -14,7 +14,6 @@
 #include "cli/json_memory.h"
 #include "cli/path.h"
 #include "error/meshes.h"
-#include "plot/curves.h"
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
 #include "output/resume.h"
@@ -55,7 +54,9 @@ typedef struct level {
 typedef struct adapt {
   const flesh_runner_options *options;
   flesh_overrides overrides;
-  char column[FLESH_CSV_NAME], unit[FLESH_CSV_NAME];
+  char column[96];
+  const char *unit;
+  int figure; /* index of the column's last value among the figures of probes */
   double tolerance;
   int relative;
   flesh_mesh *mesh; /* with its marks */
@@ -103,6 +104,10 @@ static int check(adapt *a, const flesh_scene *scene)
   if (k < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--to names %s; it must be a column of output.probes, as %s.position_z", a->column,
                       count ? probes[0].name : "tip");
+  a->figure = k;
+  a->unit = columns[k].unit;
+  for (; probes < own; probes++) a->figure += flesh_probe_columns(probes, columns);
+  a->figure *= FLESH_PROBE_FIGURES;
   if (isnan(own->point[0]) && (!strncmp(dot, ".position_", 10) || !strncmp(dot, ".velocity_", 10)))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s is a mean over nodes, of which finer meshes have others; give the probe a point",
                       a->column);
@@ -147,23 +152,16 @@ static int begin(adapt *a, const flesh_texts *given)
   return status;
 }
 
-/* Reads the column's last value and unit; for a position, `moved` is the distance from rest, 0 if it is only
- * rounding. */
-static int read_value(adapt *a, const char *folder, const flesh_scene *scene, level *l)
+/* Takes the column's last value; for a position, `moved` is the distance from rest, 0 if it is only rounding. */
+static void take_value(const adapt *a, const flesh_figures *figures, const flesh_scene *scene, level *l)
 {
-  flesh_csv csv;
-  const int status = flesh_csv_read(flesh_path("%s/probes.csv", folder), FLESH_CSV_WHOLE, &csv);
-  if (!status) flesh_csv_number(&csv, csv.rows - 1, flesh_csv_find_label(&csv, a->column, a->unit), &l->value);
-  l->moved = l->value;
+  l->moved = l->value = figures->probes[a->figure];
   const char *dot = strrchr(a->column, '.');
   flesh_mesh_info info;
   flesh_mesh_inspect(scene->mesh, &info);
-  if (!strncmp(dot, ".position_", 10)) {
-    l->moved = l->value - flesh_probe_of(scene, a->column)->point[dot[10] - 'x'];
-    if (fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
-  }
-  flesh_csv_clear(&csv);
-  return status;
+  if (strncmp(dot, ".position_", 10)) return;
+  l->moved -= flesh_probe_of(scene, a->column)->point[dot[10] - 'x'];
+  if (fabs(l->moved) <= 1e-12 * info.edge_max) l->moved = 0;
 }
 
 /* Runs the scene quietly on the mesh, in `folder`; the last run also writes frames and the saved state. */
@@ -194,8 +192,9 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
                                             "meshes fold otherwise, and there is no bar", a->mesh->tets, figures.final_inverted);
   l->cpu_s = figures.cpu_s;
+  if (!status) take_value(a, &figures, *scene, l);
   flesh_figures_close(&figures);
-  return status ? status : read_value(a, folder, *scene, l);
+  return status;
 }
 
 static int count_free(const flesh_scene *scene)
