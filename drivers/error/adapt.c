@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "cli/json_memory.h"
 #include "cli/path.h"
+#include "error/companion.h"
 #include "error/meshes.h"
 #include "mesh/mesh.h"
 #include "mesh/smooth.h"
@@ -182,6 +183,9 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   free(absolute);
   if (status) return status;
   flesh_runner_options options = *a->options;
+  flesh_error_stability stability = {.scene = *scene, .from_rest = a->levels == 1};
+  options.observer_count = !last;
+  options.observers = &(flesh_observer){flesh_error_watch_stability, &stability};
   options.out = folder;
   options.quiet = 1;
   options.no_frames |= !last;
@@ -191,6 +195,8 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   else if (!status && figures.final_inverted)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the equilibrium on a mesh of %d tets has %d inverted ones, as where a body folds; "
                                             "meshes fold otherwise, and there is no bar", a->mesh->tets, figures.final_inverted);
+  else if (!status && *stability.words)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "on a mesh of %d tets %s, and there is no bar", a->mesh->tets, stability.words);
   l->cpu_s = figures.cpu_s;
   if (!status) take_value(a, &figures, *scene, l);
   flesh_figures_close(&figures);

@@ -23,8 +23,6 @@ static const double tolerance_share = 0.25;
 /* A box that ends beyond a node by less than this share of an edge is taken to end at the node's plane; on a mesh
  * refined twice it contains no further nodes. */
 static const double least_end = 0.2;
-/* Equilibria have bars of the mesh if the softest motion keeps at least this share of its stiffness at rest. */
-static const double least_stiffness = 0.65;
 /* Least number of steps from which an order can be found. */
 enum { LEAST_STEPS = 12 };
 
@@ -239,31 +237,19 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
   return status || kind == FLESH_ERROR_STEP || !judges[kind].count ? status : check_cut(scene, &judges[kind]);
 }
 
-/* Refuses bars of the mesh of an equilibrium near which other equilibria branch off: companions that agree tell nothing of
- * those of other meshes. */
-static int check_stability(const char *out, flesh_error_judge *judge)
-{
-  const flesh_scene *scene = judge->companions[0].scene;
-  double share;
-  if (!judge->count || !(judge->better || judge->coarser) || scene->time.method != FLESH_METHOD_STATIC) return FLESH_OK;
-  const int status = flesh_error_compare_with_rest(scene, flesh_path("%s/%s", out, judge->companions[0].folder), &share);
-  if (status || !(share < least_stiffness)) return status;
-  char words[FLESH_ERROR_WORDS];
-  snprintf(words, sizeof words, "the body is %.2g times as stiff against its softest motion as at rest, as where it buckles or "
-                                "folds: other meshes may have other equilibria", share);
-  refuse(judge, words);
-  return FLESH_OK;
-}
-
 int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
 {
+  flesh_error_stability stability = {.scene = judge->companions[0].scene, .from_rest = 1};
+  const int is_watched = judge->count && (judge->better || judge->coarser) && stability.scene->time.method == FLESH_METHOD_STATIC;
+  const flesh_observer observer = {flesh_error_watch_stability, &stability};
   int status = FLESH_OK;
-  for (int k = 0; k < judge->count && !status; k++) {
+  for (int k = 0; k < judge->count && !status && !*stability.words; k++) {
     char *folder = flesh_text_new("%s/%s", given->out, judge->companions[k].folder);
     if (!folder) return flesh_no_memory();
     const flesh_runner_options options = {.out = folder, .scene_path = given->scene_path, .quiet = 1, .no_frames = 1,
                                           .max_seconds = given->max_seconds, .begun = given->begun,
-                                          .argc = given->argc, .argv = given->argv};
+                                          .argc = given->argc, .argv = given->argv,
+                                          .observer_count = !k && is_watched, .observers = &observer};
     flesh_figures figures = {0};
     flesh_outcome outcome = {0};
     flesh_runner_run(judge->companions[k].scene, &options, &figures, &outcome);
@@ -278,7 +264,8 @@ int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
     flesh_figures_close(&figures);
     free(folder);
   }
-  return status ? status : check_stability(given->out, judge);
+  if (!status && judge->count && *stability.words) refuse(judge, stability.words);
+  return status;
 }
 
 void flesh_error_judge_close(flesh_error_judge *judge)

@@ -28,6 +28,16 @@ typedef struct flesh_error_judge {
   } companions[FLESH_ERROR_COMPANIONS];
 } flesh_error_judge;
 
+/* How stiff a body is against its softest motion in the equilibria of a run, relative to rest. */
+typedef struct flesh_error_stability {
+  const flesh_scene *scene; /* borrowed */
+  int from_rest;  /* equilibria on the way from rest to the first one count, too */
+  double at_rest; /* N/m; 0: not known yet */
+  char words[FLESH_ERROR_WORDS]; /* why other meshes may have other equilibria; "": they have not, as far as is known */
+} flesh_error_stability;
+/* Takes in an equilibrium of a run of the scene; an observer. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED. */
+int flesh_error_watch_stability(void *stability, const flesh_step_record *record);
+
 /* Chooses the judge of a kind for a run of this scene, whose file is `path`, and reads its companions' scenes. The
  * judge of steps is chosen first; that of the mesh uses its runs. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED; with any
  * other error the judge has no companions. */
@@ -35,9 +45,6 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
                        flesh_error_judge judges[FLESH_ERROR_KINDS]);
 /* Runs the companions. If one ends early and the others do not suffice, the judge has none. FLESH_ERR_INTERRUPTED. */
 int flesh_error_run(const flesh_runner_options *options, flesh_error_judge *judge);
-/* Returns in *share the stiffness of the body against its softest motion at the equilibrium at the end of a run of the scene
- * in `folder`, relative to that at rest; NaN if it is not known. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED. */
-int flesh_error_compare_with_rest(const flesh_scene *scene, const char *folder, double *share);
 void flesh_error_judge_close(flesh_error_judge *judge);
 
 #endif

@@ -353,3 +353,12 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
   } while (goes_on && flesh_cutbacks_next(&times, 1, self->recovery.max_cutbacks, status));
   return status;
 }
+
+int flesh_integrator_find_at_load(flesh_integrator *self, flesh_state *state, const flesh_load_increment *increment, double h,
+                                  flesh_solve_stats *stats)
+{
+  load_followers(self, increment->to);
+  const int status = take_increment(self, state, increment, state->t, h, stats);
+  load_followers(self, 1);
+  return status;
+}

@@ -119,6 +119,11 @@ int flesh_integrator_pass(flesh_integrator *integrator, const flesh_state *state
 int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
                                       flesh_solve_stats *stats);
 
+/* Solves for equilibrium with the load increment->to < 1 of that at state->t + h, from the equilibrium `state` with
+ * increment->from, whose shape decides the direction of loads that follow it. state->t stays. Status as above. */
+int flesh_integrator_find_at_load(flesh_integrator *integrator, flesh_state *state, const flesh_load_increment *increment,
+                                  double h, flesh_solve_stats *stats);
+
 /* Collects everything that is known of a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,
                                      int status, const flesh_solve_stats *stats);
