@@ -145,8 +145,7 @@ static int check_stage(flesh_integrator *self, const flesh_stage *stage, const f
 /* Takes in that the stage has been solved. */
 static int tell_solved(const flesh_integrator *self, const flesh_stage *stage)
 {
-  const flesh_tape *tape = self->tape;
-  return tape ? tape->solved(tape->data, stage, self->memory.at, self->nonlinear->u) : FLESH_OK;
+  return self->tape ? self->tape->solved(self->tape->data, stage, self->memory.at, self->nonlinear->u) : FLESH_OK;
 }
 
 /* Takes in that the part is about to be finished. */
@@ -280,8 +279,7 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
   /* Steps that resolve the motion continue from where they are; softer materials would first lead away. */
   if (self->memory.at == 0) self->part.softer = !(controlled && !self->control.failed) && begins_softer(self, state);
   self->multipliers.allowed = gap_of(self, trial->row, stage, controlled);
-  if (controlled && !self->part.softer)
-    flesh_error_control_set_target(&self->control, &stage->shift);
+  if (controlled && !self->part.softer) flesh_error_control_set_target(&self->control, &stage->shift);
   int led = 0;
   int status = self->part.softer ? flesh_continuation_step(&self->continuation, stage, &from, end, guesses, &led, stats)
                    : flesh_multipliers_solve(&self->multipliers, stage, &from, end, guesses, 0, stats);
@@ -302,12 +300,11 @@ static int solve_stage(flesh_integrator *self, const trial *trial, const flesh_s
 /* Passes the forces of contact at the solved stage to the error control, as no filtered estimate sees their errors. */
 static int add_contact(flesh_integrator *self, const trial *trial)
 {
-  double *forces = self->room[1];
   if (!is_controlled(self, trial) || !flesh_system_has_role(self->evaluation->system, FLESH_ROLE_CONTACT) ||
       !flesh_team_any(self->evaluation->team, !flesh_nonlinear_is_clear(self->nonlinear)))
     return FLESH_OK;
-  const int status = find_contact(self, forces);
-  if (!status) flesh_error_control_touch(&self->control, forces);
+  const int status = find_contact(self, self->room[1]);
+  if (!status) flesh_error_control_touch(&self->control, self->room[1]);
   return status;
 }
 
@@ -317,16 +314,19 @@ static int solve_stages(flesh_integrator *self, const trial *trial, const flesh_
 {
   const flesh_method_row *row = trial->row;
   flesh_method_memory *memory = &self->memory;
-  const int count = row->stages ? row->stages(memory) : 1;
-  int status = FLESH_OK;
+  const flesh_point start = flesh_energy_watch_point(&self->watch, trial->from, state, NULL);
+  int status = FLESH_OK, count = row->stages ? row->stages(memory) : 1;
   flesh_error_control_clear_contact(&self->control);
   for (int k = 0; k < count && !status; k++) {
     memory->at = k;
     status = solve_stage(self, trial, state, k == count - 1, stage, stats);
     if (!status) status = add_contact(self, trial);
     if (status || !row->stages) continue;
+    const flesh_point point = flesh_nonlinear_point(self->nonlinear);
+    if (is_controlled(self, trial) && !self->tape)
+      status = flesh_momenta_keep(&self->control.momenta, row, memory, &start, &point, trial->part->h);
     row->keep(memory, stage, self->nonlinear->u);
-    status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
+    if (!status) status = flesh_step_energy_add(energy, row->weight(memory, k + 1), row->weight(memory, 0));
     if (k == count - 1) continue; /* the next stage lags the forces of this one */
     find_stage(self, stage, self->last_stage.at.x, self->last_stage.at.v);
     self->last_stage.at.t = stage->t;

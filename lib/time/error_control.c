@@ -45,8 +45,6 @@
 #include "system/velocity_scale.h"
 
 static const double share = 0.1, share_of_second = 0.2; /* error of a step over the tolerance, at tolerance 1; order 2 */
-/* Likewise, where stiff parts fly in steps that do not resolve them: angular momenta err with the stages' order, 2. */
-static const double share_of_stiff = 3;
 static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.5;             /* of the error allowed, the share of residuals (history.md) */
 /* A residual changes the momentum of a free body for good, which its vibrations do not show. The residual is at most
@@ -80,6 +78,7 @@ static void clear_vectors(flesh_error_control *self)
   free(self->e);
   free(self->touching);
   flesh_part_weights_clear(&self->weights);
+  flesh_momenta_clear(&self->momenta);
   self->e = self->force = self->filtered = NULL;
   self->touching = NULL;
 }
@@ -148,7 +147,8 @@ int flesh_error_control_set(const flesh_adaptive_options *options, const flesh_s
   if (!self->e || !self->touching) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the errors of %zu unknowns", n);
   self->force = self->e + n;
   self->filtered = self->force + n;
-  return flesh_part_weights_create(parts, &self->weights);
+  const int status = flesh_part_weights_create(parts, &self->weights);
+  return status ? status : flesh_momenta_create(&self->weights, system, self->force, &self->momenta);
 }
 
 void flesh_error_control_clear(flesh_error_control *self)
@@ -225,8 +225,6 @@ void flesh_error_control_aim(flesh_error_control *self, int order, const flesh_s
   self->local = (order == 2 ? share_of_second : share) * pow(self->options.tolerance, self->falls / order);
   self->largest = flesh_part_weights_aim(&self->weights, self->system, state, self->first ? h : 0,
                                          self->local * self->length, order > 2, self->force);
-  if (order > 2 && h > self->period && flesh_error_control_flies(self))
-    self->local = fmin(self->local, share_of_stiff * pow(self->options.tolerance, 1.5));
   const double least = impulses_of(self), lower = self->largest > 1 ? 1 : pow(least / self->local, of_held);
   self->impulses = fmax(least, lower * self->local);
 }

@@ -6,6 +6,7 @@
 #include "base/archive.h"
 #include "flesh/integrator.h"
 #include "sundials/kinsol.h"
+#include "time/momenta.h"
 #include "time/part_weights.h"
 
 /* Reason why a step was not accepted. */
@@ -27,6 +28,7 @@ typedef struct flesh_error_control {
   int touches;                    /* some do */
   double length, period, mass;    /* m; s, period of bending over 2 pi; kg */
   flesh_part_weights weights;     /* weights of errors for each part of the body */
+  flesh_momenta momenta;          /* of free parts */
   double largest;                 /* largest weight in a step */
   double nodes;                   /* of the body */
   double rest, stiffness;         /* J, elastic energy at rest; lambda/mu of the stiffest material, at least 1 */

@@ -270,6 +270,7 @@ void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *sy
   for (int p = 0; p < weights->count; p++) {
     const double *along = weights->sums + SUMS * weights->tied[p];
     weights->of[p].held = fmin(along[0], fmin(along[1], along[2]));
+    weights->of[p].loose = !(fmax(along[0], fmax(along[1], along[2])) > 0);
   }
   find_turning(weights, fixed);
 }

@@ -9,6 +9,7 @@ typedef struct flesh_part_weight {
   double length, period; /* m, longest side at rest; s, period of bending over 2 pi */
   double lasts;          /* s, for errors of velocities: the part's period, or the body's if it is tied to others */
   double held;           /* 1: along each axis something holds the part or one tied to it; 0: not */
+  double loose;          /* 1: no dof of the part, or of one tied to it, is constrained; 0 */
   double turns;          /* 1: held, but free to rotate; 0 */
   double fastest;        /* m/s, largest root mean square speed so far */
   double lately;         /* m/s, likewise, along its load if there is one, and of recent steps only */

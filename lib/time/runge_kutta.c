@@ -20,8 +20,8 @@ static double *V_of(const flesh_method_memory *memory, int i) { return memory->v
 static double *A_of(const flesh_method_memory *memory, int i) { return memory->vectors[FIRST + 2 * (i - 1) + 1]; }
 
 /* esdirk325 needs the fewest iterations where steps are easy; where bodies are tangled or collide its long stages with
- * weights of both signs put in energy, and esdirk324 damps more. Of stiff bodies that fly esdirk325 changes the angular
- * momentum ten times as much. */
+ * weights of both signs put in energy, and esdirk324 damps more. Where stiff bodies fly the errors of esdirk325 fall more
+ * slowly than the tolerance. */
 static const flesh_butcher_table *table_of(const flesh_method_memory *memory)
 {
   const flesh_table given = memory->options.table;

@@ -243,7 +243,8 @@ static void states_between_steps_balance(void)
            flesh_method_name(methods[k / 2]), ratio, between, OUTPUTS - 1, solved, off / most, stats.newton);
     CHECK(!none && between > OUTPUTS / 2);
     CHECK_BELOW(off, 0.06 * most);
-    CHECK(ratio > 0.499 ? solved == between : solved < between); /* the stiffer volumes are, the more they reveal of pressures */
+    /* The stiffer volumes are, the more they reveal of pressures; within a brief step they do not. */
+    CHECK(ratio > 0.499 ? solved > 0.9 * between : solved < between);
   }
 }
 
