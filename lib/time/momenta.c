@@ -10,6 +10,7 @@
  * and so are steps that a tape differentiates. */
 #include "time/momenta.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/error.h"
@@ -17,15 +18,16 @@
 #include "system/one_effect.h"
 
 /* Places of a part's sums: of masses; of positions by mass, then the centre; of forces or momenta, and of their moments
- * about the centre; of x x by mass (11, 12, 13, 22, 23, 33); of the sizes of contact forces. */
-enum { MASS, CENTRE, FORCE = CENTRE + 3, MOMENT = FORCE + 3, SQUARES = MOMENT + 3, PUSHES = SQUARES + 6, SUMS };
+ * about the centre; of x x by mass (11, 12, 13, 22, 23, 33); of the sizes of forces; of those of contact in the step's stages. */
+enum { MASS, CENTRE, FORCE = CENTRE + 3, MOMENT = FORCE + 3, SQUARES = MOMENT + 3, SIZES = SQUARES + 6, PUSHES, SUMS };
+enum { KEPT = 7 }; /* numbers of a part in at_end */
 
 int flesh_momenta_create(const flesh_part_weights *weights, const flesh_system *system, double *room, flesh_momenta *momenta)
 {
   const size_t count = (size_t)weights->count;
   *momenta = (flesh_momenta){.weights = weights, .system = system, .room = room,
                              .sums = malloc(count * SUMS * sizeof *momenta->sums),
-                             .at_end = malloc(6 * count * sizeof *momenta->at_end)};
+                             .at_end = malloc(KEPT * count * sizeof *momenta->at_end)};
   if (momenta->sums && momenta->at_end) return FLESH_OK;
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the momenta of %zu parts of a body", count);
 }
@@ -72,6 +74,7 @@ static void find_sums(flesh_momenta *momenta, const double *x)
     double *sums = momenta->sums + SUMS * part, moment[3];
     flesh_vec3_cross(x + 3 * i, f + 3 * i, moment);
     sums[MASS] += parts->mass[i];
+    sums[SIZES] += sqrt(flesh_vec3_dot(f + 3 * i, f + 3 * i));
     for (int c = 0, k = SQUARES; c < 3; c++) {
       sums[CENTRE + c] += parts->mass[i] * x[3 * i + c];
       sums[FORCE + c] += f[3 * i + c];
@@ -99,17 +102,35 @@ static int find_momenta(flesh_momenta *momenta, const flesh_point *point)
   return status;
 }
 
-/* Lets the forces at the point act for the time `weight`, s. Residuals are forces with the other sign. */
+/* Finds the sums for the forces of some roles at the point. Residuals are forces with the other sign. */
+static int find_forces(flesh_momenta *momenta, unsigned roles, const flesh_point *point)
+{
+  const int status = flesh_system_roles_residual(momenta->system, roles, point, momenta->room);
+  if (!status) find_sums(momenta, point->x);
+  return status;
+}
+
+/* Lets the forces at the point, but for those of contact, act for the time `weight`, s. */
 static int add_forces(flesh_momenta *momenta, const flesh_point *point, double weight)
 {
   static const unsigned others = FLESH_ROLE_BIT(FLESH_ROLE_INERTIA) | FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) |
                                  FLESH_ROLE_BIT(FLESH_ROLE_CONTACT);
-  const int status = flesh_system_roles_residual(momenta->system, ~others, point, momenta->room);
-  if (status) return status;
-  find_sums(momenta, point->x);
-  for (int k = 0; k < 6 * momenta->weights->count; k++)
-    momenta->at_end[k] -= weight * momenta->sums[SUMS * (k / 6) + FORCE + k % 6];
-  return FLESH_OK;
+  const int status = find_forces(momenta, ~others, point);
+  for (int p = 0; p < momenta->weights->count && !status; p++)
+    for (int c = 0; c < 6; c++) momenta->at_end[KEPT * p + c] -= weight * momenta->sums[SUMS * p + FORCE + c];
+  return status;
+}
+
+/* Finds the momenta at the step's start, and whether something touches there. */
+static int begin(flesh_momenta *momenta, const flesh_point *start)
+{
+  int status = find_momenta(momenta, start);
+  for (int p = 0; p < momenta->weights->count && !status; p++)
+    for (int c = 0; c < 6; c++) momenta->at_end[KEPT * p + c] = momenta->sums[SUMS * p + FORCE + c];
+  if (!status) status = find_forces(momenta, FLESH_ROLE_BIT(FLESH_ROLE_CONTACT), start);
+  for (int p = 0; p < momenta->weights->count && !status; p++)
+    momenta->at_end[KEPT * p + 6] = momenta->sums[SUMS * p + SIZES];
+  return status;
 }
 
 /* Finds the angular velocity of a part with that angular momentum; 0 for points on a line. */
@@ -130,8 +151,8 @@ static int add_velocities(flesh_momenta *momenta, const flesh_point *point, doub
   const int status = find_momenta(momenta, point);
   if (status) return status;
   for (int p = 0; p < momenta->weights->count; p++) {
-    double *sums = momenta->sums + SUMS * p, *lacks = momenta->at_end + 6 * p;
-    const int kept = is_free(momenta, p) && !(sums[PUSHES] > 0);
+    double *sums = momenta->sums + SUMS * p, *lacks = momenta->at_end + KEPT * p;
+    const int kept = is_free(momenta, p) && !(sums[PUSHES] + lacks[6] > 0);
     for (int c = 0; c < 6; c++) lacks[c] = kept ? lacks[c] - sums[FORCE + c] : 0;
     for (int c = 0; c < 3; c++) sums[FORCE + c] = lacks[c] / sums[MASS];
     find_rate(sums, lacks + 3, sums + MOMENT);
@@ -153,12 +174,8 @@ int flesh_momenta_keep(flesh_momenta *momenta, const flesh_method_row *row, cons
 {
   int status = FLESH_OK;
   if (!any_is_free(momenta)) return FLESH_OK;
-  if (memory->at == 0) {
-    status = find_momenta(momenta, start);
-    for (int k = 0; k < 6 * momenta->weights->count && !status; k++)
-      momenta->at_end[k] = momenta->sums[SUMS * (k / 6) + FORCE + k % 6];
-    if (!status) status = add_forces(momenta, start, h * row->weight(memory, 0));
-  }
+  if (memory->at == 0) status = begin(momenta, start);
+  if (!status && memory->at == 0) status = add_forces(momenta, start, h * row->weight(memory, 0));
   if (!status) status = add_forces(momenta, stage, h * row->weight(memory, memory->at + 1));
   return status || memory->at + 1 < row->stages(memory) ? status : add_velocities(momenta, stage, memory->v0);
 }

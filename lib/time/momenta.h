@@ -9,7 +9,8 @@ typedef struct flesh_momenta {
   const flesh_part_weights *weights; /* borrowed, as is the system */
   const flesh_system *system;
   double *sums;                      /* sums over each part */
-  double *at_end;                    /* [6*parts] kg m/s, kg m^2/s, about the centre: momenta at the step's end */
+  /* [7*parts] Momenta at the step's end, kg m/s, kg m^2/s, about the centre; size of contact forces at its start, N. */
+  double *at_end;
   double *room;                      /* [3*nodes] borrowed */
 } flesh_momenta;
 
