@@ -29,9 +29,10 @@ export CCACHE_NOHASHDIR=yes
 
 launcher=
 jobs=$(($(nproc) + 1)) # launchers of MPI and what waits for others leave processors idle
-# The check for pointer arithmetic that wraps is off: it doubles the kernels' compile time, and the address sanitizer
-# finds what such a pointer reads.
-instrumented="-Dbuildtype=debugoptimized -Doptimization=1 -Dc_args=['-g1','-fno-sanitize=pointer-overflow'] -Db_lundef=false"
+# Checks of pointers are off that cost a third of the time: the address sanitizer finds what null pointers and those that
+# wrap or point too far read, and x86 and ARM read what is not aligned.
+unchecked=-fno-sanitize=pointer-overflow,null,object-size,alignment
+instrumented="-Dbuildtype=debugoptimized -Doptimization=1 -Dc_args=['-g1','$unchecked'] -Db_lundef=false"
 notes=$(mktemp -d)
 trap 'rm -rf "$notes"' EXIT
 : >"$notes/results"
