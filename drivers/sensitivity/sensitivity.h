@@ -57,20 +57,4 @@ void flesh_response_clear(flesh_response *response);
 int flesh_response_run(const flesh_scene *scene, const flesh_solver_options *solver, const flesh_observer *observer,
                        flesh_state *state, flesh_integrator **integrator, double tolerance, flesh_trajectory **trajectory);
 
-/* A key of the scene that is a number, and the scenes with four values near its own. */
-typedef struct flesh_varied_key {
-  char key[FLESH_LIST_ITEM];
-  double value;
-  flesh_scene *scenes[4];
-} flesh_varied_key;
-
-/* Reads the scene again with the key at p -+ 1 and 2 millionths of its size; with a hundredth of these if the scene
- * does not accept them. The size is that of p; for a component of a vector that of the largest one, for a translation
- * at least the body's, for a rotation at least a radian, and 1 if all these are 0. *parameter has the systems of the
- * scenes. FLESH_ERR_ARGUMENT with a sentence if there is no such key or it is not a number; fails also as reading
- * scenes does. Clear it in any case. */
-int flesh_varied_key_read(const flesh_scene *scene, const char *path, const flesh_overrides *overrides, const char *key,
-                          flesh_varied_key *varied, flesh_parameter *parameter);
-void flesh_varied_key_clear(flesh_varied_key *varied);
-
 #endif
