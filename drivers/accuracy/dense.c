@@ -3,6 +3,7 @@
  * Hermite interpolation of positions and velocities at up to four times (math/hermite.h), never across a break, at which the
  * motion has a kink. If a break is not one of the track's times, nothing is known between the two times around it. The
  * velocity at a break is the one before it, as every method leaves it. */
+#include <gsl/gsl_interp.h>
 #include <math.h>
 
 #include "accuracy/track.h"
@@ -16,18 +17,6 @@ typedef struct nodes {
 
 static double time_of(const nodes *n, int k) { return n->track->t[k * n->stride]; }
 
-/* Returns k such that t is in the interval from node k to node k+1, the latter included. */
-static int interval_of(const nodes *n, double t)
-{
-  int low = 0, high = n->count - 1;
-  while (high - low > 1) {
-    int middle = (low + high) / 2;
-    if (time_of(n, middle) < t) low = middle;
-    else high = middle;
-  }
-  return low;
-}
-
 typedef struct part {
   int first, last, half; /* nodes; half: the velocity at the first node is that before a break */
 } part;
@@ -36,7 +25,8 @@ typedef struct part {
  * t. */
 static int smooth_part(const nodes *n, const flesh_accuracy_measure *measure, double t, part *smooth)
 {
-  const int k = interval_of(n, t);
+  const size_t all = (size_t)((n->count - 1) * n->stride);
+  const int k = (int)gsl_interp_bsearch(n->track->t, t, 0, all) / n->stride; /* t is between nodes k and k + 1 */
   const double rounding = 1e-9 * (time_of(n, k + 1) - time_of(n, k));
   double before = -INFINITY, after = INFINITY;
   for (int b = 0; b < measure->break_count; b++)
