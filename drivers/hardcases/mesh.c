@@ -180,33 +180,22 @@ static int open_single(parts *p, double edge)
 
 int flesh_hardcases_make_mesh(const flesh_hardcases_case *hardcase, int quick, flesh_mesh **mesh)
 {
-  static const int block[2][3] = {{8, 4, 4}, {6, 3, 3}}, even[2][3] = {{8, 4, 4}, {6, 4, 4}},
-                   bar[2][3] = {{24, 6, 6}, {12, 4, 4}}, fine[2][3] = {{24, 3, 3}, {20, 3, 3}},
-                   large[2][3] = {{32, 16, 16}, {12, 6, 6}};
-  const double size[3] = {0.2, 0.1, 0.1}, cube[3] = {0.09, 0.1, 0.1};
-  const double long_size[3] = {1, 13. / 48, 13. / 48};
+  /* Cells of the meshes that begin as grids; those with --quick. */
+  static const int grids[][2][3] = {[FLESH_HARDCASES_BLOCK] = {{8, 4, 4}, {6, 3, 3}},
+                                    [FLESH_HARDCASES_FINE] = {{24, 3, 3}, {20, 3, 3}},
+                                    [FLESH_HARDCASES_CHECKER] = {{8, 4, 4}, {6, 3, 3}},
+                                    [FLESH_HARDCASES_HALVES] = {{8, 4, 4}, {6, 3, 3}},
+                                    [FLESH_HARDCASES_SLIVERS] = {{8, 4, 4}, {6, 4, 4}},
+                                    [FLESH_HARDCASES_TWO_BODIES] = {{4, 4, 4}, {3, 3, 3}},
+                                    [FLESH_HARDCASES_BAR] = {{24, 6, 6}, {12, 4, 4}},
+                                    [FLESH_HARDCASES_LARGE] = {{32, 16, 16}, {12, 6, 6}}};
+  static const double block[] = {0.2, 0.1, 0.1}, half[] = {0.09, 0.1, 0.1}, bar[] = {1, 13. / 48, 13. / 48};
+  const flesh_hardcases_mesh kind = hardcase->mesh;
+  const int *cells = grids[kind][quick != 0], two = kind == FLESH_HARDCASES_TWO_BODIES;
   parts p = {0};
-  int status = FLESH_OK;
+  int status;
   *mesh = NULL;
-  quick = quick != 0;
-  switch (hardcase->mesh) {
-  case FLESH_HARDCASES_BLOCK:
-    return flesh_mesh_box(block[quick], size, (double[3]){0}, mesh);
-  case FLESH_HARDCASES_FINE:
-    return flesh_mesh_box(fine[quick], size, (double[3]){0}, mesh);
-  case FLESH_HARDCASES_BAR:
-    return flesh_mesh_box(bar[quick], long_size, (double[3]){0}, mesh);
-  case FLESH_HARDCASES_LARGE:
-    return flesh_mesh_box(large[quick], size, (double[3]){0}, mesh);
-  case FLESH_HARDCASES_CHECKER:
-  case FLESH_HARDCASES_HALVES:
-    status = open_blocks(&p, block[quick], size, 1);
-    if (!status) colour_cells(&p, block[quick], hardcase->mesh == FLESH_HARDCASES_CHECKER);
-    break;
-  case FLESH_HARDCASES_SLIVERS:
-    status = open_blocks(&p, even[quick], size, 1);
-    if (!status) flatten(&p, even[quick], 0.005);
-    break;
+  switch (kind) {
   case FLESH_HARDCASES_GRADED:
     status = open_graded(&p, 0.1, 1e-4);
     break;
@@ -216,9 +205,16 @@ int flesh_hardcases_make_mesh(const flesh_hardcases_case *hardcase, int quick, f
   case FLESH_HARDCASES_SINGLE:
     status = open_single(&p, 0.1);
     break;
+  case FLESH_HARDCASES_CHECKER:
+  case FLESH_HARDCASES_HALVES:
+  case FLESH_HARDCASES_SLIVERS:
   case FLESH_HARDCASES_TWO_BODIES:
-    status = open_blocks(&p, quick ? (const int[3]){3, 3, 3} : (const int[3]){4, 4, 4}, cube, 2);
+    status = open_blocks(&p, cells, two ? half : block, 1 + two);
+    if (!status && kind == FLESH_HARDCASES_SLIVERS) flatten(&p, cells, 0.005);
+    else if (!status && !two) colour_cells(&p, cells, kind == FLESH_HARDCASES_CHECKER);
     break;
+  default:
+    return flesh_mesh_box(cells, kind == FLESH_HARDCASES_BAR ? bar : block, (double[3]){0}, mesh);
   }
   return parts_finish(&p, status, mesh);
 }
