@@ -278,15 +278,12 @@ typedef struct flesh_fit_statistics {
   flesh_fit_error *errors;
   double *covariance;  /* [count * count] in the parameters' units; NaN if not determined */
   double *correlation; /* [count * count] */
-  json_t *sentences; /* what is determined, and what is not; the caller of flesh_fit_find_statistics frees it */
+  json_t *sentences; /* what is not determined; the caller of flesh_fit_find_statistics frees it */
 } flesh_fit_statistics;
 
 /* Computes the errors of the keys and of a map's tets, and finds what the measurements do not determine.
  * FLESH_ERR_MEMORY; with a map also the errors of runs and solves. */
 int flesh_fit_find_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Adds a sentence of at most FLESH_FIT_SENTENCE bytes, formatted as by printf. */
-enum { FLESH_FIT_SENTENCE = 600 };
-void flesh_fit_say(flesh_fit_statistics *statistics, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Adds a sentence about a change of n parameters by `shares` [n] that changes no measured quantity: whether it is of a
  * parameter alone, a product, a ratio, or more. */
 void flesh_fit_say_null(flesh_fit_statistics *statistics, int n, const char *const *names, const double *shares);

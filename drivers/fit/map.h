@@ -36,7 +36,5 @@ int flesh_fit_stage_write(flesh_fit *fit, int number, double began, const flesh_
 int flesh_fit_map_search(flesh_fit *fit, flesh_fit_found *found);
 /* Computes deviations, resolutions and `determined` of the map, and the covariance of the keys. */
 int flesh_fit_map_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_statistics *statistics);
-/* Adds sentences about how well the map is known. */
-void flesh_fit_map_describe(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *statistics);
 
 #endif

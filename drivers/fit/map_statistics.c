@@ -22,10 +22,6 @@
 enum { MOST = 2500 };
 static const double unknown = 10, loose_share = 0.1, fixed = 1e20, belief_of_keys = 0.1;
 
-/* Residuals above this many deviations are mentioned; a tet is hardly known if the deviation of its q is above
- * `hardly`. */
-static const double odd_scale = 1.5, hardly = 0.5;
-
 typedef struct work {
   flesh_fit *fit;
   flesh_fit_found *found;
@@ -183,40 +179,4 @@ int flesh_fit_map_statistics(flesh_fit *fit, flesh_fit_found *found, flesh_fit_s
   gsl_matrix_free(w.C);
   free(w.u);
   return status;
-}
-
-static void describe_residuals(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
-{
-  const double scale = to->scale, excess = scale * scale, weight = fit->map->weight;
-  if (isnan(weight) && excess < 0.95 && found->stage_count == 1)
-    flesh_fit_say(to, "A nearly uniform value agrees with the measurements within their deviations: they say nothing of "
-                      "differences between tets.");
-  else if (isnan(weight) && excess > 1.05)
-    flesh_fit_say(to, "The residuals stay %.3g times the stated deviations, however rough the map may be: the deviations are too "
-                      "small, or the scene leaves something out. This is the smoothest map that fits as well.", scale);
-  else if (!isnan(weight) && (scale > odd_scale || scale < 1 / odd_scale))
-    flesh_fit_say(to, "The residuals are %.3g times the stated deviations: the weight is %s, or the deviations are not those of "
-                      "the measurements.", scale, scale > 1 ? "too large" : "too small");
-}
-
-void flesh_fit_map_describe(const flesh_fit *fit, const flesh_fit_found *found, flesh_fit_statistics *to)
-{
-  const flesh_fit_map *map = fit->map;
-  int hardly_known = 0, at_bounds = 0;
-  for (int k = 0; k < map->count; k++) {
-    at_bounds += found->at_bound[fit->key_count + k] != 0;
-    hardly_known += found->deviations && found->deviations[k] > hardly;
-  }
-  describe_residuals(fit, found, to);
-  if (found->deviations) {
-    flesh_fit_say(to, "The measurements determine about %.0f numbers of the map; the penalty fills in the rest of its %d tets.",
-                  found->determined, map->count);
-    flesh_fit_say(to, "The deviation of a tet's value is %.2g %%%s (median), at most %.2g %%, where maps are as smooth as the "
-                      "penalty says.", 100 * found->median, map->of.spacing == FLESH_LOGARITHMIC ? "" : " of start",
-                  100 * found->largest);
-    if (hardly_known)
-      flesh_fit_say(to, "%d tets have a deviation above %g %%: the measurements hardly say their values (tets.csv).",
-                    hardly_known, 100 * hardly);
-  } else flesh_fit_say(to, "Deviations of tets, and of parameters beside them, are found for maps of 2500 tets and fewer.");
-  if (at_bounds) flesh_fit_say(to, "%d tets lie at a bound (from, to): their values may be beyond it.", at_bounds);
 }

@@ -2,7 +2,6 @@
  * measurements do not determine. */
 #include <float.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 
 #include "base/error.h"
@@ -112,19 +111,9 @@ double flesh_fit_squares(const flesh_fit *fit, int first, int count, const doubl
 /* Shares that differ by at most this are taken as equal. */
 static const double equal_share = 0.03;
 
-void flesh_fit_say(flesh_fit_statistics *to, const char *format, ...)
-{
-  char text[FLESH_FIT_SENTENCE];
-  va_list values;
-  va_start(values, format);
-  vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  if (json_array_size(to->sentences) < FLESH_FIT_PARAMETERS) json_array_append_new(to->sentences, json_string(text));
-}
-
 void flesh_fit_say_null(flesh_fit_statistics *to, int n, const char *const *names, const double *shares)
 {
-  char text[FLESH_FIT_SENTENCE] = "";
+  char text[600] = "";
   int list[FLESH_FIT_PARAMETERS + 1], count = 0;
   for (int c = 0; c < n; c++)
     if (fabs(shares[c]) > flesh_fit_small_share) list[count++] = c;
@@ -140,5 +129,5 @@ void flesh_fit_say_null(flesh_fit_statistics *to, int n, const char *const *name
       flesh_text_add(text, sizeof text, "%s %s %+.3g %%", k ? "," : "", names[list[k]], shares[list[k]]);
     flesh_text_add(text, sizeof text, ".");
   }
-  flesh_fit_say(to, "%s", text);
+  json_array_append_new(to->sentences, json_string(text));
 }

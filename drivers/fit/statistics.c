@@ -7,11 +7,6 @@
 #include "base/error.h"
 #include "fit/map.h"
 
-/* Correlations above this are mentioned. */
-static const double close_correlation = 0.98;
-/* Limits above which residuals, in deviations, and the error of a parameter, as a share of it, are mentioned. */
-static const double odd_scale = 1.5, large_share = 0.3;
-
 typedef struct work {
   const flesh_fit *fit;
   const flesh_fit_found *found;
@@ -106,38 +101,6 @@ static void find_errors(const work *w)
   }
 }
 
-static void say_parameters(work *w)
-{
-  const flesh_fit_statistics *to = w->to;
-  for (int k = 0; k < to->count; k++) {
-    const char *name = w->fit->parameters[k].name;
-    const double share = to->errors[k].standard / fabs(w->found->p[k]);
-    if (w->found->at_bound[k])
-      flesh_fit_say(w->to, "%s stays at its %s bound: it has no error, and the errors of the others assume that it stays there.",
-                    name, w->found->at_bound[k] > 0 ? "upper" : "lower");
-    else if (share > large_share)
-      flesh_fit_say(w->to, "%s is hardly determined: its standard error is %.3g %% of it.", name, 100 * share);
-    for (int b = 0; b < k; b++) {
-      const double correlation = to->correlation[k * to->count + b];
-      if (fabs(correlation) > close_correlation)
-        flesh_fit_say(w->to, "%s and %s are hardly told apart: their errors have a correlation of %.4f.",
-                      w->fit->parameters[b].name, name, correlation);
-    }
-  }
-}
-
-static void say_residuals(work *w)
-{
-  const flesh_fit_statistics *to = w->to;
-  if (to->freedom <= 0)
-    flesh_fit_say(w->to, "There are no more measured numbers than parameters: the errors rest on the stated deviations.");
-  else if (to->scale > odd_scale || to->scale < 1 / odd_scale)
-    flesh_fit_say(w->to, "The residuals are %.3g times the stated deviations, which the errors allow for: %s.", to->scale,
-                  to->scale > 1 ? "the deviations are too small, the scene leaves something out, or another "
-                                  "start finds better parameters"
-                                : "the deviations are too large");
-}
-
 /* Evaluates the linear model of a fit without a map. */
 static void analyse_keys(work *w)
 {
@@ -164,11 +127,6 @@ static int analyse(flesh_fit *fit, flesh_fit_found *found, work *w)
   if (status) return status;
   find_correlation(to);
   find_errors(w);
-  say_parameters(w);
-  if (!json_array_size(to->sentences) && to->count && !(to->scale > odd_scale)) /* else the search may have missed the best */
-    flesh_fit_say(to, "%s determined.", to->count == 1 ? "The parameter is" : "All parameters are");
-  if (fit->map) flesh_fit_map_describe(fit, found, to);
-  else say_residuals(w);
   return FLESH_OK;
 }
 

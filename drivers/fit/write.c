@@ -1,5 +1,6 @@
 /* write.c: writes the results of a fit: result.json, the fitted scenes, of a map tets.csv and map.vtu and, by
- * data/studies/fit.sql, fit.csv and the picture. */
+ * data/studies/fit.sql and fit_words.sql, fit.csv, the picture and the words. */
+#include <gsl/gsl_statistics_double.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,15 +96,34 @@ static json_t *map_json(const flesh_fit *fit, const flesh_fit_found *found)
                    stages_json(found));
 }
 
-static int write_result(const flesh_fit *fit, json_t *value)
+/* Adds what every end of a fit has. */
+static json_t *with_runs(const flesh_fit *fit, json_t *value)
 {
   json_object_set_new(value, "runs", flesh_fit_runs_json(fit));
   json_object_set_new(value, "program", flesh_provenance_program(fit->options.argc, fit->options.argv));
-  return flesh_json_write(flesh_path("%s/result.json", fit->options.out), value);
+  return value;
 }
 
-static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
+/* Returns what the SQL says of a map beside its result. */
+static json_t *map_facts(const flesh_fit *fit, const flesh_fit_found *found)
 {
+  const flesh_fit_map *map = fit->map;
+  const double *p = found->p + fit->key_count, hardly = 0.5; /* a tet is hardly known if the deviation of its q is larger */
+  int hardly_known = 0, at_bounds = 0;
+  for (int k = 0; k < map->count; k++) {
+    at_bounds += found->at_bound[fit->key_count + k] != 0;
+    hardly_known += found->deviations && found->deviations[k] > hardly;
+  }
+  return json_pack("{sf sf ss sb si si}", "low", gsl_stats_min(p, 1, (size_t)map->count), "high",
+                   gsl_stats_max(p, 1, (size_t)map->count), "unit", map->unit, "is_share", map->of.spacing == FLESH_LOGARITHMIC,
+                   "hardly_known", hardly_known, "at_bounds", at_bounds);
+}
+
+/* Writes result.json, with sentences about what is determined, and prints them. */
+static int tell(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
+{
+  const char *const sql[] = {flesh_own_text("fit_words"), NULL};
+  const flesh_results to = {.out = fit->options.out, .quiet = fit->options.quiet};
   json_t *value = json_pack("{sssisssosOsososo}", "status", found->converged ? "complete" : "failed", "exit_code",
                             found->converged ? 0 : flesh_exit_code(FLESH_ERR_SOLVE), "message", found->words, "parameters",
                             parameters_json(fit, found, s), "identifiability", s->sentences, "covariance",
@@ -111,20 +131,26 @@ static int write_found(const flesh_fit *fit, const flesh_fit_found *found, const
                             "residuals",
                             json_pack("{sisisoso}", "measured_numbers", fit->count, "degrees_of_freedom", s->freedom,
                                       "sum_of_squares", flesh_json_number(s->squares), "scale", flesh_json_number(s->scale)));
-  if (!value) return flesh_no_memory();
   json_object_set_new(value, "iterations", json_integer(found->iterations));
   if (fit->map) json_object_set_new(value, "map", map_json(fit, found));
   json_object_set_new(value, "experiments", experiments_json(fit, found->p, found->values));
-  return write_result(fit, value);
+  json_t *all = json_pack("{so so so*}", "result", with_runs(fit, value), "out", flesh_json_text(fit->options.out), "map",
+                          fit->map ? map_facts(fit, found) : NULL);
+  char *text = json_dumps(all, JSON_COMPACT);
+  int status = flesh_json_lacks() ? flesh_no_memory()
+                                  : flesh_study_store_execute(&fit->store, "CREATE TEMP TABLE found AS SELECT %Q AS data", text);
+  json_decref(all);
+  free(text);
+  return status ? status : flesh_results_make(fit->store.database, fit->store.path, sql, &to);
 }
 
 int flesh_fit_write_ended(const flesh_fit *fit, int status)
 {
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  const int written =
-      write_result(fit, json_pack("{sssiso}", "status", status == FLESH_ERR_INTERRUPTED ? "interrupted" : "failed", "exit_code",
-                                  flesh_exit_code(status), "message", flesh_json_text(words)));
+  json_t *value = json_pack("{sssiso}", "status", status == FLESH_ERR_INTERRUPTED ? "interrupted" : "failed", "exit_code",
+                            flesh_exit_code(status), "message", flesh_json_text(words));
+  const int written = flesh_json_write(flesh_path("%s/result.json", fit->options.out), with_runs(fit, value));
   flesh_fail(status, "%s", words);
   return written;
 }
@@ -225,36 +251,6 @@ static int write_map(const flesh_fit *fit, const flesh_fit_found *found)
   return status;
 }
 
-static void print(const flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *s)
-{
-  const flesh_fit_map *map = fit->map;
-  double low = INFINITY, high = -INFINITY;
-  json_t *runs = flesh_fit_runs_json(fit), *sentence;
-  const int used = (int)json_integer_value(json_object_get(runs, "used"));
-  size_t i;
-  json_decref(runs);
-  for (int k = fit->key_count; k < fit->parameter_count; k++) low = fmin(low, found->p[k]), high = fmax(high, found->p[k]);
-  if (map) printf("%s of %d tets from %.6g to %.6g%s%s\n", map->of.key, map->count, low, high, *map->unit ? " " : "", map->unit);
-  for (int k = 0; k < fit->key_count; k++) {
-    printf("%s = %.6g", fit->parameters[k].name, found->p[k]);
-    if (!isnan(s->errors[k].standard))
-      printf(" +/- %.2g (95 %%: %.6g to %.6g)", s->errors[k].standard, s->errors[k].low, s->errors[k].high);
-    putchar('\n');
-  }
-  json_array_foreach(s->sentences, i, sentence) printf("%s\n", json_string_value(sentence));
-  if (*found->words) printf("%s\n", found->words);
-  for (int e = 0; e < fit->experiment_count; e++)
-    if (*fit->experiments[e].differences)
-      printf("derivatives of %s are by differences: %s\n", fit->experiments[e].name, fit->experiments[e].differences);
-  if (map)
-    printf("%d measured numbers, residuals %.4g times their deviations, weight %.4g, %d runs, %d linear solves\n", fit->count,
-           s->scale, found->stages[found->chosen].weight, used, fit->linear);
-  else
-    printf("%d measured numbers, sum of squares %.6g, %d iterations, %d runs\n", fit->count, s->squares, found->iterations,
-           used);
-  printf("results: %s\n", fit->options.out);
-}
-
 int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fit_statistics *statistics)
 {
   flesh_plot_outcome drawn = {0};
@@ -264,7 +260,6 @@ int flesh_fit_write(flesh_fit *fit, const flesh_fit_found *found, const flesh_fi
   if (!status) status = flesh_results_make(fit->store.database, fit->store.path, sql, &to);
   if (!status) status = write_scenes(fit, found->p);
   if (!status && fit->map) status = write_map(fit, found);
-  if (!status) status = write_found(fit, found, statistics);
-  if (!status && !fit->options.quiet) print(fit, found, statistics);
+  if (!status) status = tell(fit, found, statistics);
   return status ? status : flesh_plot_accept("fit", flesh_plot_ended(&drawn));
 }
