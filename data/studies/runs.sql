@@ -11,7 +11,8 @@ SELECT f.number AS number, data ->> 'method' AS method, data ->> 'setting' AS se
   data ->> 'value' AS value, data ->> 'step' AS step_text, data ->> 'tolerance' AS tolerance,
   data ->> 'max_order' AS max_order, data ->> 'adaptive' AS adaptive, data ->> 'colour' AS colour, data ->> 'mark' AS mark,
   data ->> 'own' AS own, data ->> 'other_body' AS other_body, data ->> 'steps_file' AS steps_file,
-  data ->> 'command' AS command,
+  (SELECT 'flesh run ' || shell_word(scene) || coalesce((SELECT group_concat(' --set ' || shell_word(value), '')
+    FROM json_each(overrides)), '') FROM cases WHERE cases.id = r.id) AS command,
   CASE WHEN coalesce(r.status, 'planned') IN ('planned', 'running') THEN 'not run' ELSE r.status END AS status,
   coalesce(status_code = 0, 0) AS ended, steps, rejected, residual_evaluations, hessian_assemblies, newton,
   linear_iterations, cpu_s, wall_s_median, wall_s_min,
@@ -19,7 +20,7 @@ SELECT f.number AS number, data ->> 'method' AS method, data ->> 'setting' AS se
   error_volume, energy_drift, energy_gain, coalesce(below_reference, 0) AS below, difference, r.message AS message,
   min(max(0.1, coalesce(iif(wall_s_min > 0, wall_s_median / wall_s_min - 1, 0), 0)), 0.3) AS noise
 FROM facts f LEFT JOIN wanted USING (number) LEFT JOIN results r ON r.id = wanted.id
-WHERE data ->> 'command' IS NOT NULL ORDER BY f.number;
+WHERE data ->> 'price' IS NOT NULL ORDER BY f.number;
 CREATE TEMP TABLE methods AS
 SELECT method, min(number) AS first, max(adaptive) AS adaptive, max(max_order) AS max_order, max(colour) AS colour,
   max(mark) AS mark

@@ -162,10 +162,11 @@ typedef struct flesh_accuracy_plan {
   flesh_study_store store; /* opened by the first rank */
 } flesh_accuracy_plan;
 
-/* Reads the row's scene with the overrides of its method, step, tolerance, extra value and mesh. */
+/* Collects the plan's overrides and those of the row's method, step, tolerance, extra value and mesh; the caller closes
+ * them. */
+void flesh_accuracy_override(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all);
+/* Reads the row's scene with these overrides. */
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene);
-/* Returns as new text the `flesh run` command that repeats the row; NULL when out of memory. */
-char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
 
 /* Returns the path of the file of an adaptive row's internal steps, in the plan's folder (plan NULL: without the folder); ""
  * for other rows. This path and the next are valid for the next few calls (cli/path.h). */

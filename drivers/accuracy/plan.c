@@ -42,9 +42,7 @@ static void add_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_row *
   flesh_overrides_add(all, "body.element", flesh_element_name((flesh_element)row->element));
 }
 
-/* Collects the plan's overrides and those of the row's method, step, tolerance, extra value and mesh; the caller closes
- * them. */
-static void override(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
+void flesh_accuracy_override(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_overrides *all)
 {
   char order[16];
   flesh_overrides_copy(all, &plan->options.overrides.texts);
@@ -118,30 +116,10 @@ void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_ST
 int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, flesh_scene **scene)
 {
   flesh_overrides all;
-  override(plan, row, &all);
+  flesh_accuracy_override(plan, row, &all);
   const int status = flesh_overrides_read(&all, flesh_accuracy_scene_of(plan, row), scene);
   flesh_overrides_close(&all);
   return status;
-}
-
-char *flesh_accuracy_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
-{
-  char *text = NULL;
-  size_t size = 0;
-  flesh_overrides all;
-  override(plan, row, &all);
-  FILE *stream = all.failed ? NULL : open_memstream(&text, &size);
-  if (stream) {
-    fputs("flesh run ", stream);
-    flesh_shell_word_print(stream, flesh_accuracy_scene_of(plan, row));
-    for (int k = 0; k < all.texts.count; k++) {
-      fputs(" --set ", stream);
-      flesh_shell_word_print(stream, all.texts.values[k]);
-    }
-    fclose(stream);
-  }
-  flesh_overrides_close(&all);
-  return text;
 }
 
 const char *flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)

@@ -2,7 +2,6 @@
  * rank), and the runs on other meshes, each in a process of its own; SQL makes the results from them. */
 #include <math.h>
 #include <stddef.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -11,7 +10,6 @@
 #include "base/error.h"
 #include "base/folder.h"
 #include "cli/interrupt.h"
-#include "cli/json_memory.h"
 #include "run/provenance.h"
 #include "study/embedded.h"
 #include "study/study.h"
@@ -52,6 +50,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   *made = (flesh_study_case){.scene = flesh_accuracy_scene_of(plan, row),
                              .values = {flesh_accuracy_group_names[row->group], flesh_accuracy_method_name(row), row->setting,
                                         row->inputs ? row->inputs : ""}};
+  if (number < plan->run_count) flesh_accuracy_override(plan, row, &made->overrides);
   return FLESH_OK;
 }
 
@@ -61,18 +60,15 @@ static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accurac
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   const char *steps = flesh_accuracy_steps_path(plan, row);
   const int has_steps = *steps && !flesh_path_access(steps, R_OK);
-  char *command = flesh_accuracy_command(plan, row);
-  json_t *facts = json_pack("{ss ss ss sb si ss si ss ss sb sb so}", "method", method->name, "setting", row->setting, "price",
+  json_t *facts = json_pack("{ss ss ss sb si ss si ss ss sb sb}", "method", method->name, "setting", row->setting, "price",
                             flesh_accuracy_group_names[row->group], "adaptive", method->adaptive, "max_order",
                             method->max_order, "colour", method->colour, "mark", method->mark, "step", row->step.text,
                             "steps_file", has_steps ? flesh_accuracy_steps_path(NULL, row) : "", "other_body",
                             row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass), "own",
                             row->group == FLESH_ACCURACY_WORK && row->method == plan->representative &&
-                                row->step.value == plan->representative_step.value,
-                            "command", flesh_json_text(command ? command : ""));
+                                row->step.value == plan->representative_step.value);
   if (!isnan(row->value)) json_object_set_new(facts, "value", json_real(row->value));
   if (*row->tolerance.text) json_object_set_new(facts, "tolerance", json_real(row->tolerance.value));
-  free(command);
   return facts;
 }
 

@@ -2,7 +2,6 @@
  * measurements do not determine. */
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 
 #include "base/error.h"
 #include "base/file.h"

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/file.h"
 #include "base/scan.h"
-#include "cli/path.h"
 
 /* A place in the text, its line, and whether the field before it lacks its closing quote. */
 typedef struct cursor {

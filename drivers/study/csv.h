@@ -5,7 +5,6 @@
 
 #include <stdio.h>
 
-#include "base/file.h"
 
 typedef struct flesh_csv {
   char *path, *text;

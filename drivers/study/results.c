@@ -46,7 +46,7 @@ static void test_signs(sqlite3_context *context, int count, sqlite3_value **valu
   sqlite3_result_double(context, all > 0 ? fmin(1, 2 * gsl_cdf_binomial_Q((unsigned)most - 1, 0.5, (unsigned)all)) : 1);
 }
 
-typedef enum piece { NUMBER, STATUS, PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR } piece;
+typedef enum piece { NUMBER, STATUS, PLOT, QUOTED, QUOTED_TICK, QUOTED_FILE, LOG_TICKS, COLOUR, SHELL_WORD } piece;
 
 static void write_plot(FILE *stream, int count, sqlite3_value **values)
 {
@@ -81,6 +81,7 @@ static void print_piece(sqlite3_context *context, int count, sqlite3_value **val
     case QUOTED_TICK: flesh_plot_quote_tick(stream, first); break;
     case QUOTED_FILE: flesh_plot_quote_file(stream, first, (const char *)sqlite3_value_text(values[1])); break;
     case LOG_TICKS: flesh_plot_log_ticks(stream, first, sqlite3_value_double(values[1]), sqlite3_value_double(values[2])); break;
+    case SHELL_WORD: flesh_shell_word_print(stream, first); break;
     case COLOUR: fputs(flesh_plot_colour(sqlite3_value_int(values[0])), stream);
     }
   if (stream && !fclose(stream)) sqlite3_result_text(context, text, -1, SQLITE_TRANSIENT);
@@ -100,7 +101,8 @@ static int add_functions(sqlite3 *database, const char *path)
               {"sign_test", 2, test_signs, 0}, {"number", 1, print_piece, NUMBER}, {"plot", 6, print_piece, PLOT},
               {"plot", 7, print_piece, PLOT}, {"plot", 8, print_piece, PLOT}, {"quoted", 1, print_piece, QUOTED},
               {"quoted_tick", 1, print_piece, QUOTED_TICK}, {"quoted_file", 2, print_piece, QUOTED_FILE},
-              {"log_ticks", 3, print_piece, LOG_TICKS}, {"colour", 1, print_piece, COLOUR}};
+              {"log_ticks", 3, print_piece, LOG_TICKS}, {"colour", 1, print_piece, COLOUR},
+              {"shell_word", 1, print_piece, SHELL_WORD}};
   for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
     if (sqlite3_create_function(database, rows[k].name, rows[k].count, SQLITE_UTF8 | SQLITE_DETERMINISTIC,
                                 (void *)(intptr_t)rows[k].data, rows[k].call, NULL, NULL))

@@ -30,6 +30,7 @@ typedef struct flesh_results {
  *   cell(format, width, x)      a blank and number(format, x) at the right of `width` letters, by %.0e from 1e5 on
  *   status_name(code)           the name of a flesh_status
  *   path()                      the path of the database
+ *   shell_word(text)            the text as a word of a shell
  *   sign_test(wins, losses)     the two-sided probability that at least as many of that many fair coins fall to one side
  *   plot(name, width, height, title, x, y)  the beginning of a picture's script; title and labels may be NULL. A seventh
  *                               argument of_csv is 0 for data other than CSV, NULL for a picture with its own look; an eighth

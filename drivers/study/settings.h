@@ -4,7 +4,6 @@
 #define FLESH_STUDY_SETTINGS_H
 
 #include <sha256.h>
-#include <stdio.h>
 
 #include "flesh/scene.h"
 #include "scene/keys.h"

@@ -87,7 +87,7 @@ static int plan_case(planner *p, int number)
   if (!status) print_list(&key, columns, c.values);
   if (p->study->repeats > 1) flesh_text_print(&key, " %d", c.repeat);
   print_list(&overrides, c.overrides.texts.count, c.overrides.texts.values);
-  if (key.failed || overrides.failed) status = flesh_no_memory();
+  if (key.failed || overrides.failed || c.overrides.failed) status = flesh_no_memory();
   if (!status) code = insert(p, number, &c, key.data, overrides.data);
   if (!status && code == SQLITE_DONE) code = flesh_database_put(p->want, "it", number, key.data);
   if (code != SQLITE_DONE) status = flesh_study_store_fail(p->store, "cannot be written");

@@ -45,9 +45,7 @@ static int make_case(const void *data, int number, flesh_study_case *made)
     else flesh_overrides_add(&made->overrides, sweep->columns[c].key, made->values[c]);
   snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
   if (sweep->seed >= 0) flesh_overrides_add(&made->overrides, "output.seed", seed);
-  if (!made->overrides.failed) return FLESH_OK;
-  flesh_study_case_free(made);
-  return flesh_no_memory();
+  return FLESH_OK;
 }
 
 /* Reads the scene as the case will. */

@@ -1,5 +1,4 @@
 /* spec_keys.c: the table of a spec's keys and its text in the help. */
-#include <stdio.h>
 
 #include "sweep/sweep.h"
 

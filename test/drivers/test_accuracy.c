@@ -281,6 +281,7 @@ static const char tables[] =
     "wall_s_median, wall_s_min, error_position_rms, error_position_max, error_tip, error_volume, energy_drift, energy_gain "
     "DEFAULT 0, below_reference DEFAULT 0, difference);"
     "CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY, number INTEGER);"
+    "CREATE TABLE cases (id INTEGER PRIMARY KEY, scene, overrides);"
     "CREATE TEMP TABLE facts (number INTEGER PRIMARY KEY, data TEXT);"
     "INSERT INTO results (id, price, message, times, uncertainty_position_rms, motion, length) VALUES (100, 'reference', 'one; "
     "against two', 9, 1e-9, 1.0, 1.0); INSERT INTO wanted VALUES (100, 100)";
@@ -293,7 +294,7 @@ static sqlite3 *fill(int count, const double *steps, const double *errors, const
     char *sql = sqlite3_mprintf(
         "INSERT INTO results (id, error_position_rms, cpu_s, residual_evaluations) VALUES (%d, %!.17g, %!.17g, %d); INSERT INTO wanted "
         "VALUES (%d, %d); INSERT INTO facts VALUES (%d, json_object('method', 'bdf2', 'price', 'work', 'setting', 'step=%d', 'value', "
-        "%!.17g, 'adaptive', 0, 'command', 'flesh run'))",
+        "%!.17g, 'adaptive', 0))",
         k + 1, errors[k], seconds[k], (int)(100 / seconds[k]), k + 1, k, k, k, steps[k]);
     CHECK(!sqlite3_exec(database, sql, NULL, NULL, NULL));
     sqlite3_free(sql);
