@@ -176,8 +176,7 @@ const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int numb
 /* Returns "static" for equilibrium, "" for rows without a method. */
 const char *flesh_accuracy_method_name(const flesh_accuracy_row *row);
 const char *flesh_accuracy_scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row);
-/* Compute digests: of a scene as it stands, of texts. */
-int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT]);
+/* Computes a digest of texts. */
 void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_STUDY_FINGERPRINT]);
 
 /* Makes plan->rows: methods x steps or tolerances, then the other prices, then room for the other groups. */

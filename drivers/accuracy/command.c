@@ -11,9 +11,12 @@
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "base/file.h"
-#include "study/study.h"
-#include "study/embedded.h"
 #include "parallel/body_figures.h"
+#include "run/describe.h"
+#include "run/provenance.h"
+#include "scene/scene.h"
+#include "study/embedded.h"
+#include "study/study.h"
 
 #define METHOD_NAME(name, ...) name,
 #define METHOD_ITEM(name, ...) "," name
@@ -141,13 +144,35 @@ static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, d
   return FLESH_OK;
 }
 
+/* Takes from the scene what the plan needs of it, and makes the fingerprint: of everything that affects all figures. */
+static int take_scene(flesh_accuracy_plan *plan, const flesh_scene *scene)
+{
+  char identity[FLESH_IDENTITY_SIZE], build[FLESH_STUDY_FINGERPRINT], digest[FLESH_STUDY_FINGERPRINT];
+  const char *load = flesh_point_load(scene);
+  const flesh_element element = flesh_scene_element(scene, 0);
+  flesh_instructions used = FLESH_INSTRUCTIONS_AUTO;
+  plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped" : "body.mass=consistent";
+  plan->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  plan->reference.scale.length = flesh_body_longest_side(flesh_scene_mesh(scene), NULL);
+  plan->meshes.own_refine = scene->keys.body.refine;
+  plan->meshes.own_element = element == FLESH_ELEMENT_AUTO ? FLESH_ELEMENT_TET10_MEAN : element; /* AUTO: it has tets of both */
+  snprintf(plan->meshes.point_load, sizeof plan->meshes.point_load, "%.79s", load ? load : "");
+  plan->meshes.sources[plan->meshes.source_count++] = plan->scene;
+  flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &used);
+  flesh_provenance_identity(identity);
+  flesh_accuracy_hash(2, (const char *const[]){identity, flesh_instructions_name(used)}, build);
+  const int status = flesh_study_fingerprint(scene, plan->scene, digest);
+  snprintf(plan->fingerprint, sizeof plan->fingerprint, "scene %s, longest step %.15g s, build %.16s", digest, plan->grid.longest,
+           build);
+  return status;
+}
+
 static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tolerances)
 {
   flesh_scene *scene = NULL;
   int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
   if (status) return status;
   const flesh_scene_time *time = flesh_scene_times(scene);
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
   status = spare_inputs(plan, plan->scene, scene);
   const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
   if (!status && !in_time && !plan->mesh)
@@ -160,19 +185,18 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   if (!status) status = flesh_accuracy_measure_open(scene, &plan->measure);
   if (!status && in_time) status = plan_times(plan, time, plan->measure.start_t);
   if (!status && !in_time) plan->method_count = 0, plan->representative = -1, plan->grid = (flesh_accuracy_grid){.count = 1};
-  plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
-                                                                  : "body.mass=consistent";
-  plan->tets = flesh_mesh_tet_count(mesh);
-  plan->reference.scale.length = flesh_body_longest_side(mesh, NULL);
+  if (!status) status = take_scene(plan, scene);
   flesh_scene_destroy(&scene);
   return status;
 }
 
-static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
+static int take_coarser(flesh_accuracy_plan *plan, const char *path)
 {
   flesh_scene *scene = NULL;
   int status = flesh_overrides_read(&plan->options.overrides, path, &scene);
   if (!status) status = spare_inputs(plan, path, scene);
+  if (!status) status = flesh_study_fingerprint(scene, path, plan->meshes.inputs[plan->meshes.source_count]);
+  plan->meshes.sources[plan->meshes.source_count++] = path;
   const int tets = status ? 0 : flesh_mesh_tet_count(flesh_scene_mesh(scene));
   if (tets > plan->tets)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--coarser %s has %d tets, and is finer than %s with its %d; it must not have more",
@@ -181,15 +205,15 @@ static int check_coarser(const flesh_accuracy_plan *plan, const char *path)
   return status;
 }
 
-/* Checks the other scenes, before hours are spent. */
-static int check_others(const flesh_accuracy_plan *plan)
+/* Takes and checks the other scenes, before hours are spent. */
+static int take_others(flesh_accuracy_plan *plan)
 {
   if (plan->coarser.count && !plan->mesh)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh; give both, or neither");
   if (plan->coarser.count >= FLESH_ACCURACY_LEVELS)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_LEVELS - 1);
   int status = FLESH_OK;
-  for (int k = 0; k < plan->coarser.count && !status; k++) status = check_coarser(plan, plan->coarser.values[k]);
+  for (int k = 0; k < plan->coarser.count && !status; k++) status = take_coarser(plan, plan->coarser.values[k]);
   return status;
 }
 
@@ -205,7 +229,7 @@ static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps
   int status = read_methods(methods, plan);
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
-  if (!status) status = check_others(plan);
+  if (!status) status = take_others(plan);
   plan->store.lock = -1;
   plan->study = flesh_accuracy_study(plan);
   plan->options.jobs = 1; /* times are compared */

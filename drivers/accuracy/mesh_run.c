@@ -9,8 +9,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/json_memory.h"
-#include "run/describe.h"
-#include "scene/scene.h"
 #include "study/embedded.h"
 
 static int first_of(const flesh_accuracy_plan *plan) { return flesh_accuracy_slot(plan, FLESH_ACCURACY_RESOLUTION); }
@@ -280,38 +278,16 @@ static int time_choices(flesh_accuracy_plan *plan)
   return status;
 }
 
-/* Reads from the scenes what the plan of the meshes needs: the scene and the files of other meshes. */
-static int look_at_scenes(flesh_accuracy_plan *plan)
-{
-  flesh_accuracy_meshes *meshes = &plan->meshes;
-  flesh_scene *scene = NULL;
-  int status = flesh_overrides_read(&plan->options.overrides, plan->scene, &scene);
-  if (status) return status;
-  meshes->own_refine = scene->keys.body.refine;
-  meshes->own_element = (int)flesh_scene_body(scene)->element;
-  if (meshes->own_element == FLESH_ELEMENT_AUTO)
-    meshes->own_element = flesh_mesh_order(flesh_scene_mesh(scene)) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
-  const char *load = flesh_point_load(scene);
-  snprintf(meshes->point_load, sizeof meshes->point_load, "%.79s", load ? load : "");
-  const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
-  flesh_scene_destroy(&scene);
-  meshes->shared = in_time ? flesh_study_store_number(&plan->store, "SELECT coalesce((SELECT number FROM shared), -1)") : -1;
-  if (in_time && meshes->shared < 0)
-    return flesh_fail(FLESH_ERR_SOLVE, "the meshes are not compared: no method of fixed steps reached the end");
-  meshes->sources[meshes->source_count++] = plan->scene;
-  for (int k = 0; k < plan->coarser.count && !status; k++) {
-    status = flesh_accuracy_fingerprint(plan, plan->coarser.values[k], meshes->inputs[meshes->source_count]);
-    meshes->sources[meshes->source_count++] = plan->coarser.values[k];
-  }
-  return status;
-}
-
 int flesh_accuracy_run_meshes(flesh_accuracy_plan *plan)
 {
-  int status = look_at_scenes(plan);
-  if (!status) status = run_all(plan);
+  const int in_time = plan->run_count > 0;
+  plan->meshes.shared =
+      in_time ? flesh_study_store_number(&plan->store, "SELECT coalesce((SELECT number FROM shared), -1)") : -1;
+  if (in_time && plan->meshes.shared < 0)
+    return flesh_fail(FLESH_ERR_SOLVE, "the meshes are not compared: no method of fixed steps reached the end");
+  int status = run_all(plan);
   if (!status) status = find_limits(plan);
-  if (!status) status = plan->run_count ? tell(plan, NULL, "mesh") : tell(plan, "runs", "mesh");
+  if (!status) status = in_time ? tell(plan, NULL, "mesh") : tell(plan, "runs", "mesh");
   if (!status) status = time_choices(plan);
   if (!status) status = tell(plan, NULL, "mesh_words");
   return status == FLESH_ERR_INTERRUPTED ? flesh_fail(status, "interrupted while the meshes were run; --resume goes on") : status;

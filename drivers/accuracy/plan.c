@@ -96,15 +96,6 @@ const char *flesh_accuracy_states_path(const flesh_accuracy_plan *plan, int numb
   return leaves ? flesh_path("%s/%s.states", plan->options.out, flesh_accuracy_group_names[row->group]) : "";
 }
 
-int flesh_accuracy_fingerprint(const flesh_accuracy_plan *plan, const char *path, char text[FLESH_STUDY_FINGERPRINT])
-{
-  flesh_scene *scene = NULL;
-  int status = flesh_overrides_read(&plan->options.overrides, path, &scene);
-  if (!status) status = flesh_study_fingerprint(scene, path, text);
-  flesh_scene_destroy(&scene);
-  return status;
-}
-
 void flesh_accuracy_hash(int count, const char *const *texts, char text[FLESH_STUDY_FINGERPRINT])
 {
   SHA2_CTX hash;

@@ -10,7 +10,6 @@
 #include "base/error.h"
 #include "base/folder.h"
 #include "cli/interrupt.h"
-#include "run/provenance.h"
 #include "study/embedded.h"
 #include "study/study.h"
 
@@ -166,21 +165,6 @@ flesh_study flesh_accuracy_study(flesh_accuracy_plan *plan)
                        .take = take};
 }
 
-/* Computes the fingerprint: of everything that affects all figures. */
-static int make_fingerprint(flesh_accuracy_plan *plan)
-{
-  char identity[FLESH_IDENTITY_SIZE], build[FLESH_STUDY_FINGERPRINT], scene[FLESH_STUDY_FINGERPRINT];
-  flesh_instructions used = FLESH_INSTRUCTIONS_AUTO;
-  flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &used);
-  flesh_provenance_identity(identity);
-  flesh_accuracy_hash(2, (const char *const[]){identity, flesh_instructions_name(used)}, build);
-  const int status = flesh_accuracy_fingerprint(plan, plan->scene, scene);
-  if (!status)
-    snprintf(plan->fingerprint, sizeof plan->fingerprint, "scene %s, longest step %.15g s, build %.16s",
-             scene, plan->grid.longest, build);
-  return status;
-}
-
 static int count_done(const flesh_accuracy_plan *plan)
 {
   int done = 0;
@@ -238,7 +222,6 @@ int flesh_accuracy_run(const flesh_study *study, const flesh_study_options *opti
 {
   flesh_accuracy_plan *plan = study->data;
   int status = plan->run_count ? flesh_folder_make(flesh_path("%s/steps", options->out)) : FLESH_OK;
-  if (!status) status = make_fingerprint(plan);
   if (!status) status = flesh_study_store_open(study, options, &plan->store);
   if (!status) status = flesh_study_store_load(&plan->store, study);
   if (!status && plan->run_count) status = run_methods(plan);

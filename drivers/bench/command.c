@@ -9,9 +9,9 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "base/scan.h"
 #include "bench/bench.h"
 #include "cli/interrupt.h"
-#include "cli/json_memory.h"
 #include "cli/lists.h"
 #include "cli/path.h"
 #include "run/provenance.h"
@@ -200,14 +200,13 @@ static flesh_study describe_study(flesh_bench_plan *plan)
 static int measure_all(const flesh_study *study, const flesh_study_options *options)
 {
   const flesh_bench_plan *plan = study->data;
-  json_t *all;
+  char *text = NULL;
+  size_t size;
   int status = flesh_study_do(study, options);
-  if (!status && plan->json) status = flesh_json_read(flesh_path("%s/bench.json", options->out), &all);
-  if (status || !plan->json) return status;
-  json_dumpf(all, stdout, JSON_INDENT(2));
-  putchar('\n');
-  json_decref(all);
-  return FLESH_OK;
+  if (!status && plan->json) status = flesh_file_load(flesh_path("%s/bench.json", options->out), &text, &size);
+  if (text) fputs(text, stdout);
+  free(text);
+  return status;
 }
 
 int flesh_command_bench(int argc, char **argv)
