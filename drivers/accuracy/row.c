@@ -28,13 +28,6 @@ static int judge_open(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
   return status ? status : flesh_accuracy_track_open(1, reference->unknowns, &judge->then);
 }
 
-static void judge_close(judge_of_run *judge)
-{
-  flesh_accuracy_track_close(&judge->now);
-  flesh_accuracy_track_close(&judge->then);
-  flesh_scene_destroy(&judge->scene);
-}
-
 static int compare(judge_of_run *j, const flesh_accuracy_track *with, flesh_accuracy_errors *errors)
 {
   const flesh_accuracy_plan *plan = j->plan;
@@ -147,7 +140,9 @@ static int run_and_judge(const flesh_accuracy_plan *plan, const flesh_accuracy_t
   if (!status) status = judge_open(plan, reference, tight, scene, &judged);
   if (!status) status = run_repeats(plan, row, scene, &watch, f);
   if (!status) judge(plan, &judged, f);
-  judge_close(&judged);
+  flesh_accuracy_track_close(&judged.now);
+  flesh_accuracy_track_close(&judged.then);
+  flesh_scene_destroy(&judged.scene);
   flesh_scene_destroy(&scene);
   return status;
 }

@@ -201,13 +201,6 @@ static int search_free(searching *s)
   return met;
 }
 
-static void list_free(searching *s)
-{
-  s->free_count = 0;
-  for (int k = 0; k < s->fit->parameter_count; k++)
-    if (!s->found->at_bound[k]) s->list[s->free_count++] = k;
-}
-
 int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
 {
   if (fit->map) return flesh_fit_map_search(fit, found);
@@ -216,7 +209,9 @@ int flesh_fit_search(flesh_fit *fit, flesh_fit_found *found)
   s.status = s.values ? flesh_fit_found_open(fit, found) : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a fit");
   for (int k = 0; k < fit->parameter_count; k++) s.q[k] = flesh_fit_q_of(&fit->parameters[k], fit->parameters[k].start);
   for (int more = 1; more && !s.status;) {
-    list_free(&s);
+    s.free_count = 0;
+    for (int k = 0; k < fit->parameter_count; k++)
+      if (!found->at_bound[k]) s.list[s.free_count++] = k;
     found->converged = !s.free_count;
     more = s.free_count && search_free(&s);
     if (!s.status && !more && found->converged) more = release(&s);

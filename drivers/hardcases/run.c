@@ -150,12 +150,6 @@ static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_
   return status || !plan->options.overrides.texts.count ? status : flesh_scene_write(*scene, path);
 }
 
-/* Keeps the longest step of the worse phase. */
-static void note_longest(flesh_hardcases_figures *f, const flesh_longest_step *longest)
-{
-  if (longest->ratio > f->longest.ratio || !isfinite(f->longest.ratio)) f->longest = *longest;
-}
-
 /* Runs a phase in folder/out; returns its status. */
 static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene, const char *folder,
                      const char *name, watch_of_run *watch)
@@ -178,7 +172,7 @@ static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene,
   f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
   f->exit_code = outcome.exit_code;
   f->stressed_rest = figures.stressed_rest;
-  note_longest(f, &figures.longest_step);
+  if (figures.longest_step.ratio > f->longest.ratio || !isfinite(f->longest.ratio)) f->longest = figures.longest_step;
   snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
   f->wall_s += isfinite(figures.wall_s) ? figures.wall_s : 0;
   f->cpu_s += isfinite(figures.cpu_s) ? figures.cpu_s : 0;
