@@ -1,26 +1,233 @@
 /* command.c: `flesh material`: tabulates and draws the energies along stretch, scaling, flattening, shear and rotation,
- * and describes the rest state of each and where it breaks down. */
+ * and describes the rest state of each and where it breaks down. data/studies/material.sql makes the table and the
+ * pictures from a database in memory. */
 #include "commands.h"
 
+#include <assert.h>
+#include <gsl/gsl_eigen.h>
 #include <gsl/gsl_statistics_double.h>
 #include <math.h>
+#include <sqlite3.h>
 #include <stdio.h>
-#include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "cli/lists.h"
-#include "material/curves.h"
 #include "cli/options.h"
 #include "cli/output.h"
+#include "flesh/material.h"
 #include "material/form.h"
+#include "math/mat3.h"
+#include "picture/plot.h"
+#include "study/database.h"
 #include "study/embedded.h"
+#include "study/results.h"
 
-typedef struct request {
+enum {
+  MOST_CURVES = 2 * FLESH_ENERGY_COUNT, /* some energies have two curves, as D raw and as_e */
+  STEPS = 300,                          /* of a curve */
+  QUANTITIES = 4,                       /* energy, energy above rest [J/m^3], stress, smallest eigenvalue [Pa] */
+  DEFORMATIONS = 5,
+  FLATTENING = 2 /* place in `deformations` */
+};
+
+/* A curve in every picture: an energy with one kind of constants. */
+typedef struct curve {
+  flesh_material material;
+  char label[32]; /* "D raw" */
+  double rest_value;
+} curve;
+
+/* A deformation F(s) for s from `start` to `end`. */
+typedef struct deformation {
+  const char *name, *title, *parameter, *stress; /* the last three in gnuplot's markup */
+  double start, end;
+  void (*at)(double s, double F[9]);
+  int row, column; /* of the stress component that is drawn; row -1: |P| */
+} deformation;
+
+typedef struct comparison {
   const char *out, *energies;
   flesh_material_given given;
   int constants; /* flesh_constants */
   int chosen[FLESH_ENERGY_COUNT];
-} request;
+  double mu, lambda; /* small-strain constants, Pa; lambda is infinite at Poisson's ratio 1/2 */
+  const deformation *deformations; /* [DEFORMATIONS] */
+  int count;
+  curve curves[MOST_CURVES]; /* to draw */
+} comparison;
+
+/* ---- deformations ---- */
+
+static void diagonal(double a, double b, double c, double F[9])
+{
+  memset(F, 0, 9 * sizeof *F);
+  F[0] = a, F[4] = b, F[8] = c;
+}
+
+static void stretch_at(double s, double F[9]) { diagonal(s, 1, 1, F); }
+static void scale_at(double s, double F[9]) { diagonal(s, s, s, F); }
+static void flatten_at(double s, double F[9]) { diagonal(1, 1, s, F); }
+
+static void shear_at(double s, double F[9])
+{
+  diagonal(1, 1, 1, F);
+  F[1] = s;
+}
+
+static void rotation_at(double degrees, double F[9])
+{
+  double c = cos(degrees * M_PI / 180), s = sin(degrees * M_PI / 180);
+  diagonal(c, c, 1, F);
+  F[1] = -s, F[3] = s;
+}
+
+static void uniaxial_at(double s, double F[9]) { diagonal(s, 1 / sqrt(s), 1 / sqrt(s), F); }
+static void biaxial_at(double s, double F[9]) { diagonal(s, s, 1 / (s * s), F); }
+static void planar_at(double s, double F[9]) { diagonal(s, 1, 1 / s, F); }
+
+#define SHEAR                                                                                                          \
+  {"shear", "Simple shear: F = I + {/Symbol g} e_1 e_2^T", "shear {/Symbol g}", "P_{12}", 0, 3, shear_at, 0, 1}
+#define ROTATION                                                                                                       \
+  {"rotation", "Rigid rotation about z (everything must stay constant)", "angle [degrees]", "|P|", 0, 180, rotation_at, \
+   -1, -1}
+
+static const deformation deformations[] = {
+    {"stretch", "Uniaxial stretch, sides held: F = diag(s, 1, 1)",
+                            "stretch s", "P_{11}", 0, 3, stretch_at, 0, 0},
+    {"scale", "Uniform scaling through a point: F = s I", "scale s", "P_{11}",
+                          1.25, -0.25, scale_at, 0, 0},
+    [FLATTENING] = {"flatten", "Flattening through zero to inversion: F = diag(1, 1, s)",
+                            "thickness s", "P_{33}", 2, -1, flatten_at, 2, 2},
+    SHEAR,
+    ROTATION};
+static_assert(sizeof deformations / sizeof *deformations == DEFORMATIONS, "a row of every deformation");
+
+static const deformation isochoric_deformations[] = {
+    {"stretch", "Uniaxial stretch, sides free: F = diag(s, s^{-1/2}, s^{-1/2})", "stretch s", "P_{11}", 0.3, 3,
+     uniaxial_at, 0, 0},
+    {"biaxial", "Equibiaxial stretch, faces free: F = diag(s, s, s^{-2})", "stretch s", "P_{11}", 0.5, 2.5, biaxial_at, 0,
+     0},
+    {"planar", "Pure shear, faces free: F = diag(s, 1, 1/s)", "stretch s", "P_{11}", 0.3, 3, planar_at, 0, 0},
+    SHEAR,
+    ROTATION};
+static_assert(sizeof isochoric_deformations == sizeof deformations, "as many for incompressible materials");
+
+/* Sets H to H - p d2J/dF2, where d2J/dF_ij dF_kl = e_ikm e_jln F_mn. */
+static void press_hessian(double H[81], const double F[9], double p)
+{
+  for (int k = 0; k < 81; k++) {
+    const int i = k / 27, j = k / 9 % 3, a = k / 3 % 3, b = k % 3;
+    if (i == a || j == b) continue;
+    const double sign = ((a - i + 3) % 3 == 1) == ((b - j + 3) % 3 == 1) ? 1 : -1;
+    H[k] -= p * sign * F[3 * (3 - i - a) + 3 - j - b];
+  }
+}
+
+/* Returns the smallest eigenvalue of H on the vectors orthogonal to n. n itself gets a value above all eigenvalues of
+ * H. NaN if memory runs out. */
+static double smallest_across(const double H[81], const double n[9])
+{
+  double A[81], Hn[9] = {0}, nn = 0, nHn = 0, above = 0, values[9];
+  for (int k = 0; k < 81; k++) Hn[k / 9] += H[k] * n[k % 9], above += fabs(H[k]);
+  for (int k = 0; k < 9; k++) nn += n[k] * n[k], nHn += n[k] * Hn[k];
+  for (int k = 0; k < 81; k++)
+    A[k] = H[k] - (n[k / 9] * Hn[k % 9] + Hn[k / 9] * n[k % 9]) / nn + (nHn / nn + above) * n[k / 9] * n[k % 9] / nn;
+  gsl_eigen_symm_workspace *room = gsl_eigen_symm_alloc(9);
+  if (!room) return NAN;
+  gsl_matrix_view matrix = gsl_matrix_view_array(A, 9, 9);
+  gsl_vector_view eigenvalues = gsl_vector_view_array(values, 9);
+  gsl_eigen_symm(&matrix.matrix, &eigenvalues.vector, room);
+  gsl_eigen_symm_free(room);
+  return gsl_vector_min(&eigenvalues.vector);
+}
+
+/* Subtracts from the stress the pressure that makes P_33 zero. Returns the smallest eigenvalue; NaN if there is
+ * none. */
+static double press(const flesh_material *material, const double F[9], double P[9])
+{
+  double cofactor[9], H[81];
+  flesh_mat3_cofactor(F, cofactor);
+  const double p = P[8] / cofactor[8];
+  for (int k = 0; k < 9; k++) P[k] -= p * cofactor[k];
+  if (flesh_material_hessian(material, F, H)) return NAN;
+  press_hessian(H, F, p);
+  return smallest_across(H, cofactor);
+}
+
+/* Computes the curve's quantities at parameter s; NaN for those that are not defined. The stress of an incompressible
+ * material is P - p cof F with the pressure p for which P_33 is 0; its eigenvalue is the smallest over changes of F at
+ * constant volume. */
+static void sample(const curve *curve, const deformation *deformation, double s, double q[QUANTITIES])
+{
+  const flesh_material *material = &curve->material;
+  double F[9], P[9], values[9], vectors[81];
+  deformation->at(s, F);
+  for (int k = 0; k < QUANTITIES; k++) q[k] = NAN;
+  if (flesh_material_energy(material, F, &q[0])) return;
+  q[1] = q[0] - curve->rest_value;
+  if (!material->incompressible && !flesh_material_eigen(material, F, values, vectors)) q[3] = gsl_stats_min(values, 1, 9);
+  if (flesh_material_stress(material, F, P)) return;
+  if (material->incompressible) q[3] = press(material, F, P);
+  q[2] = deformation->row < 0 ? sqrt(flesh_mat3_norm2(P)) : P[3 * deformation->row + deformation->column];
+}
+
+static const char tables[] =
+    "CREATE TABLE given (mu, lambda, young, poisson);"
+    "CREATE TABLE paths (path INTEGER PRIMARY KEY, name, title, parameter, stress, low, high);"
+    "CREATE TABLE materials (line INTEGER PRIMARY KEY, energy, constants, label, colour, mu, lambda, twice);"
+    "CREATE TABLE samples (path, line, point, s, psi, psi_minus_rest, stress, smallest_eigenvalue);";
+
+static void insert_samples(sqlite3_stmt *row, int path, int line, const comparison *r)
+{
+  const deformation *p = &r->deformations[path];
+  for (int k = 0; k <= STEPS; k++) {
+    const double s = p->start + (p->end - p->start) * k / STEPS;
+    double q[QUANTITIES];
+    sample(&r->curves[line], p, s, q);
+    for (int v = 0; v < QUANTITIES; v++)
+      if (!isfinite(q[v])) q[v] = NAN;
+    flesh_database_put(row, "iiiddddd", path, line, k, s, q[0], q[1], q[2], q[3]);
+  }
+}
+
+static void fill(sqlite3_stmt *const rows[4], const comparison *r)
+{
+  flesh_database_put(rows[0], "dddd", r->mu, r->lambda, r->given.young, r->given.poisson);
+  for (int c = 0; c < r->count; c++) {
+    const flesh_material *m = &r->curves[c].material;
+    flesh_database_put(rows[2], "ittttddi", c, flesh_energy_name(m->energy), flesh_constants_name(m->constants),
+                       r->curves[c].label, flesh_forms[m->energy].colour, m->mu, m->incompressible ? NAN : m->lambda,
+                       flesh_form_takes(m->energy, FLESH_CONSTANTS_AS_E));
+  }
+  for (int p = 0; p < DEFORMATIONS; p++) {
+    const deformation *of = &r->deformations[p];
+    flesh_database_put(rows[1], "ittttdd", p, of->name, of->title, of->parameter, of->stress, fmin(of->start, of->end),
+                       fmax(of->start, of->end));
+    for (int c = 0; c < r->count; c++) insert_samples(rows[3], p, c, r);
+  }
+}
+
+/* Writes material.csv and, for every deformation, NAME.gp into the folder, and draws NAME.png. *outcome: outcome of the
+ * drawing. */
+static int write_curves(const comparison *r, flesh_plot_outcome *outcome)
+{
+  static const char *const inserts[] = {
+      "INSERT INTO given VALUES (?, ?, ?, ?)", "INSERT INTO paths VALUES (?, ?, ?, ?, ?, ?, ?)",
+      "INSERT INTO materials VALUES (?, ?, ?, ?, ?, ?, ?, ?)", "INSERT INTO samples VALUES (?, ?, ?, ?, ?, ?, ?, ?)"};
+  const char *const sql[] = {flesh_own_text("plot_same"), flesh_own_text("material"), NULL};
+  const flesh_results to = {.out = r->out, .draw = flesh_plot_draw_noted, .data = outcome};
+  sqlite3_stmt *rows[4] = {NULL};
+  sqlite3 *database = NULL;
+  int bad = sqlite3_open(":memory:", &database) || sqlite3_exec(database, tables, NULL, NULL, NULL);
+  for (int k = 0; k < 4 && !bad; k++) bad = sqlite3_prepare_v2(database, inserts[k], -1, &rows[k], NULL);
+  if (!bad) fill(rows, r);
+  for (int k = 0; k < 4; k++) sqlite3_finalize(rows[k]);
+  const int status = bad || sqlite3_errcode(database) == SQLITE_NOMEM ? flesh_no_memory()
+                                                                      : flesh_results_make(database, "the curves", sql, &to);
+  sqlite3_close(database);
+  return status;
+}
 
 /* ---- options ---- */
 
@@ -33,7 +240,7 @@ static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
   return status;
 }
 
-static int make_material(const request *r, flesh_energy energy, flesh_constants constants,
+static int make_material(const comparison *r, flesh_energy energy, flesh_constants constants,
                          flesh_material *material)
 {
   flesh_material_given given = r->given;
@@ -43,7 +250,7 @@ static int make_material(const request *r, flesh_energy energy, flesh_constants 
   return flesh_material_from_given(energy, constants, &given, material);
 }
 
-static int complete(request *r)
+static int complete(comparison *r)
 {
   if (!r->out || !*r->out)
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -66,11 +273,10 @@ static int complete(request *r)
   return make_material(r, matched ? FLESH_ENERGY_E : FLESH_ENERGY_M, r->constants, &any);
 }
 
-static void add_curve(const request *r, flesh_energy energy, flesh_constants constants,
-                      flesh_curves *all)
+static void add_curve(comparison *r, flesh_energy energy, flesh_constants constants)
 {
   static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  flesh_curve *curve = &all->curves[all->count];
+  curve *curve = &r->curves[r->count];
   snprintf(curve->label, sizeof curve->label, "%s %s", flesh_energy_name(energy),
            flesh_constants_name(constants));
   int status = make_material(r, energy, constants, &curve->material);
@@ -80,44 +286,43 @@ static void add_curve(const request *r, flesh_energy energy, flesh_constants con
   }
   if (status)
     fprintf(stderr, "flesh material: %s is left out: %s\n", curve->label, flesh_error_text());
-  else all->count++;
+  else r->count++;
 }
 
-static int make_curves(const request *r, flesh_curves *all)
+static int make_curves(comparison *r)
 {
-  *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson,
-                         .deformations = r->given.poisson == 0.5 ? flesh_isochoric_deformations : flesh_deformations};
-  if (isnan(r->given.mu)) {
-    all->mu = r->given.young / (2 * (1 + r->given.poisson));
-    all->lambda = r->given.young * r->given.poisson / ((1 + r->given.poisson) * (1 - 2 * r->given.poisson));
-  }
+  const flesh_material_given *given = &r->given;
+  const int young = isnan(given->mu);
+  r->deformations = given->poisson == 0.5 ? isochoric_deformations : deformations;
+  r->mu = young ? given->young / (2 * (1 + given->poisson)) : given->mu;
+  r->lambda = young ? given->young * given->poisson / ((1 + given->poisson) * (1 - 2 * given->poisson)) : given->lambda;
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
     if (!r->chosen[e]) continue;
     flesh_energy energy = (flesh_energy)e;
-    add_curve(r, energy, flesh_form_takes(energy, r->constants) ? r->constants : FLESH_CONSTANTS_RAW, all);
+    add_curve(r, energy, flesh_form_takes(energy, r->constants) ? r->constants : FLESH_CONSTANTS_RAW);
     if (flesh_form_takes(energy, FLESH_CONSTANTS_AS_E) && r->constants == FLESH_CONSTANTS_MATCHED)
-      add_curve(r, energy, FLESH_CONSTANTS_AS_E, all);
+      add_curve(r, energy, FLESH_CONSTANTS_AS_E);
   }
-  return all->count ? FLESH_OK
-                    : flesh_fail(FLESH_ERR_ARGUMENT, "no energy takes these constants; choose other constants or --energies");
+  return r->count ? FLESH_OK
+                  : flesh_fail(FLESH_ERR_ARGUMENT, "no energy takes these constants; choose other constants or --energies");
 }
 
 /* ---- descriptions ---- */
 
-static double flat_eigenvalue(const flesh_curve *curve, double thickness)
+static double flat_eigenvalue(const curve *curve, double thickness)
 {
-  double energy, q[FLESH_CURVE_QUANTITIES];
-  flesh_curve_sample(curve, &flesh_deformations[FLESH_FLATTENING], thickness, &energy, q);
-  return q[2];
+  double q[QUANTITIES];
+  sample(curve, &deformations[FLATTENING], thickness, q);
+  return q[3];
 }
 
 /* Returns the thickness below 1 at which the smallest eigenvalue first becomes negative under flattening; NaN if it
  * stays positive as long as the energy is defined. */
-static double softening(const flesh_curve *curve)
+static double softening(const curve *curve)
 {
   double above = 1, limit = -1e-12 * curve->material.mu;
-  for (int k = 0; k <= FLESH_CURVE_STEPS; k++) {
-    double below = 1 - 2. * k / FLESH_CURVE_STEPS, value = flat_eigenvalue(curve, below);
+  for (int k = 0; k <= STEPS; k++) {
+    double below = 1 - 2. * k / STEPS, value = flat_eigenvalue(curve, below);
     if (isnan(value)) return NAN;
     if (value < limit) {
       for (int n = 0; n < 40; n++) {
@@ -133,7 +338,7 @@ static double softening(const flesh_curve *curve)
 }
 
 /* Describes an incompressible curve by its constants only: at a fixed volume there is no other rest state and no inversion. */
-static void describe_incompressible(const flesh_curve *curve)
+static void describe_incompressible(const curve *curve)
 {
   double mu;
   flesh_material_small_strain(&curve->material, &mu, NULL, NULL);
@@ -141,7 +346,7 @@ static void describe_incompressible(const flesh_curve *curve)
          curve->material.mu, mu);
 }
 
-static void describe(const flesh_curve *curve)
+static void describe(const curve *curve)
 {
   static const double nothing[9] = {0}, mirror[9] = {1, 0, 0, 0, 1, 0, 0, 0, -1},
                       flat[9] = {1, 0, 0, 0, 1, 0, 0, 0, 0};
@@ -181,32 +386,32 @@ static void describe(const flesh_curve *curve)
   printf("\n");
 }
 
-static int write_and_draw(const request *r, const flesh_curves *all)
+static int write_and_draw(const comparison *r)
 {
   flesh_plot_outcome outcome = {0};
-  int status = flesh_curves_write(r->out, all, &outcome);
+  int status = write_curves(r, &outcome);
   if (status) return status;
-  printf("Given: mu %.6g Pa, lambda %.6g Pa", all->mu, all->lambda);
-  if (!isnan(all->young)) printf(" (E %.6g Pa, nu %.15g)", all->young, all->poisson);
+  printf("Given: mu %.6g Pa, lambda %.6g Pa", r->mu, r->lambda);
+  if (!isnan(r->given.young)) printf(" (E %.6g Pa, nu %.15g)", r->given.young, r->given.poisson);
   printf("\n");
-  for (int c = 0; c < all->count; c++)
-    (all->curves[c].material.incompressible ? describe_incompressible : describe)(&all->curves[c]);
+  for (int c = 0; c < r->count; c++)
+    (r->curves[c].material.incompressible ? describe_incompressible : describe)(&r->curves[c]);
   printf("Table: %s/material.csv\n", r->out);
   status = flesh_plot_ended(&outcome); /* without gnuplot, the scripts are left to be run later */
   if (status) return status;
   printf("Pictures:");
-  for (int p = 0; p < FLESH_DEFORMATIONS; p++) printf(" %s/%s.png", r->out, all->deformations[p].name);
+  for (int p = 0; p < DEFORMATIONS; p++) printf(" %s/%s.png", r->out, r->deformations[p].name);
   printf("\n");
   return FLESH_OK;
 }
 
-static int compare(const request *r)
+static int compare(comparison *r)
 {
-  flesh_curves all;
   flesh_folder_claim claim = {.descriptor = -1};
-  int status = make_curves(r, &all);
+  int status = complete(r);
+  if (!status) status = make_curves(r);
   if (!status) status = flesh_output_claim(r->out, "material", &claim);
-  if (!status) status = write_and_draw(r, &all);
+  if (!status) status = write_and_draw(r);
   flesh_folder_claim_release(&claim);
   return status;
 }
@@ -216,7 +421,7 @@ static int compare(const request *r)
 
 int flesh_command_material(int argc, char **argv)
 {
-  request r = {.constants = FLESH_CONSTANTS_MATCHED};
+  comparison r = {.constants = FLESH_CONSTANTS_MATCHED};
   flesh_material_given_default(&r.given);
   const flesh_option rows[] = {
       {"out", "DIR", FLESH_OPTION_TEXT, &r.out, "folder of the table and the pictures (required)"},
@@ -235,7 +440,6 @@ int flesh_command_material(int argc, char **argv)
       "material", "", "Compares the energies along simple deformations.", flesh_own_text("material_help"), 0, 0, rows, NULL, 0};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  int status = complete(&r);
-  if (!status) status = compare(&r);
+  const int status = compare(&r);
   return status ? flesh_command_fail("material", status) : 0;
 }

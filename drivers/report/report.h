@@ -3,7 +3,7 @@
  * The page's element `payload` has the data, deflated (zlib) and in base 64. Unpacked they are twelve decimal digits
  * (the length of the JSON), the JSON, and numbers as bytes. In the JSON, `parts` has words, tables and plots, `view`
  * has the runs, with their places in the bytes, and `start`, the time that is shown first. The element `still` is the
- * still picture. A list [at, count] has its numbers at that place, in the form of add_list of body.c.
+ * still picture. A list [at, count] has its numbers at that place, in the form of add_list of view.c.
  *
  * A run's frames follow each other from `at`. A frame has x of all nodes, then y, then z, as multiples of `quantum`;
  * the same for the obstacles' vertices; then J_mean, stress and speed at all nodes, which are a number times `step`

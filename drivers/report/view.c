@@ -1,16 +1,183 @@
-/* view.c: the bodies in motion in a report: positions and fields as numbers, and their description as JSON. */
+/* view.c: the bodies in motion in a report: positions and fields as numbers, and their description as JSON. Positions and
+ * values are rounded to whole numbers, and of each frame only the differences from what the two frames before predict are
+ * written; report.h has the format. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "report/body.h"
 #include "cli/json_memory.h"
+#include "math/nearest.h"
 #include "picture/picture.h"
 #include "picture/picture_body.h"
 #include "picture/picture_legend.h"
 #include "picture/snapshot.h"
+#include "report/report.h"
 #include "scene/scene.h"
 
-enum { FIELDS = FLESH_REPORT_FIELDS };
+enum { FIELDS = 3 }; /* J, stress and speed */
+
+/* A run's body and obstacles as numbers: their shape once, then one frame after another. */
+typedef struct shape {
+  int nodes, tets, frames;
+  double quantum;                    /* unit of positions, m */
+  double low[FIELDS], steps[FIELDS]; /* least value and unit of each field */
+  flesh_view view;
+  flesh_arena memory;
+  size_t total, flag_bytes;
+  int *numbers[3];   /* [total] numbers of a frame; frame k is at k % 3 */
+  uint8_t *flags[2]; /* [flag_bytes] a bit per tet: whether it is inverted; frame k is at k % 2 */
+  double *J;         /* [tets] workspace */
+} shape;
+
+/* Returns the nearest multiple of the step, in steps: NaN becomes 0, and others are limited to 2^30 of them. */
+static int round_to(double value, double step)
+{
+  const double MOST = 1 << 30, at = value / step;
+  return isnan(at) ? 0 : (int)lrint(fmin(fmax(at, -MOST), MOST));
+}
+
+/* Writes positions [3*count], rounded, as all x, all y, all z. Returns the end. */
+static int *round_positions(int count, const double *x, double quantum, int *to)
+{
+  for (int d = 0; d < 3; d++)
+    for (int i = 0; i < count; i++) *to++ = round_to(x[3 * (size_t)i + (size_t)d], quantum);
+  return to;
+}
+
+/* Writes a number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., written seven bits per byte,
+ * the lowest first, with the eighth bit set in all bytes but the last. */
+static void add_number(FILE *numbers, int64_t value)
+{
+  uint64_t rest = value < 0 ? 2 * (uint64_t)(-(value + 1)) + 1 : 2 * (uint64_t)value;
+  for (; rest > 127; rest >>= 7) putc((int)(rest & 127) | 128, numbers);
+  putc((int)rest, numbers);
+}
+
+/* Writes numbers as differences, each from the one before it, the first from 0. Returns their place as [at, count]. */
+static json_t *add_list(FILE *numbers, size_t count, const int *values)
+{
+  json_t *place = json_pack("[II]", (json_int_t)ftell(numbers), (json_int_t)count);
+  for (size_t k = 0; k < count; k++) add_number(numbers, (int64_t)values[k] - (k ? values[k - 1] : 0));
+  return place;
+}
+
+/* Writes the triangles of curved faces, and the vertices beyond the nodes that they have: six nodes for each, and their
+ * weights in eighths. */
+static int add_curved(const flesh_mesh *mesh, FILE *numbers, json_t *made)
+{
+  flesh_curved_surface curved;
+  flesh_arena arena = {0};
+  int status = flesh_curved_surface_make(mesh, &arena, &curved);
+  const size_t triangles = (size_t)curved.triangles, further = (size_t)(curved.vertices - curved.nodes);
+  int *hidden = flesh_arena_take(&arena, triangles * sizeof *hidden);
+  if (!status && !hidden) status = flesh_report_no_memory();
+  for (size_t t = 0; t < triangles && !status; t++) hidden[t] = curved.hidden[t];
+  if (!status) {
+    json_object_set_new(made, "corners", add_list(numbers, 3 * triangles, curved.corners));
+    json_object_set_new(made, "behind", add_list(numbers, triangles, curved.tets));
+    json_object_set_new(made, "hidden", add_list(numbers, triangles, hidden));
+    json_object_set_new(made, "six", add_list(numbers, 6 * further, curved.six));
+    json_object_set_new(made, "eighths", add_list(numbers, 6 * further, curved.eighths));
+  }
+  flesh_arena_free(&arena);
+  return status;
+}
+
+/* Writes the mesh at rest; *made (new) says where it is in `numbers`. */
+static int write_mesh(const shape *b, const flesh_mesh *mesh, FILE *numbers, json_t **made)
+{
+  int triangles, *rest = b->numbers[0]; /* until the first frame is there */
+  const int *corners = flesh_mesh_surface(mesh, &triangles);
+  *made = json_pack("{sisi}", "nodes", b->nodes, "tet_count", b->tets);
+  if (!*made) return flesh_report_no_memory();
+  round_positions(b->nodes, flesh_mesh_positions(mesh), b->quantum, rest);
+  json_object_set_new(*made, "rest", add_list(numbers, 3 * (size_t)b->nodes, rest));
+  json_object_set_new(*made, "tets", add_list(numbers, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
+  if (flesh_mesh_order(mesh) == 2) {
+    json_object_set_new(*made, "edges", add_list(numbers, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
+    return add_curved(mesh, numbers, *made);
+  }
+  json_object_set_new(*made, "corners", add_list(numbers, 3 * (size_t)triangles, corners));
+  json_object_set_new(*made, "behind", add_list(numbers, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
+  return FLESH_OK;
+}
+
+/* Opens the shape of the first panel, and writes its obstacles and, unless *mesh is known, its mesh at rest. `frames`
+ * [FIELDS]: the ranges of the fields' colours. The caller frees `memory`. */
+static int open_shape(const flesh_picture_panel *panel, const flesh_picture_frame *frames, FILE *numbers, shape *b,
+                      json_t **mesh, json_t *obstacles)
+{
+  const double PARTS = 65536, LEVELS = 1024; /* of the body's diagonal, and of the range of colours */
+  flesh_picture_scene scene;
+  flesh_mesh_info info;
+  flesh_mesh_inspect(panel->body->mesh, &info);
+  *b = (shape){.nodes = info.nodes, .tets = info.tets, .view = frames[0].view,
+               .quantum = flesh_distance(info.low, info.high) / PARTS, .flag_bytes = ((size_t)info.tets + 7) / 8};
+  for (int f = 0; f < FIELDS; f++) {
+    b->low[f] = frames[f].low;
+    b->steps[f] = frames[f].high > frames[f].low ? (frames[f].high - frames[f].low) / LEVELS : 1;
+  }
+  int status = flesh_picture_obstacles(panel, &b->view, &scene);
+  b->total = (3 + FIELDS) * (size_t)b->nodes;
+  for (int k = 1; k < scene.count && !status; k++) b->total += 3 * (size_t)scene.surfaces[k].vertices;
+  for (int k = 0; k < 3; k++) b->numbers[k] = flesh_arena_take(&b->memory, b->total * sizeof **b->numbers);
+  for (int k = 0; k < 2; k++) b->flags[k] = flesh_arena_take(&b->memory, b->flag_bytes);
+  b->J = flesh_arena_take(&b->memory, (size_t)b->tets * sizeof *b->J);
+  if (!b->numbers[0] || !b->numbers[1] || !b->numbers[2] || !b->flags[0] || !b->flags[1] || !b->J)
+    status = flesh_report_no_memory();
+  if (!status && !*mesh) status = write_mesh(b, panel->body->mesh, numbers, mesh);
+  for (int k = 1; k < scene.count && !status; k++) {
+    const flesh_render_surface *s = &scene.surfaces[k];
+    json_array_append_new(obstacles, json_pack("{sisfso}", "vertices", s->vertices, "fade", s->fade, "corners",
+                                               add_list(numbers, 3 * (size_t)s->triangles, s->corners)));
+  }
+  flesh_arena_free(&scene.arena);
+  return status;
+}
+
+/* Computes the numbers of a frame: positions of the body and of the obstacles, and the values of the fields. */
+static int gather(shape *b, const flesh_picture_panel *panel)
+{
+  flesh_picture_scene obstacles;
+  int status = flesh_picture_obstacles(panel, &b->view, &obstacles);
+  int *to = round_positions(b->nodes, panel->x, b->quantum, b->numbers[b->frames % 3]);
+  for (int k = 1; k < obstacles.count && !status; k++) /* the number of vertices does not change */
+    to = round_positions(obstacles.surfaces[k].vertices, obstacles.surfaces[k].x, b->quantum, to);
+  flesh_arena_free(&obstacles.arena);
+  for (int f = 0; f < FIELDS && !status; f++) {
+    double *values;
+    status = flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
+    for (int i = 0; i < b->nodes && !status; i++) *to++ = round_to(values[i] - b->low[f], b->steps[f]);
+    free(values);
+  }
+  return status;
+}
+
+static void flag_inverted(shape *b, const flesh_picture_panel *panel)
+{
+  uint8_t *flags = b->flags[b->frames % 2];
+  flesh_mesh_jacobians(panel->body->mesh, panel->x, b->J, NULL, NULL);
+  memset(flags, 0, b->flag_bytes);
+  for (int t = 0; t < b->tets; t++)
+    if (!(b->J[t] > 0)) flags[t / 8] |= (uint8_t)(1 << t % 8);
+}
+
+/* Writes the next frame. */
+static int write_frame(shape *b, const flesh_picture_panel *panel, FILE *numbers)
+{
+  const int f = b->frames, *now = b->numbers[f % 3], *last = b->numbers[(f + 2) % 3], *before = b->numbers[(f + 1) % 3];
+  const int status = gather(b, panel);
+  if (status) return status;
+  flag_inverted(b, panel);
+  for (size_t k = 0; k < b->total; k++) {
+    const int64_t one = last[k], two = before[k];
+    const int64_t predicted = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? now[k - 1] : 0;
+    add_number(numbers, now[k] - predicted);
+  }
+  for (size_t k = 0; k < b->flag_bytes; k++) putc(b->flags[0][k] ^ b->flags[1][k], numbers);
+  b->frames++;
+  return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
+}
 
 /* Distances of a run's frames from its first. To be zero-initialised. */
 typedef struct motion {
@@ -152,7 +319,7 @@ static json_t *find_same(const flesh_run_folder *runs, int r, const json_t *made
   return NULL;
 }
 
-static json_t *describe_steps(const flesh_report_body *body)
+static json_t *describe_steps(const shape *body)
 {
   json_t *list = json_array();
   for (int f = 0; f < FIELDS; f++)
@@ -163,20 +330,18 @@ static json_t *describe_steps(const flesh_report_body *body)
 static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                    const flesh_picture_frame frames[FIELDS])
 {
-  flesh_report_body body = {0};
+  shape body = {0};
   flesh_run_folder *own = &runs[r];
   flesh_picture_panel panel;
   json_t *times = json_array(), *numbers = json_array(),
          *made = json_object_get(report->view, "runs");
-  json_t *obstacles = NULL, *mesh = find_same(runs, r, made);
+  json_t *obstacles = json_array(), *mesh = find_same(runs, r, made);
   int status = flesh_run_panel(own, 0, &panel);
-  if (!status) status = flesh_report_body_open(&panel, frames, &body);
-  if (!status && !mesh) status = flesh_report_body_mesh(&body, &panel, report->numbers.stream, &mesh);
-  if (!status) status = flesh_report_body_obstacles(&body, &panel, report->numbers.stream, &obstacles);
+  if (!status) status = open_shape(&panel, frames, report->numbers.stream, &body, &mesh, obstacles);
   const long at = ftell(report->numbers.stream);
   for (int k = 0; k < own->count && !status; k++) {
     status = flesh_run_panel(own, k, &panel);
-    if (!status) status = flesh_report_body_frame(&body, &panel, report->numbers.stream);
+    if (!status) status = write_frame(&body, &panel, report->numbers.stream);
     json_array_append_new(times, json_real(panel.t));
     json_array_append_new(numbers, json_integer(own->frames[k].number));
   }
@@ -184,7 +349,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
       made,
       json_pack("{sosososososIsisfso}", "name",
                 flesh_json_text(report->shown[r].name), "mesh",
-                mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
+                mesh ? mesh : json_null(), "obstacles", obstacles,
                 "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
                 report->shown[r].frames, "quantum", body.quantum, "fields", describe_steps(&body)));
   flesh_arena_free(&body.memory);
