@@ -7,7 +7,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "base/text.h"
 #include "commands.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
@@ -15,27 +14,8 @@
 #include "cli/options.h"
 #include "run/provenance.h"
 
-static const char about[] = "Dynamics of soft, nearly incompressible bodies.";
-
 #define COMMAND(name, summary) {#name, summary, flesh_command_##name},
 static const flesh_subcommand commands[] = {FLESH_COMMAND_LIST(COMMAND){0}};
-
-static void print_help(void)
-{
-  printf("Usage: flesh COMMAND [ARGUMENT]...\n%s\n\nCommands:\n", about);
-  for (const flesh_subcommand *c = commands; c->name; c++) printf("  %-10s %s\n", c->name, c->summary);
-  printf("\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n");
-  flesh_help_print_exits(FLESH_EXITS_ALL);
-}
-
-/* 2, after a sentence. */
-static int refuse(const char *name)
-{
-  char known[256] = "";
-  for (const flesh_subcommand *c = commands; c->name; c++)
-    flesh_text_add(known, sizeof known, "%s %s", c == commands ? "" : ",", c->name);
-  return flesh_command_refuse("", "unknown command '%.100s'; the commands are%s", name, known);
-}
 
 /* Kernels have frames of up to 350 kB. A low limit of the stack is raised as far as it may be. */
 static int ensure_stack(void)
@@ -68,29 +48,15 @@ int main(int argc, char **argv)
   reserve_streams();
   flesh_interrupt_tidy();
   flesh_json_watch();
-  flesh_help_about = about;
   flesh_help_commands = commands;
-  if (argc < 2) {
-    fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
-    return 2;
-  }
-  char *of_help[] = {argv[0], argv[2], "--help", NULL};
-  if (argc == 3 && !strcmp(argv[1], "help")) argv = of_help;
-  const char *name = argv[1];
-  int code = 2;
-  if (!strcmp(name, "--help") || !strcmp(name, "-h") || (!strcmp(name, "help") && argc == 2)) {
-    print_help();
-    code = 0;
-  } else if (!strcmp(name, "--version")) {
-    flesh_provenance_print_version();
-    code = 0;
-  } else {
-    const flesh_subcommand *found = commands;
-    while (found->name && strcmp(name, found->name)) found++;
-    if (!found->name) return refuse(name);
-    if (ensure_stack()) return 1;
-    code = found->run(argc - 1, argv + 1);
-  }
+  char help[] = "--help", *of_help[] = {argv[0], argc > 2 ? argv[2] : help, help, NULL};
+  if (argc > 1 && !strcmp(argv[1], "help")) argv = of_help;
+  int code = 0;
+  if (argc > 1 && !strcmp(argv[1], "--version")) flesh_provenance_print_version();
+  else if (ensure_stack()) return 1;
+  else
+    code = flesh_subcommand_run("", "Dynamics of soft, nearly incompressible bodies.\n",
+                                "`flesh --version` prints the version.", commands, argv == of_help ? 3 : argc, argv);
   if ((fflush(stdout) || ferror(stdout)) && !code) {
     if (errno != EPIPE) fprintf(stderr, "flesh: standard output could not be written completely\n");
     code = 3;

@@ -7,7 +7,7 @@
 
 #include "accuracy/accuracy.h"
 #include "base/error.h"
-#include "cli/inputs.h"
+#include "cli/output.h"
 #include "cli/interrupt.h"
 #include "cli/lists.h"
 #include "base/file.h"

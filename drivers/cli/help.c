@@ -1,5 +1,5 @@
-/* help.c: prints the help of a command as text, as a manual page in roff, or as branches of the completion scripts of
- * bash and zsh, in the format that is set. */
+/* help.c: prints the help of a command as text, as a manual page in roff, or as rows of the table of completion scripts,
+ * in the format that is set. */
 #include "cli/help.h"
 
 #include <stdio.h>
@@ -24,7 +24,6 @@ const flesh_exit_row flesh_exit_rows[] = {
      FLESH_EXITS_OF_INTERRUPTS},
     {0}};
 
-const char *flesh_help_about = "";
 const flesh_subcommand *flesh_help_commands = NULL;
 
 static flesh_help_format chosen = FLESH_HELP_TEXT;
@@ -147,99 +146,19 @@ static void print_man(const flesh_usage *usage)
   flesh_help_print_exits(usage->exits);
 }
 
-void flesh_help_quote(const char *word)
+/* Prints a row of the table: an option or a command, its value's name (- if it takes none), what it does. */
+static void print_row(const char *command, const char *before, const char *word, const char *argument, const char *doc)
 {
-  putchar('\'');
-  for (; *word; word++)
-    if (*word == '\'') fputs("'\\''", stdout);
-    else putchar(*word == '\n' ? ' ' : *word);
-  putchar('\'');
+  printf("%s\t%s%s\t%s\t", command, before, word, argument ? argument : "-");
+  for (; *doc; doc++) putchar(*doc == '\n' ? ' ' : *doc);
+  putchar('\n');
 }
 
-static int takes_scene_keys(const flesh_option *option)
+static void print_table(const flesh_usage *usage)
 {
-  return option->argument && !strcmp(option->argument, "KEY=VALUE");
-}
-
-static int takes_file(const flesh_option *option)
-{
-  static const char *const files[] = {"FILE", "DIR", "SCENE", "MESH"};
-  for (size_t f = 0; f < sizeof files / sizeof *files; f++)
-    if (!strncmp(option->argument, files[f], strlen(files[f]))) return 1;
-  return 0;
-}
-
-/* Prints the words that the option accepts, with spaces between them. */
-static void print_words(const flesh_option *option)
-{
-  for (const char *at = option->argument; *at; at++) putchar(*at == '|' ? ' ' : *at);
-}
-
-/* Prints a branch that sets `options`, `commands` and, for the option before the cursor, `values`: a list, + for files,
- * - for values that cannot be completed. */
-static void print_bash(const flesh_usage *usage)
-{
-  printf("    ");
-  flesh_help_quote(usage->command);
-  printf(")\n      options='");
-  for (const flesh_option *option = usage->options; option->name; option++) printf("--%s ", option->name);
-  printf("--help'\n");
-  if (usage->commands) {
-    printf("      commands='");
-    for (const flesh_subcommand *c = usage->commands; c->name; c++) printf("%s%s", c == usage->commands ? "" : " ", c->name);
-    printf("'\n");
-  }
-  printf("      case $2 in\n");
-  for (const flesh_option *option = usage->options; option->name; option++) {
-    if (!option->argument) continue;
-    printf("        --%s) values=", option->name);
-    if (takes_scene_keys(option)) printf("$_flesh_keys");
-    else if (strchr(option->argument, '|')) putchar('\''), print_words(option), putchar('\'');
-    else putchar(takes_file(option) ? '+' : '-');
-    printf(" ;;\n");
-  }
-  printf("      esac ;;\n");
-}
-
-/* Prints text for an argument of zsh's _arguments, where brackets, colons and backslashes must be escaped. */
-static void print_zsh(const char *text)
-{
-  for (; *text; text++) {
-    if (strchr("[]:\\", *text)) putchar('\\');
-    if (*text == '\'') fputs("'\\'", stdout);
-    putchar(*text == '\n' ? ' ' : *text);
-  }
-}
-
-static void print_zsh_branch(const flesh_usage *usage)
-{
-  printf("    ");
-  flesh_help_quote(usage->command);
-  printf(")\n");
-  if (usage->commands) {
-    printf("      commands=(");
-    for (const flesh_subcommand *c = usage->commands; c->name; c++) {
-      printf("'%s:", c->name);
-      print_zsh(c->summary);
-      printf("' ");
-    }
-    printf(")\n");
-  }
-  printf("      options=(\n");
-  for (const flesh_option *option = usage->options; option->name; option++) {
-    printf("        '%s--%s[", option->kind == FLESH_OPTION_LIST ? "*" : "", option->name);
-    print_zsh(option->doc);
-    printf("]");
-    if (option->argument) {
-      printf(":");
-      print_zsh(option->argument);
-      if (takes_scene_keys(option)) printf(":compadd -S \"\" -a _flesh_keys");
-      else if (strchr(option->argument, '|')) printf(":("), print_words(option), putchar(')');
-      else printf(takes_file(option) ? ":_files" : ": ");
-    }
-    printf("'\n");
-  }
-  printf("        '--help[print a summary]') ;;\n");
+  for (const flesh_option *option = usage->options; option->name; option++)
+    print_row(usage->command, option->kind == FLESH_OPTION_LIST ? "*--" : "--", option->name, option->argument, option->doc);
+  for (const flesh_subcommand *c = usage->commands; c && c->name; c++) print_row(usage->command, "", c->name, NULL, c->summary);
 }
 
 static void print_text(const flesh_usage *usage)
@@ -261,13 +180,15 @@ static void print_text(const flesh_usage *usage)
 
 static void print_text_list(const char *command, const char *about, const char *more, const flesh_subcommand *list)
 {
-  printf("Usage: flesh %s COMMAND [ARGUMENT]...\n%s\nCommands:\n", command, about);
+  const char *blank = *command ? " " : "";
+  printf("Usage: flesh%s%s COMMAND [ARGUMENT]...\n%s\nCommands:\n", blank, command, about);
   for (; list->name; list++) printf("  %-10s %s\n", list->name, list->summary);
-  printf("\n`flesh %s COMMAND --help` describes a command.%s%s\n\n", command, more ? " " : "", more ? more : "");
-  flesh_help_print_exits(0);
+  printf("\n`flesh%s%s COMMAND --help` describes a command.%s%s\n\n", blank, command, more ? " " : "", more ? more : "");
+  flesh_help_print_exits(*command ? 0 : FLESH_EXITS_ALL);
 }
 
-void flesh_help_print_all(const flesh_subcommand *list)
+/* Prints the help of all commands of a list. */
+static void print_all(const flesh_subcommand *list)
 {
   for (; list && list->name; list++) {
     char name[32], help[] = "--help", *words[] = {name, help, NULL};
@@ -280,10 +201,9 @@ void flesh_help_print(const flesh_usage *usage)
 {
   static void (*const print[])(const flesh_usage *) = {[FLESH_HELP_TEXT] = print_text,
                                                        [FLESH_HELP_MAN] = print_man,
-                                                       [FLESH_HELP_BASH] = print_bash,
-                                                       [FLESH_HELP_ZSH] = print_zsh_branch};
+                                                       [FLESH_HELP_TABLE] = print_table};
   print[chosen](usage);
-  if (chosen != FLESH_HELP_TEXT) flesh_help_print_all(usage->commands);
+  if (chosen != FLESH_HELP_TEXT) print_all(usage->commands);
   if (chosen == FLESH_HELP_MAN && !strchr(usage->command, ' '))
     printf(".SH SEE ALSO\n\\fBflesh\\fR(1), \\fBflesh\\-scene\\fR(5)\n");
 }

@@ -1,5 +1,5 @@
-/* help.h: the help of a command, made from its table of options: as text, as a manual page, or as branches of
- * completion scripts.
+/* help.h: the help of a command, made from its table of options: as text, as a manual page, or as a table for completion
+ * scripts, whose columns are separated by tabs: command, option or subcommand, name of the value, description.
  *
  * A command's table exists while the command runs. `flesh COMMAND --help` prints it in the format that is set; `flesh
  * manual` and `flesh completion` set a format and run every command with --help. */
@@ -8,7 +8,7 @@
 
 #include "cli/usage.h"
 
-typedef enum flesh_help_format { FLESH_HELP_TEXT, FLESH_HELP_MAN, FLESH_HELP_BASH, FLESH_HELP_ZSH } flesh_help_format;
+typedef enum flesh_help_format { FLESH_HELP_TEXT, FLESH_HELP_MAN, FLESH_HELP_TABLE } flesh_help_format;
 
 /* Sets the format of all help from now on; at first it is text. */
 void flesh_help_set_format(flesh_help_format format);
@@ -22,19 +22,12 @@ void flesh_help_print_list(const char *command, const char *about, const char *m
  * else as text. */
 void flesh_help_print_exits(unsigned exits);
 
-/* One line on what the program is, and its commands, for help on the whole program; set by main.c. */
-extern const char *flesh_help_about;
+/* The commands of the program, for help on the whole of it; set by main.c. */
 extern const flesh_subcommand *flesh_help_commands;
 
 /* Print parts of a manual page in roff to stdout: its head, and paragraphs (lines that begin with a space are kept as
  * they are). */
 void flesh_help_man_head(const char *page, const char *summary);
 void flesh_help_man_text(const char *text);
-
-/* Prints the help of all commands of a list, in the format that is set. */
-void flesh_help_print_all(const flesh_subcommand *list);
-
-/* Prints the word in single quotes for a shell, line breaks as spaces. */
-void flesh_help_quote(const char *word);
 
 #endif

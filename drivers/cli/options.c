@@ -173,7 +173,7 @@ int flesh_subcommand_run(const char *command, const char *about, const char *mor
     flesh_help_print_list(command, about, more, list);
     return 0;
   }
-  char known[128] = "";
+  char known[256] = "";
   for (int k = 0; list[k].name; k++) {
     if (name && !strcmp(name, list[k].name)) return list[k].run(argc - 1, argv + 1);
     flesh_text_add(known, sizeof known, "%s%s", !k ? "" : list[k + 1].name ? ", " : " and ", list[k].name);

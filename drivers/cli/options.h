@@ -28,7 +28,7 @@ int flesh_option_refuse(const char *command, const char *option, const char *val
 /* Prints "flesh COMMAND: <last error>" to stderr and returns the exit code of `status`. */
 int flesh_command_fail(const char *command, int status);
 
-/* Runs a command of several words, as `flesh mesh info`: calls the subcommand named by argv[1] with the words from
+/* Runs a command of several words, as `flesh mesh info`, or with the command "" the program: calls the subcommand named by argv[1] with the words from
  * there on, or prints the help, with `about` above the list and `more` (may be NULL) below it. Returns the exit code; 2
  * after a sentence on stderr if the name is missing or unknown. */
 int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,

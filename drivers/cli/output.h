@@ -1,10 +1,30 @@
-/* output.h: checks the places that a command will write to: claims folders, and refuses what would destroy
- * something. */
+/* output.h: checks the places that a command will write to: claims folders, and refuses what would destroy something,
+ * above all the files that the command reads. */
 #ifndef FLESH_CLI_OUTPUT_H
 #define FLESH_CLI_OUTPUT_H
 
 #include "base/folder.h"
-#include "cli/inputs.h"
+#include "flesh/scene.h"
+
+/* The files that a command reads. */
+typedef struct flesh_inputs {
+  int count, room, failed; /* failed: memory ran out */
+  struct flesh_input *files;
+} flesh_inputs;
+
+/* Adds the file and, for a mesh of TetGen, its other half. Files that do not exist are ignored. *inputs is
+ * zero-initialised first. */
+void flesh_inputs_add(flesh_inputs *inputs, const char *path);
+/* Adds the scene's file and all files that the scene names. */
+void flesh_inputs_add_scene(flesh_inputs *inputs, const char *path, const flesh_scene *scene);
+/* Returns the other of TetGen's files NAME.node and NAME.ele, for the next few calls (path.h); NULL for other names. */
+const char *flesh_tetgen_partner(const char *path);
+void flesh_inputs_close(flesh_inputs *inputs);
+
+/* Fails with FLESH_ERR_ARGUMENT and a sentence if folder/names[k] is one of the inputs, under any name, or one is in
+ * folder/subfolders[k], which is replaced as a whole; then closes the inputs. NULL ends the lists; `subfolders` may be
+ * NULL. */
+int flesh_inputs_spare_in(flesh_inputs *inputs, const char *folder, const char *const *names, const char *const *subfolders);
 
 /* Claims a folder for a command; the lock file says `flesh COMMAND`, the process and the host. Waits 0.3 s for a
  * process that was just killed to release it. */

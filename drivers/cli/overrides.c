@@ -1,8 +1,8 @@
 /* overrides.c: a list of "key=value" texts, from the command line and from commands. */
 #include "cli/overrides.h"
 
+#include <sqlite3.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -22,28 +22,21 @@ void flesh_overrides_close(flesh_overrides *overrides)
   *overrides = (flesh_overrides){0};
 }
 
-static void add(flesh_overrides *overrides, const char *key, const char *value, int quoted)
+void flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value)
 {
   flesh_texts *texts = &overrides->texts;
-  char *text = flesh_arena_take(&overrides->arena, strlen(key) + 2 * strlen(value) + 4), *end = text;
+  const char *text = value ? flesh_arena_print(&overrides->arena, "%s=%s", key, value) : NULL;
   overrides->failed = overrides->failed || !text ||
                       !flesh_grow(&texts->values, sizeof *texts->values, texts->count, &texts->room);
-  if (overrides->failed) return;
-  end = stpcpy(stpcpy(end, key), quoted ? "='" : "=");
-  for (const char *c = value; *c; c++) {
-    if (quoted && *c == '\'') *end++ = '\''; /* YAML doubles it */
-    *end++ = *c;
-  }
-  strcpy(end, quoted ? "'" : "");
-  texts->values[texts->count++] = text;
+  if (!overrides->failed) texts->values[texts->count++] = text;
 }
 
 void flesh_overrides_add_text(flesh_overrides *overrides, const char *key, const char *value)
 {
-  add(overrides, key, value, 1);
+  char *quoted = sqlite3_mprintf("%Q", value); /* YAML quotes texts as SQL does */
+  flesh_overrides_add(overrides, key, quoted);
+  sqlite3_free(quoted);
 }
-
-void flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value) { add(overrides, key, value, 0); }
 
 int flesh_overrides_read(const flesh_overrides *overrides, const char *path, flesh_scene **scene)
 {

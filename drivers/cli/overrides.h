@@ -18,7 +18,7 @@ typedef struct flesh_overrides {
 void flesh_overrides_copy(flesh_overrides *overrides, const flesh_texts *given);
 void flesh_overrides_close(flesh_overrides *overrides);
 
-/* Add key=value: with the value quoted as YAML text, or with the value as it is. */
+/* Add key=value: with the value quoted as YAML text, or with the value as it is (NULL: memory ran out for it). */
 void flesh_overrides_add_text(flesh_overrides *overrides, const char *key, const char *value);
 void flesh_overrides_add(flesh_overrides *overrides, const char *key, const char *value);
 

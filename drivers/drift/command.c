@@ -17,7 +17,7 @@
 #include "scene/scene.h"
 #include "study/study.h"
 #include "cli/interrupt.h"
-#include "cli/inputs.h"
+#include "cli/output.h"
 #include "cli/lists.h"
 #include "run/ranks.h"
 #include "material/form.h"

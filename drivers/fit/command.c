@@ -7,7 +7,6 @@
 #include "base/confine.h"
 #include "base/error.h"
 #include "cli/interrupt.h"
-#include "cli/inputs.h"
 #include "cli/output.h"
 #include "fit/fit.h"
 #include "run/ranks.h"

@@ -12,7 +12,7 @@
 
 static void print_program(void)
 {
-  flesh_help_man_head("flesh", flesh_help_about);
+  flesh_help_man_head("flesh", "Dynamics of soft, nearly incompressible bodies.");
   printf(".SH SYNOPSIS\n\\fBflesh\\fR \\fICOMMAND\\fR [\\fIARGUMENT\\fR]...\n.br\n\\fBflesh\\fR \\-\\-help | \\-\\-version\n"
          ".SH DESCRIPTION\n");
   flesh_help_man_text("Stable neo-Hookean finite elements on tetrahedra, solved and integrated by SUNDIALS. A scene, whose keys "

@@ -13,7 +13,7 @@
 
 #include "build_info.h"
 #include "commit.h"
-#include "cli/inputs.h"
+#include "cli/output.h"
 #include "cli/json_memory.h"
 #include "scene/scene.h"
 

@@ -14,7 +14,6 @@
 #include "run/result.h"
 #include "run/run_folder.h"
 #include "run/start.h"
-#include "cli/inputs.h"
 #include "cli/output.h"
 #include "study/embedded.h"
 

@@ -8,7 +8,6 @@
 #include "base/confine.h"
 #include "base/file.h"
 #include "cli/options.h"
-#include "cli/inputs.h"
 #include "cli/output.h"
 #include "picture/plot.h"
 #include "study/database.h"

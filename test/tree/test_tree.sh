@@ -64,9 +64,9 @@ grep -E '^(lib|drivers|include)/.*\.[ch]$' "$work/files" | grep -v '^lib/base/te
   xargs -0 grep -snHE '([=+,(]|return) *(\((size_t|int)\) *)?v?snprintf\(' | grep -vE '= v?snprintf\(NULL, 0,' >"$work/found"
 verdict 'nobody adds up what snprintf returns'
 
-# Files are opened, made and removed by base/confine.h, so that folders of results are kept to. inputs.c compares files by
+# Files are opened, made and removed by base/confine.h, so that folders of results are kept to. output.c compares files by
 # whatever name; devices are no results.
-grep -E '^(lib|drivers)/.*\.c$' "$work/files" | grep -vE '^(lib/base/confine|drivers/cli/inputs|drivers/examples/.*)\.c$' |
+grep -E '^(lib|drivers)/.*\.c$' "$work/files" | grep -vE '^(lib/base/confine|drivers/cli/output|drivers/examples/.*)\.c$' |
   tr '\n' '\0' | xargs -0 grep -snHE '(^|[^a-z_."`>])(fopen|open|creat|opendir|mkdir|unlink|rename|rmdir|remove|stat|lstat|access)\(' |
   grep -vE 'open\("/(dev|proc)/|: *(/\*|\*)|/\*[^/]*(fopen|open|stat|access|remove|rename)\(' >"$work/found"
 verdict 'files are opened in one way'
