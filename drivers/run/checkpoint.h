@@ -79,9 +79,5 @@ int flesh_checkpoint_fits(const flesh_checkpoint *checkpoint, int rank, int rank
 /* Restores a piece from the checkpoint's piece of `rank`; with rank -1 from the data that any rank's piece has of its
  * nodes. Fails also with the status of flesh_integrator_load. */
 int flesh_checkpoint_unpack(const flesh_checkpoint *checkpoint, int rank, const flesh_checkpoint_piece *piece);
-/* Helpers of these two: reading the bytes of a piece, which are new, and failing with FLESH_ERR_FILE because the
- * checkpoint is damaged. */
-int flesh_checkpoint_read_piece(const flesh_checkpoint *checkpoint, int piece, uint8_t **bytes, size_t *size);
-int flesh_checkpoint_refuse(const flesh_checkpoint *checkpoint);
 
 #endif
