@@ -13,7 +13,7 @@
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/path.h"
-#include "picture/program.h"
+#include "picture/plot.h"
 #include "picture/snapshot.h"
 #include "study/embedded.h"
 

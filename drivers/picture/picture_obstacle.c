@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/disjoint_sets.h"
 #include "base/error.h"
 #include "base/sort.h"
 #include "effect/contact.h"
@@ -98,44 +99,22 @@ typedef struct side {
   int triangle, from;
 } side;
 
-/* The connected components of a surface: sets of triangles as in disjoint_sets.h, each with whether it must be turned to
- * agree with its parent. */
-typedef struct components {
-  int *parent;
-  signed char *turn;
-} components;
-
-/* Returns the lowest triangle of t's component; *turn: whether t must be turned to agree with it. */
-static int first_of(const components *c, int t, int *turn)
+/* Joins two triangles, whose orientations agree if `alike`, unless that contradicts earlier ones. Number 2t of the
+ * disjoint sets is triangle t as it is, 2t+1 the same turned: a set has what is oriented alike. */
+static void join(int *sets, int a, int b, int alike)
 {
-  for (*turn = 0; c->parent[t] != t; t = c->parent[t]) {
-    const int above = c->parent[t];
-    c->turn[t] ^= c->turn[above];
-    c->parent[t] = c->parent[above];
-    *turn ^= c->turn[t];
-  }
-  return t;
+  if (flesh_set_of(sets, 2 * a) == flesh_set_of(sets, 2 * b + alike)) return;
+  flesh_sets_join(sets, 2 * a, 2 * b + !alike);
+  flesh_sets_join(sets, 2 * a + 1, 2 * b + alike);
 }
 
-/* Joins the components of two triangles; `alike`: both have the same orientation. */
-static void join(const components *c, int a, int b, int alike)
-{
-  int turn_a, turn_b;
-  a = first_of(c, a, &turn_a);
-  b = first_of(c, b, &turn_b);
-  const int low = a < b ? a : b, high = a < b ? b : a;
-  if (a == b) return;
-  c->parent[high] = low;
-  c->turn[high] = (signed char)(turn_a ^ turn_b ^ !alike);
-}
-
-/* Finds the components. Triangles hang together across a side that just two of them have. */
-static int find_components(int triangles, const int *corners, const components *components)
+/* Finds the connected components. Triangles hang together across a side that just two of them have. */
+static int find_components(int triangles, const int *corners, int *sets)
 {
   const size_t count = 3 * (size_t)triangles;
   side *sides = malloc((count + 1) * sizeof *sides);
   if (!sides) return -1;
-  for (int t = 0; t < triangles; t++) components->parent[t] = t, components->turn[t] = 0;
+  for (int k = 0; k < 2 * triangles; k++) sets[k] = k;
   for (size_t c = 0; c < count; c++) {
     int from = corners[c], to = corners[c % 3 == 2 ? c - 2 : c + 1];
     sides[c] = (side){from < to ? from : to, from < to ? to : from, (int)(c / 3), from};
@@ -144,7 +123,7 @@ static int find_components(int triangles, const int *corners, const components *
   for (size_t begin = 0, end; begin < count; begin = end) {
     for (end = begin + 1; end < count && !flesh_compare_two_ints(&sides[begin], &sides[end]);) end++;
     const side *a = &sides[begin], *b = a + 1;
-    if (end - begin == 2) join(components, a->triangle, b->triangle, a->from != b->from);
+    if (end - begin == 2) join(sets, a->triangle, b->triangle, a->from != b->from);
   }
   free(sides);
   return 0;
@@ -194,27 +173,26 @@ static int sample_nodes(const flesh_picture_panel *panel, int room, const double
   return count;
 }
 
-/* Orients each component by what the body's nodes see of it; if they see as much of either side, as of a closed surface
- * from outside, by the sign of its volume. */
-static int turn_components(const components *components, const double *x, const flesh_picture_panel *panel, int triangles,
-                           int *corners)
+/* Orients each component like its lowest triangle, and then by what the body's nodes see of it; if they see as much of
+ * either side, as of a closed surface from outside, by the sign of its volume. */
+static int turn_components(int *sets, const double *x, const flesh_picture_panel *panel, int triangles, int *corners)
 {
   enum { SAMPLES = 16 };
   static const double SEEN = 1e-3;
   const double *points[SAMPLES];
   const int samples = sample_nodes(panel, SAMPLES, points);
-  double(*sums)[2] = calloc((size_t)triangles + 1, sizeof *sums); /* of each component, at its first triangle */
-  int turn;
+  double(*sums)[2] = calloc((size_t)triangles + 1, sizeof *sums); /* of each component, at its lowest triangle */
   if (!sums) return -1;
   for (int t = 0; t < triangles; t++) {
     int *own = corners + 3 * (size_t)t;
-    double *sum = sums[first_of(components, t, &turn)];
-    if (turn) swap(own);
+    const int like = flesh_set_of(sets, 2 * t);
+    double *sum = sums[like / 2];
+    if (like % 2) swap(own);
     for (int k = 0; k < samples; k++) sum[0] += solid_angle(x, own, points[k]) / samples;
     sum[1] += volume(x, own, x + 3 * (size_t)corners[0]);
   }
   for (int t = 0; t < triangles; t++) {
-    const double *sum = sums[first_of(components, t, &turn)];
+    const double *sum = sums[flesh_set_of(sets, 2 * t) / 2];
     if (fabs(sum[0]) > SEEN ? sum[0] > 0 : sum[1] < 0) swap(corners + 3 * (size_t)t);
   }
   free(sums);
@@ -223,12 +201,9 @@ static int turn_components(const components *components, const double *x, const 
 
 int flesh_picture_turn_to_body(const flesh_picture_panel *panel, const double *positions, int triangles, int *corners)
 {
-  const size_t count = (size_t)triangles + 1;
-  int *parents = malloc(count * (sizeof *parents + 1));
-  if (!parents) return flesh_picture_no_memory();
-  const components components = {parents, (signed char *)(parents + count)}; /* the bytes are behind the ints */
-  int failed = find_components(triangles, corners, &components);
-  if (!failed) failed = turn_components(&components, positions, panel, triangles, corners);
-  free(parents);
+  int *sets = malloc((2 * (size_t)triangles + 1) * sizeof *sets);
+  const int failed = !sets || find_components(triangles, corners, sets) ||
+                     turn_components(sets, positions, panel, triangles, corners);
+  free(sets);
   return failed ? flesh_picture_no_memory() : FLESH_OK;
 }

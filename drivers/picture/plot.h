@@ -9,6 +9,12 @@
 #include "base/file.h"
 #include "flesh/status.h"
 
+/* Exit code if a program is not installed; a shell returns the same. */
+enum { FLESH_PROGRAM_MISSING = 127 };
+/* Runs words[0] with the other words (NULL ends them) in the folder; its stderr goes into the file `log`. Returns its
+ * exit code, or -1 if it could not be started or a signal ended it. */
+int flesh_program_run(const char *folder, const char *log, const char *const *words);
+
 /* Draws NAME.svg, .pdf or .png by `gnuplot NAME.gp` in `folder`; flesh_plot_begin has begun that script with the suffix.
  * FLESH_ERR_FILE with a sentence if gnuplot is not installed or fails; the script is kept. */
 int flesh_plot_draw(const char *folder, const char *name, const char *suffix);

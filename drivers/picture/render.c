@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "math/area.h"
 #include "math/mat3.h"
-#include "picture/render_raster.h"
 #include "scene/arena.h"
 
 /* A scene; the triangles of all surfaces are numbered consecutively. */

@@ -1,6 +1,6 @@
 /* render_raster.c: projects, draws triangles into a depth buffer, and draws the lamp's depth buffer, fitted to what is
  * seen and what can shade it. */
-#include "picture/render_raster.h"
+#include "picture/render.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -7,7 +7,6 @@
 #include "math/mat3.h"
 #include "picture/picture_body.h"
 #include "picture/picture_legend.h"
-#include "picture/render_raster.h"
 
 static const double open_target[3] = {NAN, NAN, NAN};
 
