@@ -36,33 +36,16 @@ typedef struct flesh_report_bytes {
 /* Fails with FLESH_ERR_MEMORY and a sentence. */
 int flesh_report_no_memory(void);
 
-/* FLESH_ERR_MEMORY. */
-int flesh_report_bytes_open(flesh_report_bytes *bytes);
 /* Updates data and size. FLESH_ERR_MEMORY if not all that was printed could be kept. */
 int flesh_report_bytes_flush(flesh_report_bytes *bytes);
-void flesh_report_bytes_close(flesh_report_bytes *bytes); /* may be zeroed */
-
-/* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name",
- * "values"}. The values of a column are numbers or null if every cell is a number or empty, else texts. If there are
- * more than `most` rows (0: no limit), takes every k-th and the last one; *step (may be NULL) is that k. Torn rows are
- * left out. *columns is NULL if there is no such file, or no table in it. FLESH_ERR_FILE if it is not a file in the
- * result's folder (confine.h), FLESH_ERR_MEMORY. */
-int flesh_report_csv(const char *folder, const char *name, int most, json_t **columns, int *step);
-/* Returns the rows of a query, from column `first` on, as a new list like that; NULL if SQLite fails. */
-json_t *flesh_report_query(sqlite3_stmt *query, int first);
 
 /* Returns the values of a column, borrowed; NULL if there is no such column. */
 const json_t *flesh_report_column(const json_t *columns, const char *name);
-/* Returns the number of rows. */
-size_t flesh_report_rows(const json_t *columns);
-
 /* Returns folder/name, or only the name if `folder` is empty, for the next few calls (cli/path.h). */
 const char *flesh_report_path(const char *folder, const char *name);
-/* Reads a text file into a new string; NULL if there is no such file. FLESH_ERR_FILE if it is not a file in the
- * folder. */
-int flesh_report_file(const char *folder, const char *name, json_t **text);
-/* Reads a JSON file into a new value; NULL if there is no such file, or no JSON in it. FLESH_ERR_FILE as before. */
-int flesh_report_json(const char *folder, const char *name, json_t **value);
+/* Reads a text file into a new string, or JSON into a new value; NULL if there is no such file, or no JSON in it.
+ * FLESH_ERR_FILE if it is not a file in the folder. */
+int flesh_report_file(const char *folder, const char *name, int is_json, json_t **value);
 /* Returns whether there is anything of that name; reading it may still be refused. */
 int flesh_report_has(const char *folder, const char *name);
 
@@ -93,20 +76,7 @@ void flesh_report_note(json_t *part, const char *format, ...) __attribute__((for
  * are complete. */
 int flesh_report_tell(flesh_report *report, json_t *part, const char *folder, const char *sql, sqlite3 *database);
 
-/* Appends a part about the folder of a study by the text `sql`, on a database with the table of report_runs.sql. */
-int flesh_report_add_study(flesh_report *report, const char *title, const char *sql, const char *folder);
-/* Append a part about all runs, or about one sweep, given by its folder or its database. */
-int flesh_report_add_runs(flesh_report *report, int count, char *const *folders);
-int flesh_report_add_sweep(flesh_report *report, const char *path);
-/* Returns whether the path ends as that of a database. */
-int flesh_report_is_database(const char *path);
-
 /* Fills report->view, report->still and report->numbers from the runs in `shown`. */
 int flesh_report_make_view(flesh_report *report);
-
-/* Writes the page, completely or not at all; *size: bytes of the file, *packed: bytes of its payload.
- */
-int flesh_report_write(const flesh_report *report, const char *title, json_t *head, const char *path, size_t *size,
-                       size_t *packed);
 
 #endif

@@ -1,4 +1,5 @@
-/* studies.c: comparisons in a report: of energies, of methods, of solvers in hard cases, of kernels and steps.
+/* studies.c: reads tables and texts for a report, and makes comparisons: of energies, of methods, of solvers in hard
+ * cases, of kernels and steps.
  *
  * data/studies/report_*.sql describes each. A row of a SELECT is used as the line `-- to NAME` above the SELECT says:
  *   tables   file, open: the file becomes a table of the part, a row of the SQL table `tables` (name, number), and, if there
@@ -18,17 +19,132 @@
  *   failure  words after the folder's name: the report fails with them
  * is_there(file) says whether the folder has the file, colour_of(energy) is the energy's colour; number() is that of
  * study/results.h. */
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/confine.h"
 #include "base/error.h"
+#include "base/scan.h"
 #include "cli/json_memory.h"
+#include "cli/path.h"
 #include "material/form.h"
 #include "report/report.h"
+#include "study/csv.h"
 #include "study/database.h"
 #include "study/embedded.h"
 #include "study/results.h"
+
+int flesh_report_no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
+
+const char *flesh_report_path(const char *folder, const char *name)
+{
+  return flesh_path("%s%s%s", folder, *folder ? "/" : "", name);
+}
+
+/* Returns the column's values in every k-th row and the last one: as numbers if all are numbers, else as texts. */
+static json_t *values_of(const flesh_csv *csv, int column, int every)
+{
+  json_t *texts = json_array(), *numbers = json_array();
+  int found = 0, good = 1;
+  for (int row = 0; row < csv->rows; row++) {
+    double value;
+    if (row % every && row < csv->rows - 1) continue;
+    const char *cell = flesh_csv_cell(csv, row, column);
+    good &= flesh_csv_number(csv, row, column, &value);
+    found |= isfinite(value);
+    json_array_append_new(texts, flesh_json_bytes(cell, strlen(cell)));
+    json_array_append_new(numbers, flesh_json_number(value));
+  }
+  good = good && (found || !csv->rows);
+  json_decref(good ? texts : numbers);
+  return good ? numbers : texts;
+}
+
+static void add_column(json_t *columns, const char *name, json_t *values)
+{
+  json_array_append_new(columns, json_pack("{soso}", "name", flesh_json_text(name), "values", values));
+}
+
+/* Reads the CSV file folder/name (study/csv.h), whose first row names its columns, into a new list of {"name",
+ * "values"}. The values of a column are numbers or null if every cell is a number or empty, else texts. If there are
+ * more than `most` rows (0: no limit), takes every k-th and the last one; *step (may be NULL) is that k. Torn rows are
+ * left out. *columns is NULL if there is no such file, or no table in it. FLESH_ERR_FILE if it is not a file in the
+ * result's folder (confine.h), FLESH_ERR_MEMORY. */
+static int read_csv(const char *folder, const char *name, int most, json_t **columns, int *step)
+{
+  const char *path = flesh_report_path(folder, name);
+  flesh_csv csv = {0};
+  int status = flesh_path_check(path);
+  if (!status && flesh_path_is_file(path)) status = flesh_csv_read(path, FLESH_CSV_TORN, &csv);
+  const int every = most && csv.rows > most ? (csv.rows + most - 1) / most : 1;
+  if (step) *step = every;
+  *columns = csv.columns ? json_array() : NULL;
+  for (int c = 0; c < csv.columns; c++) add_column(*columns, csv.names[c], values_of(&csv, c, every));
+  if (csv.columns && !*columns) status = flesh_report_no_memory();
+  flesh_csv_clear(&csv);
+  return status;
+}
+
+static json_t *cell(sqlite3_stmt *query, int column)
+{
+  const int type = sqlite3_column_type(query, column);
+  if (type == SQLITE_INTEGER) return json_integer(sqlite3_column_int64(query, column));
+  if (type == SQLITE_FLOAT) return flesh_json_number(sqlite3_column_double(query, column));
+  const char *text = (const char *)sqlite3_column_text(query, column);
+  return type == SQLITE_NULL ? json_null() : flesh_json_text(text ? text : "");
+}
+
+/* Returns the rows of a query, from column `first` on, as a new list like that; NULL if SQLite fails. */
+static json_t *rows_of(sqlite3_stmt *query, int first)
+{
+  int code;
+  json_t *made = json_array();
+  for (int c = first; c < sqlite3_column_count(query); c++) {
+    const char *name = sqlite3_column_name(query, c);
+    add_column(made, name ? name : "", json_array());
+  }
+  while ((code = sqlite3_step(query)) == SQLITE_ROW)
+    for (int c = first; c < sqlite3_column_count(query); c++)
+      json_array_append_new(json_object_get(json_array_get(made, (size_t)(c - first)), "values"), cell(query, c));
+  if (code == SQLITE_DONE) return made;
+  json_decref(made);
+  return NULL;
+}
+
+const json_t *flesh_report_column(const json_t *columns, const char *name)
+{
+  size_t k;
+  const json_t *column;
+  json_array_foreach(columns, k, column)
+  {
+    const char *own = json_string_value(json_object_get(column, "name"));
+    if (own && !strcmp(own, name)) return json_object_get(column, "values");
+  }
+  return NULL;
+}
+
+
+
+int flesh_report_file(const char *folder, const char *name, int is_json, json_t **value)
+{
+  size_t size;
+  const char *path = flesh_report_path(folder, name);
+  char *data = NULL;
+  int status = flesh_path_check(path);
+  if (!status && flesh_path_is_file(path)) status = flesh_file_load(path, &data, &size);
+  *value = !data     ? NULL
+           : is_json ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL)
+                     : flesh_json_bytes(data, size);
+  free(data);
+  return status;
+}
+
+int flesh_report_has(const char *folder, const char *name)
+{
+  return flesh_path_is_there(flesh_report_path(folder, name));
+}
 
 enum { MOST_COLUMNS = 32, MOST_ROWS = 2000 };
 
@@ -116,7 +232,8 @@ static int fill(const maker *m, const char *name, const json_t *columns)
   if (!there) return FLESH_OK;
   sql = sqlite3_mprintf("INSERT INTO \"%.*w\" VALUES (%s)", (int)strcspn(name, "."), name, words);
   int bad = !sql || sqlite3_prepare_v2(m->database, sql, -1, &insert, NULL);
-  for (size_t row = 0; row < flesh_report_rows(columns) && !bad; row++) {
+  const size_t count_of_rows = json_array_size(json_object_get(json_array_get(columns, 0), "values"));
+  for (size_t row = 0; row < count_of_rows && !bad; row++) {
     sqlite3_bind_int64(insert, 1, (sqlite3_int64)row);
     for (int c = 1; c < count; c++) bind(insert, c + 1, json_array_get(values[c], row), numbers[c]);
     bad = sqlite3_step(insert) != SQLITE_DONE;
@@ -131,7 +248,7 @@ static int fill(const maker *m, const char *name, const json_t *columns)
 static int add_table(const maker *m, const char *name, int open)
 {
   json_t *columns;
-  int status = flesh_report_csv(m->folder, name, 0, &columns, NULL);
+  int status = read_csv(m->folder, name, 0, &columns, NULL);
   if (!columns && !status) flesh_report_note(m->part, "There is no %s that can be read.", name);
   if (!columns) return status;
   char *sql = sqlite3_mprintf("INSERT INTO tables VALUES (%Q, %d, NULL)", name, put_table(m, name, columns, open));
@@ -144,7 +261,7 @@ static int add_table(const maker *m, const char *name, int open)
 static int add_text(const maker *m, const char *name)
 {
   json_t *text;
-  const int status = flesh_report_file(m->folder, name, &text);
+  const int status = flesh_report_file(m->folder, name, 0, &text);
   if (text) add(m->part, "verdict", text);
   else if (!status) flesh_report_note(m->part, "There is no %s: the command did not end.", name);
   return status;
@@ -154,7 +271,7 @@ static int add_text(const maker *m, const char *name)
 static int add_source(const maker *m, const char *title, const char *name, const char *key)
 {
   json_t *value;
-  const int status = (key ? flesh_report_json : flesh_report_file)(m->folder, name, &value);
+  const int status = flesh_report_file(m->folder, name, key != NULL, &value);
   put_source(m, title, key && *key ? json_incref(json_object_get(value, key)) : json_incref(value));
   json_decref(value);
   return status;
@@ -167,7 +284,7 @@ static int add_history(const maker *m, const char *name, const char *file, const
   char title[300];
   json_t *columns = NULL;
   int step;
-  const int status = flesh_report_csv(flesh_report_path(m->folder, name), file, MOST_ROWS, &columns, &step);
+  const int status = read_csv(flesh_report_path(m->folder, name), file, MOST_ROWS, &columns, &step);
   if (!columns && !status) flesh_report_note(m->part, "%s has no %s that can be read.", label, file);
   if (!columns) return status;
   snprintf(title, sizeof title, "%s: %s", label, file);
@@ -244,7 +361,7 @@ static int add_figures(const maker *m, sqlite3_stmt *query, const char *name)
   if (code != SQLITE_ROW) return code == SQLITE_DONE ? FLESH_OK : fail(m);
   const char *title = flesh_arena_print(&m->report->arena, "%s", (const char *)sqlite3_column_text(query, 0));
   sqlite3_reset(query);
-  json_t *columns = title ? flesh_report_query(query, 1) : NULL;
+  json_t *columns = title ? rows_of(query, 1) : NULL;
   if (results) drop_empty(columns);
   char *text = results && columns ? json_dumps(columns, JSON_COMPACT) : NULL;
   char *sql = text ? sqlite3_mprintf("INSERT INTO tables VALUES (%Q, 0, %Q)", title, text) : NULL;

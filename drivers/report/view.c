@@ -179,6 +179,12 @@ static int write_frame(shape *b, const flesh_picture_panel *panel, FILE *numbers
   return ferror(numbers) ? flesh_report_no_memory() : FLESH_OK;
 }
 
+int flesh_report_bytes_flush(flesh_report_bytes *bytes)
+{
+  const int lost = fflush(bytes->stream) || ferror(bytes->stream);
+  return lost ? flesh_report_no_memory() : FLESH_OK;
+}
+
 /* Distances of a run's frames from its first. To be zero-initialised. */
 typedef struct motion {
   int count;            /* number of frames */
@@ -319,25 +325,18 @@ static json_t *find_same(const flesh_run_folder *runs, int r, const json_t *made
   return NULL;
 }
 
-static json_t *describe_steps(const shape *body)
-{
-  json_t *list = json_array();
-  for (int f = 0; f < FIELDS; f++)
-    json_array_append_new(list, json_pack("[ff]", body->low[f], body->steps[f]));
-  return list;
-}
-
 static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                    const flesh_picture_frame frames[FIELDS])
 {
   shape body = {0};
   flesh_run_folder *own = &runs[r];
   flesh_picture_panel panel;
-  json_t *times = json_array(), *numbers = json_array(),
+  json_t *times = json_array(), *numbers = json_array(), *steps = json_array(),
          *made = json_object_get(report->view, "runs");
   json_t *obstacles = json_array(), *mesh = find_same(runs, r, made);
   int status = flesh_run_panel(own, 0, &panel);
   if (!status) status = open_shape(&panel, frames, report->numbers.stream, &body, &mesh, obstacles);
+  for (int f = 0; f < FIELDS; f++) json_array_append_new(steps, json_pack("[ff]", body.low[f], body.steps[f]));
   const long at = ftell(report->numbers.stream);
   for (int k = 0; k < own->count && !status; k++) {
     status = flesh_run_panel(own, k, &panel);
@@ -351,7 +350,7 @@ static int add_run(flesh_report *report, flesh_run_folder *runs, int r,
                 flesh_json_text(report->shown[r].name), "mesh",
                 mesh ? mesh : json_null(), "obstacles", obstacles,
                 "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
-                report->shown[r].frames, "quantum", body.quantum, "fields", describe_steps(&body)));
+                report->shown[r].frames, "quantum", body.quantum, "fields", steps));
   flesh_arena_free(&body.memory);
   return status;
 }
