@@ -234,28 +234,22 @@ static int refine(flesh_mesh **mesh, int times, int order)
   return FLESH_OK;
 }
 
-static int refuse_order(const char *command, int order)
-{
-  return flesh_command_refuse(command, "--order is %d; it must be 1 or 2", order);
-}
-
 static int command_convert(int argc, char **argv)
 {
-  int order = 0, times = 0;
+  int order = -1, times = 0; /* order: index of the choice */
   const flesh_option options[] = {
-      {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes; 2: of ten (default: as in IN)"},
+      {"order", "1|2", FLESH_OPTION_CHOICE, &order, "1: tets of four nodes; 2: of ten (default: as in IN)"},
       {"refine", "N", FLESH_OPTION_COUNT, &times, "times that each tet is cut into eight (default 0)"},
       {.name = NULL}};
   const flesh_usage usage = {"mesh convert", "IN OUT", "Writes a mesh in another format.",
                              flesh_own_text("mesh_convert_help"), 2, 2, options, NULL, 0};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  if (order > 2) return refuse_order(usage.command, order);
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
-  if (!status) status = refine(&mesh, times, order);
-  if (!status) status = set_order(&mesh, order);
+  if (!status) status = refine(&mesh, times, order + 1);
+  if (!status) status = set_order(&mesh, order + 1);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, argv[2]);
   flesh_mesh_destroy(&mesh);
   return code;
@@ -354,12 +348,12 @@ static int command_split(int argc, char **argv)
 static int command_box(int argc, char **argv)
 {
   const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
-  int order = 0, parts = 0;
+  int order = 0, parts = 0; /* order: index of the choice */
   const flesh_option options[] = {
       {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "number of boxes along each axis, at least 1 each"},
       {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
       {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "low corner of the grid, m (default 0,0,0)"},
-      {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes (default); 2: of ten"},
+      {"order", "1|2", FLESH_OPTION_CHOICE, &order, "1: tets of four nodes (default); 2: of ten"},
       {"parts", "N", FLESH_OPTION_COUNT, &parts,
        "write it split into N blocks, one at a time: the whole is never in memory (see flesh mesh split)"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh; with --parts a folder"},
@@ -382,8 +376,7 @@ static int command_box(int argc, char **argv)
   if (flesh_list_parse(origin_text, 3, origin) != 3)
     return flesh_option_refuse(usage.command, "origin", origin_text, "three numbers, such as 0,0,0");
   if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh, or a folder");
-  if (order > 2) return refuse_order(usage.command, order);
-  if (parts && order == 2)
+  if (parts && order)
     return flesh_command_refuse(usage.command, "--order is 2; with --parts it must be 1 (or split what mesh box writes)");
   flesh_mesh *mesh = NULL;
   int status;
@@ -396,7 +389,7 @@ static int command_box(int argc, char **argv)
   }
   status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
-  if (!status) status = set_order(&mesh, order);
+  if (!status) status = set_order(&mesh, order + 1);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, out);
   flesh_mesh_destroy(&mesh);
   return code;

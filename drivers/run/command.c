@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "effect/effect.h"
 #include "error/error.h"
+#include "mesh/mesh.h"
 #include "run/describe.h"
 #include "cli/interrupt.h"
 #include "cli/json_memory.h"
@@ -103,7 +104,8 @@ static void describe_springs(const flesh_system *system)
 static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
   flesh_mesh_info info;
-  flesh_ranks_inspect(ranks, scene, &info);
+  if (flesh_scene_mesh(scene)->split) info = ranks->whole;
+  else flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
   printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
          info.tets, info.tets == 1 ? "" : "s", info.volume);
   if (info.flipped)
@@ -246,7 +248,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  if (!flesh_ranks_works(options->ranks)) return flesh_pool_stand_by();
+  if (options->ranks && !options->ranks->working) return flesh_pool_stand_by();
   if (!options->quiet) describe(scene, options->ranks);
   flesh_runner_run(scene, options, &figures, &outcome);
   const int first = flesh_ranks_first(options->ranks);

@@ -10,10 +10,14 @@
 
 #include "base/error.h"
 #include "base/threads.h"
+#include "linear/preconditioner.h"
 #include "mesh/mesh.h"
 #include "mesh/split_part.h"
 #include "parallel/communicator.h"
-#include "run/result.h"
+#include "system/inertia_modulus.h"
+#include "system/ranks.h"
+#include "system/stiff_rows.h"
+#include "time/method.h"
 
 /* Returns whether the environment variables of a launcher announce several ranks: Open MPI, PMI (MPICH, Intel MPI),
  * MVAPICH, or Slurm with PMIx. */
@@ -129,8 +133,6 @@ int flesh_ranks_largest(const flesh_ranks *ranks, int number)
   return (int)largest;
 }
 
-int flesh_ranks_works(const flesh_ranks *ranks) { return !ranks || ranks->working; }
-
 /* Limits the ranks that work so that each has at least one tet. */
 static int choose_workers(flesh_ranks *self, int tets)
 {
@@ -141,8 +143,6 @@ static int choose_workers(flesh_ranks *self, int tets)
   self->count = tets;
   return status;
 }
-
-int flesh_ranks_mesh_is_split(const flesh_scene *scene) { return flesh_scene_mesh(scene)->split != NULL; }
 
 /* Computes the figures of a split mesh as a whole, by sums over the ranks' own tets. */
 static void measure_whole(flesh_ranks *self, const flesh_mesh *mesh)
@@ -157,12 +157,6 @@ static void measure_whole(flesh_ranks *self, const flesh_mesh *mesh)
                                   .triangles = (int)sums[1], .order = flesh_mesh_order(mesh)};
 }
 
-void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info)
-{
-  if (ranks && flesh_ranks_mesh_is_split(scene)) *info = ranks->whole;
-  else flesh_mesh_inspect(flesh_scene_mesh(scene), info);
-}
-
 /* Fails unless all ranks have read the same scene; each computes everything else from it. */
 static int agree_on_scene(const flesh_ranks *self, const flesh_scene *scene)
 {
@@ -174,9 +168,35 @@ static int agree_on_scene(const flesh_ranks *self, const flesh_scene *scene)
   return status ? status : flesh_ranks_same(self, sums.files, "another file that the scene names");
 }
 
+/* Returns whether stiff volume terms are taken out of the system's solves, in steps of the length that the scene asks
+ * for. Collective if the system belongs to a rank. */
+static int takes_volumes_out(const flesh_scene *scene, const flesh_system *system)
+{
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const flesh_method_row *method = flesh_method_find(time->method);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  double *room = malloc((2 * n + 1) * sizeof *room);
+  flesh_stiff_rows rows = {0};
+  flesh_stage stage = {.shift = {.x = 1}};
+  int projects = 0;
+  int status = flesh_system_stiff_rows_create(system, &rows);
+  status = flesh_team_agree(flesh_system_team(system), room ? status : FLESH_ERR_MEMORY);
+  if (!status) flesh_system_stiff_rows_unite(system, &rows);
+  if (!status && method && method->stage) {
+    const flesh_method_memory of_no_nodes = {.options = time->options};
+    method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
+    const double inertia = rows.nodes_per_row ? flesh_system_inertia_modulus(system, room, room + n) : 0;
+    projects = flesh_preconditioner_projects(flesh_scene_solver(scene)->preconditioner, &rows,
+                                             inertia * stage.shift.a / stage.shift.x);
+  }
+  flesh_system_stiff_rows_clear(&rows);
+  free(room);
+  return projects;
+}
+
 int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
 {
-  const int split = flesh_ranks_mesh_is_split(scene);
+  const int split = flesh_scene_mesh(scene)->split != NULL;
   int status = agree_on_scene(self, scene);
   if (!status && !split) status = choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
   if (!status && self->working) {
@@ -186,7 +206,7 @@ int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
       status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
       if (!status) status = flesh_gather_create_tets(self->working, flesh_scene_share_part(self->share), &self->tets);
     }
-    if (!status) self->takes_volumes_out = flesh_takes_volumes_out(scene, flesh_scene_share_system(self->share));
+    if (!status) self->takes_volumes_out = takes_volumes_out(scene, flesh_scene_share_system(self->share));
   }
   return flesh_communicator_agree(self->communicator, status);
 }
@@ -198,8 +218,14 @@ const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_sce
 
 const char *flesh_ranks_preconditioner(const flesh_ranks *ranks, const flesh_scene *scene)
 {
-  return flesh_preconditioner_used(
-      scene, ranks ? ranks->takes_volumes_out : flesh_takes_volumes_out(scene, flesh_scene_system(scene)));
+  const flesh_solver_options *solver = flesh_scene_solver(scene);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
+  return flesh_preconditioner_name(
+      (ranks ? ranks->takes_volumes_out : takes_volumes_out(scene, flesh_scene_system(scene)))
+          ? FLESH_PRECONDITIONER_VOLUME_PROJECTION
+          : flesh_preconditioner_choose(solver->preconditioner,
+                                        mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
 }
 
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)

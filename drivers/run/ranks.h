@@ -19,7 +19,7 @@ typedef struct flesh_ranks {
   flesh_scene_share *share; /* this and the next member are set once a scene is shared out */
   flesh_gather *gather, *tets; /* of nodes; of tets; NULL if the mesh is split: no rank has the whole */
   flesh_mesh_info whole;       /* counts of nodes, tets and surface triangles, and volume, of a split mesh */
-  int takes_volumes_out;       /* flesh_takes_volumes_out of the system that they share */
+  int takes_volumes_out;       /* stiff volume terms are taken out of the solves of the system that they share */
 } flesh_ranks;
 
 /* Joins the ranks if a launcher of MPI has started two or more (as its environment variables say); else *ranks is NULL.
@@ -54,20 +54,14 @@ int flesh_ranks_broadcast(const flesh_ranks *ranks, int number);
 int flesh_ranks_largest(const flesh_ranks *ranks, int number);
 
 /* Shares out the scene's body and returns a status. If there are more ranks than tets, the last ranks have nothing to
- * do; flesh_ranks_works returns whether this one works. */
-int flesh_ranks_works(const flesh_ranks *ranks);
+ * do: their `working` is NULL. */
 int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene);
-/* Returns whether each rank has only a part of the scene's mesh. */
-int flesh_ranks_mesh_is_split(const flesh_scene *scene);
 /* The system that this process steps, and the number of threads that it uses. */
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
 
 /* Returns the name of the preconditioner of the solves; NULL: a direct solver. Not collective. */
 const char *flesh_ranks_preconditioner(const flesh_ranks *ranks, const flesh_scene *scene);
-
-/* Finds counts and volume of the scene's whole mesh. */
-void flesh_ranks_inspect(const flesh_ranks *ranks, const flesh_scene *scene, flesh_mesh_info *info);
 
 /* Gives the bytes of each rank, whose number is a multiple of 8, to `take` on the first rank, by rising rank. Returns
  * the worst status of all ranks, on each. */

@@ -6,16 +6,9 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "linear/preconditioner.h"
 #include "material/form.h"
-#include "mesh/mesh.h"
-#include "mesh/split_part.h"
 #include "cli/json_memory.h"
 #include "output/resume.h"
-#include "system/inertia_modulus.h"
-#include "system/ranks.h"
-#include "system/stiff_rows.h"
-#include "time/method.h"
 
 int flesh_figures_open(flesh_figures *figures, const flesh_system *system, const flesh_scene *scene)
 {
@@ -103,20 +96,6 @@ const char *flesh_outcome_word(const flesh_outcome *outcome)
                                                     : "failed";
 }
 
-typedef struct small_strain {
-  double mu, lambda, young, poisson, stress;
-} small_strain;
-
-static small_strain small_strain_of(const flesh_material *material)
-{
-  small_strain s;
-  if (flesh_material_small_strain(material, &s.mu, &s.lambda, &s.stress))
-    return (small_strain){NAN, NAN, NAN, NAN, NAN};
-  s.young = flesh_young_of_lame(s.mu, s.lambda);
-  s.poisson = flesh_poisson_of_lame(s.mu, s.lambda);
-  return s;
-}
-
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info)
 {
   fprintf(stream, "skin: %s, %d vertices, ", surface, info->vertices);
@@ -125,40 +104,6 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
     fprintf(stream,
             "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least weight is %.3g\n",
             info->outside, info->distance_max, info->farthest, info->weight_min);
-}
-
-int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system)
-{
-  const flesh_scene_time *time = flesh_scene_times(scene);
-  const flesh_method_row *method = flesh_method_find(time->method);
-  const size_t n = (size_t)flesh_system_unknowns(system);
-  double *room = malloc((2 * n + 1) * sizeof *room);
-  flesh_stiff_rows rows = {0};
-  flesh_stage stage = {.shift = {.x = 1}};
-  int projects = 0;
-  int status = flesh_system_stiff_rows_create(system, &rows);
-  status = flesh_team_agree(flesh_system_team(system), room ? status : FLESH_ERR_MEMORY);
-  if (!status) flesh_system_stiff_rows_unite(system, &rows);
-  if (!status && method && method->stage) {
-    const flesh_method_memory of_no_nodes = {.options = time->options};
-    method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
-    const double inertia = rows.nodes_per_row ? flesh_system_inertia_modulus(system, room, room + n) : 0;
-    projects = flesh_preconditioner_projects(flesh_scene_solver(scene)->preconditioner, &rows,
-                                             inertia * stage.shift.a / stage.shift.x);
-  }
-  flesh_system_stiff_rows_clear(&rows);
-  free(room);
-  return projects;
-}
-
-const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out)
-{
-  const flesh_solver_options *solver = flesh_scene_solver(scene);
-  if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
-  if (takes_volumes_out) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
-  const flesh_mesh *mesh = flesh_scene_mesh(scene);
-  return flesh_preconditioner_name(flesh_preconditioner_choose(
-      solver->preconditioner, mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
 }
 
 void flesh_time_print(FILE *stream, const flesh_scene *scene)
@@ -178,7 +123,8 @@ void flesh_materials_print(FILE *stream, const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;
   for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
-    small_strain s = small_strain_of(&materials[m]);
+    double mu = NAN, lambda = NAN, stress = NAN; /* at small strain; NaN where it has none */
+    flesh_material_small_strain(&materials[m], &mu, &lambda, &stress);
     fprintf(stream, "material %d: %s (%s), mu %g Pa, lambda %g Pa", m,
             flesh_energy_name(materials[m].energy), flesh_constants_name(materials[m].constants),
             materials[m].mu, materials[m].lambda);
@@ -188,8 +134,9 @@ void flesh_materials_print(FILE *stream, const flesh_scene *scene)
   if (materials[m].energy == FLESH_ENERGY_##FORM) fprintf(stream, ", " #name " %g", materials[m].name);
     FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
 #undef FORM_CONSTANT
-    fprintf(stream, "; small strain: young %g Pa, poisson %g", s.young, s.poisson);
-    if (fabs(s.stress) > 1e-9 * fabs(s.mu)) fprintf(stream, ", rest stress %g Pa", s.stress);
+    fprintf(stream, "; small strain: young %g Pa, poisson %g", flesh_young_of_lame(mu, lambda),
+            flesh_poisson_of_lame(mu, lambda));
+    if (fabs(stress) > 1e-9 * fabs(mu)) fprintf(stream, ", rest stress %g Pa", stress);
     putc('\n', stream);
   }
 }
@@ -209,7 +156,8 @@ json_t *flesh_materials_json(const flesh_scene *scene)
   json_t *array = json_array();
   const flesh_material *materials = flesh_scene_body(scene)->materials;
   for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
-    small_strain s = small_strain_of(&materials[m]);
+    double mu = NAN, lambda = NAN, stress = NAN; /* at small strain; NaN where it has none */
+    flesh_material_small_strain(&materials[m], &mu, &lambda, &stress);
     json_t *row = json_pack("{ss ss}", "energy", flesh_energy_name(materials[m].energy), "constants",
                             flesh_constants_name(materials[m].constants));
     set(row, "mu", materials[m].mu);
@@ -218,11 +166,11 @@ json_t *flesh_materials_json(const flesh_scene *scene)
 #define FORM_CONSTANT(FORM, name, ...) if (materials[m].energy == FLESH_ENERGY_##FORM) set(row, #name, materials[m].name);
     FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
 #undef FORM_CONSTANT
-    set(row, "small_strain_mu", s.mu);
-    set(row, "small_strain_lambda", s.lambda);
-    set(row, "small_strain_young", s.young);
-    set(row, "small_strain_poisson", s.poisson);
-    set(row, "rest_stress", s.stress);
+    set(row, "small_strain_mu", mu);
+    set(row, "small_strain_lambda", lambda);
+    set(row, "small_strain_young", flesh_young_of_lame(mu, lambda));
+    set(row, "small_strain_poisson", flesh_poisson_of_lame(mu, lambda));
+    set(row, "rest_stress", stress);
     json_array_append_new(array, row);
   }
   return array;

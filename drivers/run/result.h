@@ -97,13 +97,6 @@ void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh
 /* Prints the surface of a skin, and how it is bound, in a line or two. */
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
-/* Returns whether stiff volume terms are taken out of the system's solves, in steps of the length that the scene asks
- * for. Collective if the system belongs to a rank. */
-int flesh_takes_volumes_out(const flesh_scene *scene, const flesh_system *system);
-/* Returns the name of the preconditioner that a scene's solves use, with the volume projection or without; NULL: a
- * direct solver. */
-const char *flesh_preconditioner_used(const flesh_scene *scene, int takes_volumes_out);
-
 /* Print the settings of time, and the constants in force of every material; return the latter as a new array. */
 void flesh_time_print(FILE *stream, const flesh_scene *scene);
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);

@@ -142,23 +142,6 @@ int flesh_run_folder_at(const flesh_run_folder *run, double time)
   return best;
 }
 
-int flesh_run_folder_find(const flesh_run_folder *run, int number)
-{
-  for (int k = 0; k < run->count; k++)
-    if (run->frames[k].number == number) return k;
-  return -1;
-}
-
-void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64])
-{
-  const flesh_run_frame *n = run->frames;
-  if (run->count == 1) snprintf(text, 64, "only %d", n[0].number);
-  else if (run->count == 2) snprintf(text, 64, "%d and %d", n[0].number, n[1].number);
-  else if (run->count == 3) snprintf(text, 64, "%d, %d and %d", n[0].number, n[1].number, n[2].number);
-  else
-    snprintf(text, 64, "%d, %d, %d to %d", n[0].number, n[1].number, n[2].number, n[run->count - 1].number);
-}
-
 size_t flesh_run_folder_name(const char *path, const char **name)
 {
   size_t end = strlen(path), begin;

@@ -32,10 +32,6 @@ int flesh_run_folder_take_states(flesh_run_folder *run, const char *path);
 
 /* Loads frame k into run->state. */
 int flesh_run_folder_load(flesh_run_folder *run, int k);
-/* Returns the index of the frame with that number, or -1. */
-int flesh_run_folder_find(const flesh_run_folder *run, int number);
-/* Prints which numbers there are: "0, 5, 10 to 60". */
-void flesh_run_folder_numbers(const flesh_run_folder *run, char text[64]);
 /* Returns the index of the frame nearest in time. */
 int flesh_run_folder_at(const flesh_run_folder *run, double time);
 

@@ -12,6 +12,7 @@
 #include "cli/json_memory.h"
 #include "cli/output.h"
 #include "cli/path.h"
+#include "mesh/mesh.h"
 #include "output/resume.h"
 #include "output/skin_frames.h"
 #include "run/provenance.h"
@@ -246,7 +247,7 @@ json_t *flesh_running_result(flesh_running *r, json_t *outcome)
   return outcome;
 }
 
-int flesh_running_is_split(const flesh_running *r) { return r->options->ranks && flesh_ranks_mesh_is_split(r->scene); }
+int flesh_running_is_split(const flesh_running *r) { return flesh_scene_mesh(r->scene)->split != NULL; }
 
 const flesh_system *flesh_running_system(const flesh_running *r)
 {

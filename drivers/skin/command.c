@@ -48,13 +48,6 @@ static int command_bind(int argc, char **argv)
   return status ? flesh_command_fail(usage.command, status) : 0;
 }
 
-/* Reads a state file on a mesh, without a run. */
-static int read_state(const flesh_mesh *mesh, const char *path, flesh_state *state)
-{
-  const int nodes = flesh_mesh_node_count(mesh), status = flesh_state_make(nodes, 0, 0, state);
-  return status ? status : flesh_state_read(path, nodes, state);
-}
-
 static int apply_to_run(flesh_run_folder *run, flesh_skin_frames *frames)
 {
   int status = FLESH_OK;
@@ -109,7 +102,10 @@ static int command_apply(int argc, char **argv)
   const flesh_mesh *mesh = own ? own : run.scene ? flesh_scene_mesh(run.scene) : NULL;
   if (!status) status = flesh_surface_read(argv[2], &surface);
   if (!status) status = flesh_skin_read(argv[1], mesh, surface, &skin);
-  if (!status && own) status = read_state(own, argv[3], &state); /* before the folder's older frames are removed */
+  if (!status && own) { /* before the folder's older frames are removed */
+    status = flesh_state_make(flesh_mesh_node_count(own), 0, 0, &state);
+    if (!status) status = flesh_state_read(argv[3], flesh_mesh_node_count(own), &state);
+  }
   flesh_folder_claim claim = {.descriptor = -1};
   if (!status) status = spare_surface(argv[2], out);
   if (!status) status = flesh_output_claim(out, "skin apply", &claim);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "cli/lists.h"
 #include "cli/output.h"
 #include "picture/snapshot.h"
@@ -38,13 +39,22 @@ static int choose(const char *times, const char *frames, wanted *w)
                     times ? "0,1/2" : "0,30");
 }
 
+/* Prints which numbers there are: "0, 5, 10 to 60". */
+static void print_numbers(const flesh_run_folder *run, char text[64])
+{
+  snprintf(text, 64, run->count == 1 ? "only " : "");
+  for (int k = 0; k < run->count && k < 3; k++)
+    flesh_text_add(text, 64, "%s%d", !k ? "" : k == run->count - 1 ? " and " : ", ", run->frames[k].number);
+  if (run->count > 3) flesh_text_add(text, 64, " to %d", run->frames[run->count - 1].number);
+}
+
 static int frame_of(const flesh_run_folder *run, const wanted *w, int k, const char *title, int *frame)
 {
   char numbers[64];
-  if (w->by_time) *frame = flesh_run_folder_at(run, w->at[k]);
-  else *frame = w->at[k] < 0 ? run->count - 1 : flesh_run_folder_find(run, (int)w->at[k]);
+  *frame = w->by_time ? flesh_run_folder_at(run, w->at[k]) : run->count - 1;
+  while (!w->by_time && w->at[k] >= 0 && *frame >= 0 && run->frames[*frame].number != w->at[k]) --*frame;
   if (*frame >= 0) return FLESH_OK;
-  flesh_run_folder_numbers(run, numbers);
+  print_numbers(run, numbers);
   if (!run->frames[0].file)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--frame is %g; %s has no frames but its %s, which is number 0", w->at[k],
                       title, run->folder ? "last state" : "start");

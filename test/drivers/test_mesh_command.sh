@@ -115,8 +115,8 @@ check refined_regions 0 'region 2      8 tets, 0.16666667 m^3' info fine_regions
 check refined_order 0 'fine.mesh: 729 nodes, 384 tets of ten nodes, 1 region' convert --refine 2 --order 2 "$meshes/cube_of_six_tets.mesh" fine.mesh
 check refined_curved 0 'tets           400 of ten nodes, 400 of them curved' info fine_ball.msh
 check refined_curved_volume 0 'volume         4.1505767 m^3' info fine_ball.msh
-check third_order 2 '--order is 3; it must be 1 or 2' convert --order 3 ten.msh ten.node
-check third_order_box 2 '--order is 3; it must be 1 or 2' box --cells 1,1,1 --size 1,1,1 --order 3 --out no.msh
+check third_order 2 "--order is '3'; it must be 1 or 2" convert --order 3 ten.msh ten.node
+check third_order_box 2 "--order is '3'; it must be 1 or 2" box --cells 1,1,1 --size 1,1,1 --order 3 --out no.msh
 echo nonsense > bad.msh
 check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.msh
 
