@@ -1,9 +1,10 @@
 /* part_weights.c: how often errors of each connected part of a body count.
  *
- * If nothing holds a part that may touch something, along one axis at least, each bounce also turns errors of its
- * vibrations into momentum, which carries the part on for a time T. A bounce at the speed v excites vibrations of v P, 2 pi
- * P being the part's period: an error of the share s of these is an error s v of the velocity, which leads the part s v T =
- * (s v P) T/P astray. So errors count T/P times. A part that welds and joints tie to a held part is held, too.
+ * If nothing holds a part that may touch something, along one axis at least or about its pins, each bounce also turns
+ * errors of its vibrations into momentum, which carries the part on for a time T. A bounce at the speed v excites
+ * vibrations of v P, 2 pi P being the part's period: an error of the share s of these is an error s v of the velocity,
+ * which leads the part s v T = (s v P) T/P astray. So errors count T/P times. A part that welds and joints tie to a
+ * held part is held, too.
  *
  * T is the time in which the part goes its own length L at the largest speed so far, L/v: a part that has come to rest is no
  * reason for shorter steps. Where parts can touch only each other, v is relative to their mean. But a load that accelerates
@@ -336,8 +337,9 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
   const double flight = fmax(0, fmin(far, low) - stiff * part->period);
-  part->flies = part->held > part->turns || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
-  if (part->held > 0 || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
+  const int held = part->held > part->turns;
+  part->flies = held || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
+  if (held || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
   return fmax(1, fmin(most_times, fmin(far, low) / part->period));
 }
 
