@@ -115,7 +115,7 @@ cases_have_all_that_is_set() {
   printf 'scene: bar.yaml\nset: {time.end: 1/30}\naxes: [{key: %s, values: [%s]}]\n' $key "$name" >spec.yaml
   expect 0 "$flesh" sweep spec.yaml --out cases --quiet &&
     sqlite3 cases/sweep.db 'SELECT overrides FROM cases' >overrides.txt && has overrides.txt "$name" &&
-    lacks 1 'out of memory' $(((${#key} + 2 * ${#name} + 20) / 16 * 16 + 32)) "$flesh" sweep spec.yaml --out lacking --quiet
+    lacks 1 'out of memory' $(((${#key} + ${#name} + 17) / 16 * 16 + 32)) "$flesh" sweep spec.yaml --out lacking --quiet
 }
 
 run_tests meshes checks runs adaptive_runs cases_have_all_that_is_set
