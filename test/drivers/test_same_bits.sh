@@ -29,9 +29,10 @@ solved() { ! grep -q '"newton_per_step": 0\.0' by_2/result.json; }
 every_scene() {
   for path in "$scenes"/*.yaml; do
     scene=${path##*/}
-    case $scene in
-      funnel.yaml | stack.yaml) end=1/100 ;; # many tets and short steps
-      *) end=$first ;;
+    end=$first
+    case $first:$scene in
+      1/100:peel.yaml | 1/100:stack.yaml) continue ;; # the longest; others run the same lines
+      *:funnel.yaml | *:stack.yaml) end=1/100 ;; # many tets and short steps
     esac
     same "${scene%.yaml}" "$end" || { echo "in $scene"; return 1; }
   done

@@ -17,8 +17,8 @@ typedef struct method {
 /* All methods of fixed steps, and two adaptive ones. */
 static method method_at(int k)
 {
-  static const method chosen[] = {{"runge-kutta, tolerance: 1e-4", 1. / 500},
-                                  {"newmark, adaptive: true, tolerance: 1e-3", 1. / 500}};
+  static const method chosen[] = {{"runge-kutta, tolerance: 1e-3", 1. / 500},
+                                  {"newmark, adaptive: true, tolerance: 1e-2", 1. / 500}};
   int fixed = 0;
   for (int m = 0; flesh_method_name((flesh_method)m); m++)
     if (flesh_method_order((flesh_method)m) > 0 && fixed++ == k) return (method){flesh_method_name((flesh_method)m), 1. / 500};
