@@ -191,7 +191,7 @@ database.execute("DROP VIEW results")
 database.execute("CREATE VIEW results AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SELECT id, 1 AS young, 'complete' AS status FROM n")
 database.commit()
 END
-  for command in 'report endless --out out.html' 'report endless/sweep.db --out out.html' 'sweep export endless/sweep.db' \
+  for command in 'report endless --out out.html' ${long:+'report endless/sweep.db --out out.html' 'sweep export endless/sweep.db'} \
     'sweep plot endless/sweep.db --x id --y young --out out.png'; do
     # shellcheck disable=SC2086
     expect 3 timeout 1800 "$flesh" $command && has stderr.txt 'endless/sweep.db: .*one of its views may never end' || return 1
