@@ -146,7 +146,7 @@ END
 without_power_nothing_is_lost() {
   undisturbed || return 1
   cuts=0
-  for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 5; k++) print 0.9 * rand() }'); do
+  for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 5; k++) print 0.55 * rand() }'); do
     rm -rf live left
     mkdir left
     "$flesh" sweep bar.yaml --out live --jobs 2 --quiet 2>/dev/null &

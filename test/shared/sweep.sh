@@ -18,11 +18,11 @@ axes:
   - {key: body.density, from: 500, to: 2000, count: 12, spacing: logarithmic}
 END
 }
-# Cases of some 80 ms each on any machine, long enough to be killed in the middle.
+# Cases of some 50 ms each on any machine, long enough to be killed in the middle.
 bar_cases() {
   bar_spec 1 >probe.yaml
   "$flesh" sweep probe.yaml --out probe --jobs 2 --quiet || return 1
-  bar_spec "$(ask probe/sweep.db 'printf("%.3f", min(60, max(0.1, 0.08 * count(*) / sum(wall_s))))')" >bar.yaml
+  bar_spec "$(ask probe/sweep.db 'printf("%.3f", min(60, max(0.1, 0.05 * count(*) / sum(wall_s))))')" >bar.yaml
 }
 
 # spec LINES...: a sweep of tiny.yaml.
