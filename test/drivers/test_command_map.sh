@@ -365,6 +365,5 @@ bad_maps_are_refused() {
 
 printf 'energy_total\n3\n' >energy.csv
 prepare || exit 1
-run_tests deviations_are_those_of_an_independent_matrix a_stiff_part_comes_back \
-  ${long:+a_load_comes_back_beside_a_map parts_of_a_body_have_maps} a_killed_fit_resumes ${long:+a_map_comes_back_from_a_motion} \
-  bad_maps_are_refused
+run_tests deviations_are_those_of_an_independent_matrix a_stiff_part_comes_back a_load_comes_back_beside_a_map \
+  ${long:+parts_of_a_body_have_maps} a_killed_fit_resumes ${long:+a_map_comes_back_from_a_motion} bad_maps_are_refused
