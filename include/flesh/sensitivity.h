@@ -93,16 +93,16 @@ typedef struct flesh_trajectory flesh_trajectory;
 enum { FLESH_TRAJECTORY_STATES = 40 };
 
 /* Records the steps that the integrator takes from now on: of a motion, or of successive equilibria whose friction
- * lags the previous one. Each step must begin where the last one ended. The record takes memory for `states` states
- * (x and v of the body: 6 n numbers; at least 20) and 16 bytes per step: it holds the unknowns of the last steps, and
+ * lags the previous one. Each step must begin where the last one ended. The record takes memory for `states` states (x
+ * and v of the body: 6 n numbers; at least 20) and 16 bytes per step: it holds the unknowns of the last steps, and
  * checkpoints from which a gradient repeats the others, bitwise the same. For that the integrator's solvers discard
  * what they have learned whenever 16 states are full: every 20 steps with methods of one stage. Linear solves use the
  * integrator's options and end when the residual is `tolerance` times the right-hand side, tolerance in [1e-13, 1).
- * Borrows the integrator, whose options must not change; it may be destroyed before the trajectory if all parts of
- * the steps are kept. With error control, steps are repeated with the lengths first chosen. A step ends with
- * FLESH_ERR_ARGUMENT if it has no sensitivities: a tangle was removed; internal variables change other than by
- * something that breaks; the state is not the last step's end. Returns new. FLESH_ERR_ARGUMENT also for ida. Further
- * errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+ * Borrows the integrator, whose options must not change; it may be destroyed before the trajectory if all parts of the
+ * steps are kept. With error control, steps are repeated with the lengths first chosen, and momenta of free bodies are
+ * not corrected, as they are without a record. A step ends with FLESH_ERR_ARGUMENT if it has no sensitivities: a
+ * tangle was removed; internal variables change other than by something that breaks; the state is not the last step's
+ * end. Returns new. FLESH_ERR_ARGUMENT also for ida. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states,
                                       flesh_trajectory **trajectory);
 FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);
