@@ -53,11 +53,10 @@ static int any_is_free(const flesh_momenta *momenta)
 }
 
 /* Returns the first of the parts that a node's part is tied to, mostly that part; -1: the node has none. */
-static int part_of(const flesh_momenta *momenta, int node)
+static int first_part_of(const flesh_momenta *momenta, int node)
 {
-  const flesh_part_weights *weights = momenta->weights;
-  const int part = weights->count > 1 ? weights->parts->part[node] : 0;
-  return part < 0 ? part : weights->tied[part];
+  const int part = flesh_part_of(momenta->weights, node);
+  return part < 0 ? part : momenta->weights->tied[part];
 }
 
 /* Finds the sums of each part at x [3*nodes] for the forces, or momenta, in `room`. */
@@ -69,7 +68,7 @@ static void find_sums(flesh_momenta *momenta, const double *x)
   for (int k = 0; k < SUMS * weights->count; k++) momenta->sums[k] = 0;
   for (int p = 0; p < weights->count; p++) momenta->sums[SUMS * weights->tied[p] + PUSHES] += weights->of[p].push[3];
   for (int i = 0; i < parts->own; i++) {
-    const int part = part_of(momenta, i);
+    const int part = first_part_of(momenta, i);
     if (part < 0) continue;
     double *sums = momenta->sums + SUMS * part, moment[3];
     flesh_vec3_cross(x + 3 * i, f + 3 * i, moment);
@@ -133,16 +132,13 @@ static int begin(flesh_momenta *momenta, const flesh_point *start)
   return status;
 }
 
-/* Finds the angular velocity of a part with that angular momentum; 0 for points on a line. */
+/* Finds the angular velocity of a part with that angular momentum. */
 static void find_rate(const double *sums, const double momentum[3], double rate[3])
 {
   const double *q = sums + SQUARES, *c = sums + CENTRE, m = sums[MASS];
   const double xx = q[0] - m * c[0] * c[0], xy = q[1] - m * c[0] * c[1], xz = q[2] - m * c[0] * c[2];
   const double yy = q[3] - m * c[1] * c[1], yz = q[4] - m * c[1] * c[2], zz = q[5] - m * c[2] * c[2];
-  const double inertia[9] = {yy + zz, -xy, -xz, -xy, xx + zz, -yz, -xz, -yz, xx + yy}, size = flesh_mat3_trace(inertia);
-  double inverse[9];
-  if (flesh_mat3_inverse(inertia, inverse) > 1e-9 * size * size * size) flesh_mat3_times(inverse, momentum, rate);
-  else rate[0] = rate[1] = rate[2] = 0;
+  flesh_rigid_rate((double[]){yy + zz, -xy, -xz, -xy, xx + zz, -yz, -xz, -yz, xx + yy}, momentum, rate);
 }
 
 /* Adds the velocities that free parts lack at the point to v [3*nodes]. */
@@ -158,7 +154,7 @@ static int add_velocities(flesh_momenta *momenta, const flesh_point *point, doub
     find_rate(sums, lacks + 3, sums + MOMENT);
   }
   for (int i = 0; i < flesh_system_unknowns(momenta->system) / 3; i++) {
-    const int part = part_of(momenta, i);
+    const int part = first_part_of(momenta, i);
     if (part < 0) continue;
     const double *sums = momenta->sums + SUMS * part;
     double d[3], turned[3];

@@ -64,16 +64,10 @@ void flesh_part_weights_archive(flesh_part_weights *weights, flesh_archive *arch
   FLESH_ARCHIVE(archive, weights->stages);
 }
 
-/* Returns the part of a node; -1: none. */
-static int part_of(const flesh_part_weights *weights, int node)
-{
-  return weights->count > 1 ? weights->parts->part[node] : 0;
-}
-
 /* Returns the sums [SUMS] of a node's part; NULL: the node has none, or is another rank's. */
 static double *sums_of(const flesh_part_weights *weights, int node)
 {
-  const int part = node < weights->parts->own ? part_of(weights, node) : -1;
+  const int part = node < weights->parts->own ? flesh_part_of(weights, node) : -1;
   return part < 0 ? NULL : weights->sums + SUMS * part;
 }
 
@@ -103,7 +97,7 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
     for (int c = 0; c < 3; c++)
       weights->of[p].length = fmax(weights->of[p].length, weights->sums[SUMS * p + 3 + c] - weights->sums[SUMS * p + c]);
   for (int i = 0; i < nodes; i++) {
-    const int part = part_of(weights, i);
+    const int part = flesh_part_of(weights, i);
     for (int c = 0; c < 3; c++) u[3 * i + c] = 0;
     if (part >= 0) flesh_bent_shape(weights->sums + SUMS * part, X + 3 * i, u + 3 * i);
   }
@@ -121,7 +115,7 @@ static void tie(flesh_part_weights *weights, const flesh_system *system)
     const flesh_cells *cells = operations->cells(effect);
     const int m = cells ? cells->nodes_per_cell : 1;
     for (int a = 0; cells && a < cells->count * m; a++) {
-      const int first = part_of(weights, cells->nodes[a - a % m]), part = part_of(weights, cells->nodes[a]);
+      const int first = flesh_part_of(weights, cells->nodes[a - a % m]), part = flesh_part_of(weights, cells->nodes[a]);
       if (first >= 0 && part >= 0) flesh_sets_join(tied, first, part);
     }
   }
@@ -286,7 +280,7 @@ void flesh_part_weights_clear_contact(flesh_part_weights *weights)
 void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
 {
   for (int i = 0; i < weights->parts->own; i++) {
-    const int p = part_of(weights, i);
+    const int p = flesh_part_of(weights, i);
     if (p < 0) continue;
     for (int c = 0; c < 3; c++) weights->of[p].push[c] += forces[3 * i + c];
     weights->of[p].push[3] += sqrt(flesh_vec3_dot(forces + 3 * i, forces + 3 * i));
@@ -349,7 +343,7 @@ static void find_frame(const flesh_part_weights *weights, const double *v, doubl
   const double *mass = weights->parts->mass;
   double sums[4] = {0};
   for (int i = 0; i < weights->parts->own && weights->meets; i++) {
-    if (part_of(weights, i) < 0) continue;
+    if (flesh_part_of(weights, i) < 0) continue;
     for (int c = 0; c < 3; c++) sums[c] += mass[i] * v[3 * i + c];
     sums[3] += mass[i];
   }
@@ -396,7 +390,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted)
 {
   for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh); i++) {
-    const int p = part_of(weights, i);
+    const int p = flesh_part_of(weights, i);
     const double times = p < 0 ? 0 : weights->of[p].times * (velocities ? weights->of[p].period : 1);
     for (int c = 0; c < 3; c++) weighted[3 * i + c] = times * e[3 * i + c];
   }
@@ -416,7 +410,7 @@ double flesh_part_weights_of_residuals(const flesh_part_weights *weights, double
   double least = INFINITY;
   for (int p = 0; p < weights->count; p++) least = fmin(least, of_residuals(&weights->of[p], g, most));
   for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh) && weights->count > 1; i++) {
-    const int p = part_of(weights, i);
+    const int p = flesh_part_of(weights, i);
     const double counts = p < 0 ? 1 : of_residuals(&weights->of[p], g, most) / least;
     for (int c = 0; c < 3; c++) of[3 * i + c] = counts;
   }

@@ -30,6 +30,12 @@ typedef struct flesh_part_weights {
   double flies;                   /* s, longest flight of a part */
 } flesh_part_weights;
 
+/* Returns the part of a node; -1: none. */
+static inline int flesh_part_of(const flesh_part_weights *weights, int node)
+{
+  return weights->count > 1 ? weights->parts->part[node] : 0;
+}
+
 /* FLESH_ERR_MEMORY. */
 int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights);
 void flesh_part_weights_clear(flesh_part_weights *weights);

@@ -102,14 +102,19 @@ static void add_spin(const flesh_rigid_parts *parts, int part, motion *m)
   }
 }
 
+void flesh_rigid_rate(const double inertia[9], const double momentum[3], double rate[3])
+{
+  const double size = flesh_mat3_trace(inertia);
+  double inverse[9];
+  if (flesh_mat3_inverse(inertia, inverse) > 1e-9 * size * size * size) flesh_mat3_times(inverse, momentum, rate);
+  else rate[0] = rate[1] = rate[2] = 0;
+}
+
 /* Finds the rotation by h times the mean angular velocity about the centre, the best fit of the velocities. */
 static void turn_on(const motion *m, double turn[9])
 {
-  const double *spin = m->sums, *inertia = m->sums + 3;
-  double inverse[9], rate[3];
-  double volume = flesh_mat3_inverse(inertia, inverse), size = flesh_mat3_trace(inertia);
-  flesh_mat3_times(inverse, spin, rate);
-  if (!(volume > 1e-9 * size * size * size)) rate[0] = rate[1] = rate[2] = 0;
+  double rate[3];
+  flesh_rigid_rate(m->sums + 3, m->sums, rate);
   flesh_keyframe key = {.rotation = {m->h * rate[0], m->h * rate[1], m->h * rate[2]}};
   flesh_motion rotation = {1, &key, {0}, 0};
   for (int c = 0; c < 3; c++) {

@@ -28,6 +28,10 @@ void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
  * and that centre. Collective. */
 double flesh_rigid_parts_extent(const flesh_rigid_parts *parts, int part, const double *x, double centre[3]);
 
+/* Finds the angular velocity, 1/s, of a body with this inertia, kg m^2, and angular momentum, kg m^2/s, about its centre;
+ * 0 for points on a line. */
+void flesh_rigid_rate(const double inertia[9], const double momentum[3], double rate[3]);
+
 /* Predicts displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many
  * parts are free. All ranks have `fixed`, or none. The motion is the best fit by mass of the velocities or, if
  * `nearest`, of where they lead along straight lines, which is what backward Euler goes by. A part that is many times

@@ -50,17 +50,6 @@ static flesh_integrator *adaptive(const test_body *b, flesh_method method, doubl
   return integrator;
 }
 
-static flesh_integrator *controlled(const test_body *b, flesh_method method, double tolerance)
-{
-  flesh_adaptive_options options;
-  flesh_integrator *integrator = motion_integrator(b, method, 1e-8);
-  flesh_adaptive_options_default(&options);
-  options.control = 1;
-  options.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
-  return integrator;
-}
-
 /* On ranks, too, the error is a few times the tolerance, and falls with it. */
 static void errors_follow_the_tolerance(void)
 {
@@ -116,7 +105,7 @@ static void controlled_steps_are_those_of_one_rank(void)
     memcpy(exact.v, b.whole.state.v, (size_t)b.whole.n * sizeof *exact.v);
     exact.t = b.whole.state.t;
     for (int shared = 0; shared < 2; shared++) {
-      flesh_integrator *integrator = controlled(shared ? &b.own : &b.whole, methods[k], 3e-3);
+      flesh_integrator *integrator = motion_controlled(shared ? &b.own : &b.whole, methods[k], 1e-8, 3e-3);
       for (int at = 1; at <= 3; at++)
         CHECK_OK(flesh_integrator_step(integrator, states[shared], 0.1 * at - states[shared]->t, &stats[shared]));
       flesh_integrator_destroy(&integrator);

@@ -110,6 +110,18 @@ static inline flesh_integrator *motion_integrator(const test_body *body, flesh_m
   return integrator;
 }
 
+/* Makes an integrator whose steps are chosen by their error. */
+static inline flesh_integrator *motion_controlled(const test_body *body, flesh_method method, double residual, double tolerance)
+{
+  flesh_integrator *integrator = motion_integrator(body, method, residual);
+  flesh_adaptive_options options;
+  flesh_adaptive_options_default(&options);
+  options.control = 1;
+  options.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  return integrator;
+}
+
 static inline void motion_run(const test_body *body, flesh_method method, double tolerance, int steps, double end,
                        flesh_state *state)
 {

@@ -11,12 +11,7 @@ static const double end = 0.5, length = 3, spin = 6;
 
 static flesh_integrator *controlled(const test_body *b, flesh_method method, double tolerance)
 {
-  flesh_integrator *integrator = motion_integrator(b, method, 1e-11);
-  flesh_adaptive_options options;
-  flesh_adaptive_options_default(&options);
-  options.control = 1;
-  options.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  flesh_integrator *integrator = motion_controlled(b, method, 1e-11, tolerance);
   integrator->ahead.limit = INFINITY;
   return integrator;
 }
@@ -243,8 +238,8 @@ static void states_between_steps_balance(void)
            flesh_method_name(methods[k / 2]), ratio, between, OUTPUTS - 1, solved, off / most, stats.newton);
     CHECK(!none && between > OUTPUTS / 2);
     CHECK_BELOW(off, 0.06 * most);
-    /* The stiffer volumes are, the more they reveal of pressures; within a brief step they do not. */
-    CHECK(ratio > 0.499 ? solved > 0.9 * between : solved < between);
+    /* The stiffer volumes are, the more they reveal of pressures; one state in a brief step passes as it is. */
+    CHECK(ratio > 0.499 ? solved >= between - 1 : solved < between);
   }
 }
 

@@ -24,12 +24,7 @@ static void vibrations_that_growing_loads_excite_are_seen(void)
     const double tolerance = pow(10, -1 - k / 2.);
     flesh_state state = state_copy(b.n, &b.state);
     flesh_solve_stats stats = {0};
-    flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-11);
-    flesh_adaptive_options adaptive;
-    flesh_adaptive_options_default(&adaptive);
-    adaptive.control = 1;
-    adaptive.tolerance = tolerance;
-    CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+    flesh_integrator *integrator = motion_controlled(&b, FLESH_METHOD_RUNGE_KUTTA, 1e-11, tolerance);
     CHECK_OK(flesh_integrator_step(integrator, &state, 6, &stats));
     const double error = motion_distance(b.n, state.x, exact.x);
     printf("# tolerance %.2g: %d steps, %d rejected, %d Newton, error %.3g m = %.3g tolerances\n", tolerance, stats.steps,
@@ -69,12 +64,7 @@ static double spin(test_body *b, flesh_method method, double tolerance, int hing
 {
   double before[6], after[6], change = 0, all = 0;
   flesh_solve_stats stats = {0};
-  flesh_integrator *integrator = motion_integrator(b, method, 1e-11);
-  flesh_adaptive_options adaptive;
-  flesh_adaptive_options_default(&adaptive);
-  adaptive.control = 1;
-  adaptive.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  flesh_integrator *integrator = motion_controlled(b, method, 1e-11, tolerance);
   test_momenta(b, before);
   CHECK_OK(flesh_integrator_step(integrator, &b->state, 2, &stats));
   test_momenta(b, after);
@@ -109,9 +99,9 @@ static void stiff_bodies_that_spin_freely_keep_spinning(void)
   }
 }
 
-/* Runge-Kutta methods keep the angular momentum of a free body to rounding. What is left are errors of vibrations, up to
- * four tolerances, and of stiff bodies less than half a tolerance, by esdirk325 two. */
-static void bodies_that_spin_freely_err_by_a_tolerance(void)
+/* Runge-Kutta methods keep the angular momentum of a free body to rounding. The errors that remain are those of vibrations,
+ * up to four tolerances; stiff bodies err by less than half a tolerance, by esdirk325 by two. */
+static void errors_of_bodies_that_spin_freely_follow_the_tolerance(void)
 {
   for (double young = 1e6; young < 2e12; young *= 100) {
     test_body b, exact;
@@ -188,6 +178,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(vibrations_that_growing_loads_excite_are_seen),
                    TEST_LONG(stiff_bodies_that_spin_freely_keep_spinning),
-                   TEST_LONG(bodies_that_spin_freely_err_by_a_tolerance), TEST(forces_turn_free_bodies),
+                   TEST_LONG(errors_of_bodies_that_spin_freely_follow_the_tolerance), TEST(forces_turn_free_bodies),
                    TEST_LONG(stiff_bodies_that_turn_on_pins_keep_turning), TEST(longest_steps_reach_outputs));
 }
