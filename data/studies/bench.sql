@@ -1,6 +1,6 @@
 -- bench.sql: what `flesh bench` makes of its cases: every row that they have measured, against the machine's ceilings.
 
--- The ceilings with each number of threads, the first ones first. Of what a kernel touches (held), a level holds as much as
+-- The ceilings with each number of threads, the first ones first. Of the bytes that a kernel moves, a level holds as much as
 -- was found with the first number of threads.
 CREATE TEMP TABLE ceilings AS
 SELECT row_number() OVER (ORDER BY w.number) AS place, threads,
@@ -20,9 +20,9 @@ SELECT *, max(bytes / CASE level WHEN 'L2' THEN L2 WHEN 'L3' THEN L3 ELSE memory
     r.data ->> 'repeats' AS repeats, r.data ->> 'bytes' AS bytes, r.data ->> 'operations' AS operations,
     r.data ->> 'steps' AS steps, r.data ->> 'newton' AS newton, r.data ->> 'linear' AS linear,
     r.data ->> 'projections' AS projections, iif(c.threads = 1, r.data ->> 'cpu_s', r.data ->> 'wall_s') AS seconds,
-    CASE WHEN r.data ->> 'held' <= (SELECT L2_bytes FROM ceilings WHERE place = 1) THEN 'L2'
-      WHEN r.data ->> 'held' <= (SELECT L3_bytes FROM ceilings WHERE place = 1) THEN 'L3'
-      WHEN r.data ->> 'held' THEN 'memory' END AS level, L2, L3, memory, peak
+    CASE WHEN r.data ->> 'bytes' <= (SELECT L2_bytes FROM ceilings WHERE place = 1) THEN 'L2'
+      WHEN r.data ->> 'bytes' <= (SELECT L3_bytes FROM ceilings WHERE place = 1) THEN 'L3'
+      WHEN r.data ->> 'bytes' THEN 'memory' END AS level, L2, L3, memory, peak
   FROM wanted w JOIN cases c USING (id) JOIN table_rows r ON r.case_id = id LEFT JOIN ceilings m ON m.threads = c.threads
   WHERE part <> 'machine')
 ORDER BY number, line;
@@ -76,7 +76,7 @@ SELECT json_object('program', f.data -> 'program', 'instructions', f.data ->> 'i
   'measurements', (SELECT json_group_array(iif(grouping = 'kernel',
       json_set(row, '$.floor_s', floor_s, '$.level', level),
       json_set(row, '$.growth_time', time, '$.growth_time_from_200000', time_far, '$.growth_linear_from_48000', linear_far)))
-    FROM (SELECT *, json_set(json_remove(data, '$.held', '$.memory', '$.peak_memory_kB'), '$.energy', m.energy,
+    FROM (SELECT *, json_set(json_remove(data, '$.memory', '$.peak_memory_kB'), '$.energy', m.energy,
         '$.poisson', m.poisson, '$.element', element, '$.threads', m.threads, '$.status', status_name(code)) AS row
       FROM measured m LEFT JOIN moves USING (part, energy, poisson, threads) ORDER BY number, line)),
   'memory', (SELECT json_group_array(json_object('owner', owner, 'tets', tets, 'bytes', bytes))
