@@ -26,7 +26,7 @@ int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void 
 {
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
+  const double *at = flesh_ida_read_at(problem, t, y), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
   double *F = rate ? flesh_ida_open(problem, r, 2) : NULL;
   if (!F) return FLESH_ERR_ARGUMENT;
   const int status = flesh_ida_evaluate(problem, t, at, rate, F);
@@ -114,7 +114,7 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
   if (!problem) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
   if (sparse && flesh_ida_check_sparse(problem)) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
+  const double *at = flesh_ida_read_at(problem, t, y), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
   if (!rate) return FLESH_ERR_ARGUMENT;
   const flesh_pair_matrix *own = flesh_pair_matrix_of(J);
   if (!sparse && !(own && own->view && own->ida == problem))
@@ -146,7 +146,7 @@ int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   (void)r;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_ida_read(problem, y, 0, 0), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
+  const double *at = flesh_ida_read_at(problem, t, y), *rate = at ? flesh_ida_read(problem, yp, 0, 1) : NULL;
   if (!rate) return FLESH_ERR_ARGUMENT;
   int status = flesh_ida_assemble(problem, t, cj, at, rate, FLESH_IDA_CONDENSED);
   return status ? status : flesh_ida_factor(problem);

@@ -162,6 +162,13 @@ const double *flesh_ida_read(const flesh_ida_problem *self, N_Vector v, int part
   return flesh_vector_read(v, self->evaluation.team, 2 * (sunindextype)self->evaluation.n, partial, self->room[room]);
 }
 
+const double *flesh_ida_read_at(const flesh_ida_problem *self, double t, N_Vector y)
+{
+  if (isfinite(t)) return flesh_ida_read(self, y, 0, 0);
+  flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s; it must be finite", t);
+  return NULL;
+}
+
 double *flesh_ida_open(const flesh_ida_problem *self, N_Vector v, int room)
 {
   return flesh_vector_open(v, self->evaluation.team, 2 * (sunindextype)self->evaluation.n, self->room[room]);

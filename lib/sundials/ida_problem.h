@@ -92,6 +92,8 @@ int flesh_ida_problem_create_after(int status, const flesh_system *system, const
                                    flesh_ida_problem **problem);
 /* Do what flesh_vector_read, _open and _close do for vectors of 2*n, with the problem's `room` of that number. */
 const double *flesh_ida_read(const flesh_ida_problem *problem, N_Vector v, int partial, int room);
+/* Does what flesh_ida_read does for the y of a time that must be finite. NULL, with a sentence, if it is not. */
+const double *flesh_ida_read_at(const flesh_ida_problem *problem, double t, N_Vector y);
 double *flesh_ida_open(const flesh_ida_problem *problem, N_Vector v, int room);
 void flesh_ida_close(const flesh_ida_problem *problem, N_Vector v, const double *written);
 /* Refuses a system that is shared out among ranks. FLESH_ERR_ARGUMENT, with a sentence: a SUNSparseMatrix is that of one

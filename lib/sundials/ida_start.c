@@ -181,7 +181,7 @@ int flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, fl
     return flesh_fail(FLESH_ERR_ARGUMENT, "t is %g s, after the event at %g s, up to which the start is valid; stop the "
                                           "integrator there and start again",
                       t, held->event);
-  const double *y = flesh_ida_read(self, y_vector, 0, 0);
+  const double *y = flesh_ida_read_at(self, t, y_vector);
   if (!y) return FLESH_ERR_ARGUMENT;
   memmove(state->x, y, (size_t)n * sizeof *y);
   memmove(state->v, y + n, (size_t)n * sizeof *y);

@@ -155,7 +155,7 @@ int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   flesh_ida_problem *motion = self->motion;
-  const double *y = flesh_ida_read(motion, y_vector, 0, 0);
+  const double *y = flesh_ida_read_at(motion, t, y_vector);
   double *xdot = y ? flesh_ida_open(motion, ydot, 1) : NULL, *r = self->rate;
   if (!xdot) return FLESH_ERR_ARGUMENT;
   double *vdot = xdot + n;
@@ -215,7 +215,7 @@ int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   (void)fy;
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
-  const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
+  const double *y = flesh_ida_read_at(self->motion, t, y_vector);
   if (!y) return FLESH_ERR_ARGUMENT;
   const int status = make_matrices(self, &self->K, &self->C);
   return status ? status : flesh_ode_assemble(self, t, y, 0, self->K, self->C, &self->damped);
@@ -278,7 +278,7 @@ int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   flesh_ida_problem *motion = self->motion;
-  const double *y = flesh_ida_read(motion, y_vector, 0, 0);
+  const double *y = flesh_ida_read_at(motion, t, y_vector);
   if (!y) return FLESH_ERR_ARGUMENT;
   if (!(fabs(gamma) > 0 && fabs(gamma) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "gamma is %g s; it must be finite and not 0", gamma);

@@ -87,7 +87,7 @@ int flesh_ode_jacobian(sunrealtype t, N_Vector y_vector, N_Vector fy, SUNMatrix 
   if (!self) return FLESH_ERR_ARGUMENT;
   flesh_pair_matrix *own = flesh_pair_matrix_of(J);
   if (own && own->rhs == self) {
-    const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
+    const double *y = flesh_ida_read_at(self->motion, t, y_vector);
     return y ? fill_pair(self, t, y, own) : FLESH_ERR_ARGUMENT;
   }
   int status = flesh_ida_check_sparse(self->motion);

@@ -418,7 +418,7 @@ int flesh_ode_accept(sunrealtype t, N_Vector y_vector, void *data)
 {
   flesh_ode_problem *self = flesh_ode_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
-  const double *y = flesh_ida_read(self->motion, y_vector, 0, 0);
+  const double *y = flesh_ida_read_at(self->motion, t, y_vector);
   if (!y) return FLESH_ERR_ARGUMENT;
   flesh_ida_accept(self->motion, t, y, y + self->n);
   return FLESH_OK;

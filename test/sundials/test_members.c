@@ -108,6 +108,12 @@ static void starts_are_finite_and_tolerances_positive(void)
     refused(flesh_ida_tolerances(ida, tolerances[k], y), "it must be positive and finite");
     refused(flesh_ode_tolerances(ode, tolerances[k], y), "it must be positive and finite");
   }
+  CHECK_OK(flesh_ida_start(ida, &b.state, y, yp));
+  CHECK_OK(flesh_ode_start(ode, &b.state, y));
+  refused(flesh_ida_residual(NAN, y, yp, yp, ida), "t is nan s; it must be finite");
+  refused(flesh_ode_rhs(-INFINITY, y, yp, ode), "t is -inf s; it must be finite");
+  refused(flesh_ida_get_state(ida, NAN, y, &b.state), "t is nan s");
+  refused(flesh_ode_get_state(ode, INFINITY, y, &b.state), "t is inf s");
   for (int k = 0; k < 2; k++) {
     const char *kind = k ? "the N_Vector has length 24; it must have 48" : "the N_Vector is NULL";
     refused(flesh_ida_tolerances(ida, 1e-3, vectors[k]), kind);
