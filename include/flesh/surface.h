@@ -15,9 +15,9 @@ typedef struct flesh_surface flesh_surface;
 
 /* Makes a surface from copies of `positions` [3*vertices] (m), `starts` [faces+1] and `corners`
  * [starts[faces]]: face f has the vertices corners[starts[f]] up to corners[starts[f+1]-1].
- * FLESH_ERR_FILE, with the index, for fewer than one vertex or face, a face of fewer than 3 or more
- * than 10000 corners, a vertex out of range, a coordinate that is not finite. Returns new.
- * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * FLESH_ERR_FILE, with the index, for fewer than one vertex or face, a starts[0] that is not 0, a
+ * face of fewer than 3 or more than 10000 corners, a vertex out of range, a coordinate that is not
+ * finite. Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_surface_create(int vertices, const double *positions, int faces,
                                    const int *starts, const int *corners, flesh_surface **surface);
 

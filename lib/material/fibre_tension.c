@@ -12,7 +12,7 @@ int flesh_fibre_tension(const flesh_fibre *fibre, double activation, double stre
   if (!(activation >= 0 && activation <= 1))
     return flesh_fail(FLESH_ERR_ARGUMENT, "activation is %g; it must be from 0 to 1", activation);
   if (!(stretch >= 0 && stretch < 1e100))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "stretch is %g; it must not be negative", stretch);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "stretch is %g; it must be from 0 to 1e100", stretch);
   flesh_fibre_form(&constants, activation, stretch * stretch, &at);
   tension[0] = at.value;
   tension[1] = at.T * stretch;

@@ -161,6 +161,8 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
   if (!status) status = check_name(probe->name);
   if (status) return status;
   if (!asked) return flesh_fail(FLESH_ERR_ARGUMENT, "quantities is empty; it must name at least one");
+  if (asked > FLESH_PROBE_ALL)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "quantities are 0x%x; valid bits are those of 0x%x", asked, FLESH_PROBE_ALL);
   if (is_point && asked & (FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "quantities has %s, which a point does not have; choose nodes by box, sphere, nodes, regions, set or body",

@@ -5,8 +5,11 @@
 #include "base/team.h"
 #include "flesh/probe.h"
 
-/* Quantities that come from tets. */
-enum { FLESH_PROBE_OF_TETS = FLESH_PROBE_J | FLESH_PROBE_STRETCH | FLESH_PROBE_STRESS | FLESH_PROBE_ENERGY };
+/* Quantities that come from tets, and all quantities. */
+enum {
+  FLESH_PROBE_OF_TETS = FLESH_PROBE_J | FLESH_PROBE_STRETCH | FLESH_PROBE_STRESS | FLESH_PROBE_ENERGY,
+  FLESH_PROBE_ALL = 2 * FLESH_PROBE_CONTACT_FORCE - 1
+};
 
 /* Finds the tets whose nodes all belong to the probe. Returns new *tets [*count], freed by the caller.
  * FLESH_ERR_MEMORY. */

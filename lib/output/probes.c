@@ -122,7 +122,8 @@ static void print_header(const flesh_probes *probes)
 /* Returns whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
 static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
 {
-  const int has_tet = p->tet < tets && (team || p->tet >= 0);
+  const double *w = p->weights;
+  const int has_tet = p->tet < 0 ? team != NULL : p->tet < tets && fabs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6;
   return p->name && p->quantities && (is_point(p) ? has_tet : (team || p->node_count > 0) && p->nodes);
 }
 
@@ -199,6 +200,7 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
   FLESH_NEED({result, "result"});
   *result = NULL;
   FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
+  if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "count is %d probes; it must not be negative", count);
   int status = flesh_probes_open(body, system, method, count, probes, result);
   if (status) return status;
   if (writes(*result)) status = flesh_rows_open(path, &(*result)->rows);

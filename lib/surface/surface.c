@@ -12,6 +12,7 @@ static int check(int vertices, const double *positions, int faces, const int *st
 {
   if (vertices < 1) return flesh_fail(FLESH_ERR_FILE, "the surface has no vertex");
   if (faces < 1) return flesh_fail(FLESH_ERR_FILE, "the surface has no face");
+  if (starts[0]) return flesh_fail(FLESH_ERR_FILE, "starts[0] is %d; it must be 0", starts[0]);
   for (int d = 0; d < 3 * vertices; d++)
     if (!isfinite(positions[d]))
       return flesh_fail(FLESH_ERR_FILE, "vertex %d has a coordinate that is not finite", d / 3);

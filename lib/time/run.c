@@ -207,7 +207,7 @@ int flesh_run_check_times(int single, double h, double end, int step, double beg
 {
   if (!(h > 0) || !isfinite(h)) return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
   if (!isfinite(end) || end < t)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the end is %g s; it must not lie before the start at %g s", end, t);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the end is %g s; it must be finite and not before the start at %g s", end, t);
   if (!single && (end - begin) / h >= INT_MAX)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%g s in steps of %g s are %.3g steps; at most %d can be taken", end - begin, h,
                       (end - begin) / h, INT_MAX - 1);

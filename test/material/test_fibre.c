@@ -244,7 +244,8 @@ static void bad_constants_are_refused(void)
   }
   CHECK(flesh_fibre_tension(&fibre, 1.5, 1, tension) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "activation is 1.5; it must be from 0 to 1");
-  CHECK(flesh_fibre_tension(&fibre, 1, -1, tension) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_fibre_tension(&fibre, 1, INFINITY, tension) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "stretch is inf; it must be from 0 to 1e100");
 }
 
 int main(int argc, char **argv)

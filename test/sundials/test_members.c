@@ -8,6 +8,7 @@
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
 #include "flesh/ode.h"
+#include "flesh/probe.h"
 #include "flesh/sensitivity.h"
 #include "sundials/compatibility.h"
 #include "test.h"
@@ -170,6 +171,19 @@ static void numbers_have_a_meaning(void)
   test_body_destroy(&b);
 }
 
+static void probes_are_prepared(void)
+{
+  test_body b;
+  flesh_probes *probes;
+  flesh_probe probe = {.name = "p", .quantities = FLESH_PROBE_POSITION, .point = {0.5, 0.5, 0.5}};
+  make_cube(&b);
+  refused(flesh_probes_create("p.csv", &b.body, b.system, FLESH_METHOD_STATIC, 1, &probe, &probes), "probes[0] is not prepared");
+  refused(flesh_probes_create("p.csv", &b.body, b.system, FLESH_METHOD_STATIC, -1, &probe, &probes), "count is -1");
+  probe.quantities = 256;
+  refused(flesh_probe_prepare(&probe, &b.body, b.system), "quantities are 0x100; valid bits are those of 0xff");
+  test_body_destroy(&b);
+}
+
 static void overrides_are_texts(void)
 {
   flesh_scene *scene;
@@ -181,5 +195,5 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(states_have_arrays), TEST(starts_are_finite_and_tolerances_positive),
                    TEST(stages_have_a_base_and_numbers), TEST(numbers_have_a_meaning),
-                   TEST(overrides_are_texts));
+                   TEST(probes_are_prepared), TEST(overrides_are_texts));
 }

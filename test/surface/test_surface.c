@@ -220,6 +220,15 @@ static void concave_faces_are_cut_without_overlap(void)
   }
 }
 
+static void faces_begin_at_the_first_corner(void)
+{
+  flesh_surface *s = NULL;
+  const double x[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const int corners[] = {0, 1, 2}, starts[] = {-3, 0};
+  CHECK(flesh_surface_create(3, x, 1, starts, corners + 3, &s) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "starts[0] is -3; it must be 0");
+}
+
 static void degenerate_triangles_are_left_out(void)
 {
   flesh_surface *s = NULL;
@@ -390,6 +399,6 @@ int main(int argc, char **argv)
   if (!make_work_folder()) return 1;
   return RUN_TESTS(argc, argv, TEST(obj_forms), TEST(ply_forms), TEST(stl_forms),
                          TEST(concave_faces_are_cut_without_overlap),
-                         TEST(degenerate_triangles_are_left_out), TEST(writing_reads_back),
+                         TEST(faces_begin_at_the_first_corner), TEST(degenerate_triangles_are_left_out), TEST(writing_reads_back),
                          TEST(bad_files_get_their_sentence), TEST(damaged_files_do_no_harm));
 }

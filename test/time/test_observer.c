@@ -163,8 +163,8 @@ static void impossible_runs_are_refused(void)
     const char *text;
   } cases[] = {{0, 1, "the step is 0 s; it must be positive"},
                {NAN, 1, "the step is nan s"},
-               {0.1, -1, "the end is -1 s; it must not lie before the start at 0 s"},
-               {0.1, INFINITY, "the end is inf s"},
+               {0.1, -1, "the end is -1 s; it must be finite and not before the start at 0 s"},
+               {0.1, INFINITY, "the end is inf s; it must be finite and not before"},
                {0.1, 1e300, "1e+300 s in steps of 0.1 s are 1e+301 steps; at most 2147483646"}};
   bar b;
   open_bar(&b, WITH_INERTIA, FLESH_METHOD_BACKWARD_EULER);
