@@ -214,7 +214,7 @@ typedef struct flesh_effect_figures {
  * and `destroy`. Operations that return a status return FLESH_OK, FLESH_UNDEFINED or FLESH_NONFINITE (recoverable: the
  * caller then discards what was added), or a negative status, which ends the step; its sentence names the effect. */
 typedef struct flesh_effect_operations {
-  const char *name; /* as in a scene; for messages and columns only */
+  const char *name; /* for messages and columns only; not empty, without commas, quotation marks and line breaks */
   flesh_role role;
   unsigned traits; /* flesh_trait, or'ed */
   /* Returns the nodes that the Jacobian couples; NULL when it writes only diagonal blocks or none. */
@@ -248,7 +248,7 @@ struct flesh_effect {
 
 /* Creates an effect of your own for systems on `mesh` or a mesh with as many nodes and tets; others refuse it. Borrows
  * `operations` (usually static const) and takes ownership of `data`, freed by operations->destroy (NULL: never), also
- * when this function fails. FLESH_ERR_ARGUMENT for a role that does not exist. Further errors: FLESH_ERR_MEMORY. */
+ * when this function fails. FLESH_ERR_ARGUMENT for a role or name that is invalid. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, const flesh_mesh *mesh, void *data,
                                   flesh_effect **effect);
 /* NULL-safe; sets *effect to NULL. */

@@ -156,7 +156,8 @@ typedef struct flesh_run_options {
   flesh_solve_stats *unfinished;
 } flesh_run_options;
 /* Makes a run. Errors: FLESH_ERR_ARGUMENT, also for an integrator of another system; FLESH_ERR_MEMORY; the errors of
- * flesh_integrator_step, of observers and of `stop`. Frames, skins and probes of another mesh are FLESH_ERR_ARGUMENT. */
+ * flesh_integrator_step, of observers and of `stop`. Frames, skins and probes of another mesh, and histories of
+ * another system, are FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                         const flesh_run_options *options, flesh_state *state, int *steps);
 /* Continues a run that began at `begin` s and of which `step` steps have led to the state: observers are not called

@@ -3,6 +3,7 @@
 #include "effect/environment.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -16,15 +17,19 @@ int flesh_effect_create(const flesh_effect_operations *operations, const flesh_m
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
   FLESH_NEED({mesh, "mesh"});
-  if ((unsigned)operations->role >= FLESH_ROLE_COUNT) {
+  const char *name = operations->name ? operations->name : "";
+  int status = FLESH_OK;
+  if ((unsigned)operations->role >= FLESH_ROLE_COUNT)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "role %d of an effect does not exist; it must be below %d", (int)operations->role,
+                        (int)FLESH_ROLE_COUNT);
+  else if (!*name || strpbrk(name, ",\"\r\n"))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the name of an effect is '%s'; it must name columns of tables: not empty, without "
+                                            "commas, quotation marks and line breaks", name);
+  else if (!(*effect = flesh_malloc(sizeof **effect)))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for an effect");
+  if (status) {
     if (operations->destroy) operations->destroy(data);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "role %d of an effect does not exist; it must be below %d", (int)operations->role,
-                      (int)FLESH_ROLE_COUNT);
-  }
-  *effect = flesh_malloc(sizeof **effect);
-  if (!*effect) {
-    if (operations->destroy) operations->destroy(data);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for an effect");
+    return status;
   }
   **effect = (flesh_effect){.operations = operations,
                             .data = data,

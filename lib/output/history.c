@@ -13,6 +13,7 @@
 #include "system/rank_numbers.h"
 
 struct flesh_history {
+  const flesh_system *system; /* borrowed */
   int reports;     /* number of columns that effects report */
   double *values;  /* [reports] */
   double *zeros;   /* [3*n] accelerations, if there are reports */
@@ -44,6 +45,7 @@ static int create(const char *path, const flesh_system *system, flesh_history **
 {
   flesh_history *history = calloc(1, sizeof *history);
   if (!history) return flesh_no_memory_for(path);
+  history->system = system;
   for (int e = 0; e < flesh_system_effect_count(system); e++)
     for (const char *const *name = report_names(system, e); *name; name++) history->reports++;
   if (history->reports) {
@@ -145,6 +147,8 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
 {
   FLESH_NEED({data, "history"}, {record, "record"});
   flesh_history *history = data;
+  if (record->system != history->system)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the history is made for another system than the run's");
   FILE *stream = history->rows.stream;
   const flesh_solve_stats *stats = record->stats;
   put(stream, record->state->t);

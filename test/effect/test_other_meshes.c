@@ -98,19 +98,25 @@ static void check_observer(observed *o, int (*observe)(void *, const flesh_step_
   const flesh_observer observer = {observe, data};
   const flesh_run_options run = {.h = 0.01, .end = o->run.state.t + 0.01, .observer_count = 1, .observers = &observer};
   CHECK(flesh_run(o->run.system, o->integrator, &run, &o->run.state, NULL) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "is made for a mesh of 125 nodes and 384 tets; this mesh has 27 nodes and 48 tets");
+  CHECK_TEXT(flesh_error_text(), observe == flesh_history_observe
+                                     ? "the history is made for another system than the run's"
+                                     : "is made for a mesh of 125 nodes and 384 tets; this mesh has 27 nodes and 48 tets");
 }
 
-/* Bodies, frames, skins, probes and integrators of another mesh. */
+/* Bodies, histories, frames, skins, probes and integrators of another mesh. */
 static void what_observes_another_mesh_is_refused(void)
 {
   observed o;
+  flesh_history *history = NULL;
   flesh_frames *frames = NULL;
   flesh_probes *probes = NULL;
   flesh_surface *surfaces[2] = {NULL, NULL};
   flesh_skin *skin = NULL;
   flesh_skin_frames *skins = NULL;
   open_observed(&o);
+  CHECK_OK(flesh_history_create(file_path("h.csv"), o.of.system, &history));
+  check_observer(&o, flesh_history_observe, history);
+  CHECK_OK(flesh_history_close(&history));
   CHECK_OK(flesh_frames_create(file_path("frames"), o.of.mesh, 1, &frames));
   CHECK(flesh_frames_set_fields(frames, &o.of.body, o.run.system, FLESH_METHOD_BACKWARD_EULER, FLESH_FIELD_REACTION,
                                 FLESH_AT_NODES) == FLESH_ERR_ARGUMENT);

@@ -279,13 +279,17 @@ static void energies_are_told_from_rest(void)
   CHECK(sums[0] != 0 && sums[0] == sums[1]);
 }
 
-static void roles_that_do_not_exist_are_refused(void)
+static void roles_that_do_not_exist_and_names_of_no_column_are_refused(void)
 {
-  static const flesh_effect_operations odd = {.name = "odd", .role = FLESH_ROLE_COUNT};
+  static const flesh_effect_operations odd[] = {{.name = "odd", .role = FLESH_ROLE_COUNT}, {.role = FLESH_ROLE_LOAD},
+                                                {.name = ""}, {.name = "a,b"}, {.name = "two\nlines"}};
   flesh_effect *effect = NULL;
   flesh_mesh *mesh = test_box(1, 1, 1, 1, 1, 1);
-  CHECK(flesh_effect_create(&odd, mesh, NULL, &effect) == FLESH_ERR_ARGUMENT && !effect);
-  CHECK_TEXT(flesh_error_text(), "role");
+  for (int k = 0; k < 5; k++) {
+    CHECK(flesh_effect_create(&odd[k], mesh, NULL, &effect) == FLESH_ERR_ARGUMENT && !effect);
+    CHECK_TEXT(flesh_error_text(), k ? "the name of an effect is '" : "role 6 of an effect does not exist");
+    flesh_effect_destroy(&effect);
+  }
   flesh_mesh_destroy(&mesh);
 }
 
@@ -354,6 +358,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(untangling_finds_them), TEST(first_guesses_weigh_them),
                    TEST(the_energy_balance_knows_their_motion), TEST(motions_need_a_mass_of_any_name),
-                   TEST(energies_are_told_from_rest), TEST(roles_that_do_not_exist_are_refused),
+                   TEST(energies_are_told_from_rest), TEST(roles_that_do_not_exist_and_names_of_no_column_are_refused),
                    TEST(five_members_are_a_load));
 }
