@@ -311,12 +311,13 @@ static void print_table(const study *s)
 {
   for (int k = 0; k < s->response_count; k++) {
     const flesh_response *response = &s->responses[k];
-    printf("%s = %.9g %s at t = %.6g s\n", response->name, response->value, response->unit, s->state.t);
+    const char *unit = response->unit + (*response->unit == '1'), *gap = strchr(" ", *unit) ? "" : " ";
+    printf("%s = %.9g%s%s at t = %.6g s\n", response->name, response->value, gap, unit, s->state.t);
     for (int j = 0; j < s->key_count; j++) {
       const varied_key *varied = &s->keys[j];
       const double slope = s->gradients[k * s->key_count + j];
       printf("  by %-40s %.6g: %.9g", varied->key, varied->value, slope);
-      if (varied->value != 0) printf("; %+.4g %s for 1 %% more", 0.01 * varied->value * slope, response->unit);
+      if (varied->value != 0) printf("; %+.4g%s%s for 1 %% more", 0.01 * varied->value * slope, gap, unit);
       printf("\n");
     }
   }

@@ -16,6 +16,7 @@
 #include "scene/scene.h"
 #include "sensitivity/forces.h"
 #include "sensitivity/sensitivity.h"
+#include "system/parts.h"
 
 /* Relative residual of linear solves for derivatives of forces. */
 static const double force_tolerance = 1e-10;
@@ -35,16 +36,17 @@ static double *new_mean(const flesh_scene *scene, const flesh_probe *probe, fles
   return by;
 }
 
-/* Makes the weights of a reaction: 1 at the constrained dofs of a probe's nodes in the column's component. */
+/* Makes the weights of a reaction: 1 at the constrained dofs of a probe's nodes in the column's component, of its pin only if
+ * it has one. */
 static int make_reaction(const flesh_scene *scene, const flesh_probe *probe, double t, flesh_response *response)
 {
-  uint8_t *fixed = flesh_arena_take(&response->memory, (size_t)response->n);
+  int *holder = flesh_arena_take(&response->memory, (size_t)response->n * sizeof *holder);
   response->of_residual = flesh_arena_take(&response->memory, (size_t)response->n * sizeof *response->of_residual);
-  if (!fixed || !response->of_residual) return flesh_no_memory();
-  flesh_system_fixed(flesh_scene_system(scene), t, fixed);
+  if (!holder || !response->of_residual) return flesh_no_memory();
+  flesh_system_holders(flesh_scene_system(scene), t, holder);
   for (int k = 0; k < probe->node_count; k++) {
     const size_t d = 3 * (size_t)probe->nodes[k] + (size_t)response->column;
-    response->of_residual[d] = fixed[d] != 0;
+    response->of_residual[d] = probe->holder ? holder[d] == probe->holder : holder[d] != 0;
   }
   return FLESH_OK;
 }
@@ -120,7 +122,7 @@ static int differentiate(const flesh_scene *scene, const flesh_probe *probe, con
     *(quantity == FLESH_PROBE_POSITION ? &response->by_x : &response->by_v) = by;
     return by ? FLESH_OK : flesh_no_memory();
   }
-  const int is_linear = is_static && !*flesh_scene_tangents_refused(scene) && probe->node_count >= 1 && probe->holder == 0;
+  const int is_linear = is_static && !*flesh_scene_tangents_refused(scene) && probe->node_count >= 1;
   return quantity == FLESH_PROBE_REACTION && response->column < 3 && is_linear ? make_reaction(scene, probe, t, response)
                                                                                : open_probe(scene, response);
 }

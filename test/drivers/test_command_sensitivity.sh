@@ -41,7 +41,12 @@ the_wall_carries_the_weight() {
     has stdout.txt '^wall.reaction_z = 40000 N at t = 1 s$' &&
     has stdout.txt '^  by body.density  *1000: 40; +400 N for 1 % more$' &&
     derivatives 'abs(d["wall.reaction_z", "body.density"] - 40) < 1e-6' &&
-    derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4'
+    derivatives 'abs(d["wall.reaction_z", "effects.gravity.acceleration[2]"] + 4000) < 1e-4' || return 1
+  # So does a single pin, also of an incompressible body. What has no unit is told without one.
+  expect 0 "$flesh" sensitivity bar.yaml --set body.element=tet10-mean --set body.material.poisson=0.5 \
+    --set 'output.probes=[{name: pin, effect: pin, quantities: [reaction]}, {name: in, point: [1.3, 0.6, 0.4], quantities: [J]}]' \
+    --of pin.reaction_z,in.J --to body.density --out found.csv && has stdout.txt '^in.J = [0-9.]* at t = 1 s$' &&
+    derivatives 'abs(d["pin.reaction_z", "body.density"] - 40) < 1e-6'
 }
 
 # The derivative of the wall's reaction, 40000 N, by Young's modulus is 0 to rounding. KLU and PCG agree, though factors of
