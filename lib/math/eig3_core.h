@@ -46,7 +46,8 @@ static inline void flesh_eig3_core(const flesh_real A[9], flesh_real w[3], flesh
   /* K = (A - mean)/p has the eigenvalues 2 cos(angle + 2 pi k/3). The first is farthest from the others and at least
    * sqrt(3) in size. */
   flesh_real K[9], M[9], mean = (A[0] + A[4] + A[8]) / 3, a = A[0] - mean, b = A[4] - mean,
-                         c = A[8] - mean;
+                         c = A[8] - mean, left = (a + b + c) / 3;
+  a -= left, b -= left, c -= left; /* what rounding left of the trace would matter if A is nearly a multiple of I */
   flesh_real p =
       flesh_sqrt((a * a + b * b + c * c + 2 * (A[1] * A[1] + A[2] * A[2] + A[5] * A[5])) / 6);
   flesh_real scale = flesh_select(p > 1e-150, 1 / p, flesh_all(0));

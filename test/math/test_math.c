@@ -254,10 +254,25 @@ static void symmetric_eigenvalues(void)
   gsl_eigen_symm_free(work);
 }
 
+/* Matrices that are the unit matrix up to rounding, as F is of a body that is not deformed: what rounding leaves of it may
+ * have two equal eigenvalues and any trace. */
+static void units_but_for_rounding(void)
+{
+  static const double on[3] = {1 - 0x1p-53, 1, 1 + 0x1p-52}, off[5] = {0, 0x1p-54, -0x1p-54, 0x1p-53, -0x1p-53};
+  double worst = 0;
+  for (int c = 0; c < 27 * 15625; c++) {
+    double F[9], A[9], values[3];
+    for (int k = 0, rest = c; k < 9; rest /= k % 4 ? 5 : 3, k++) F[k] = k % 4 ? off[rest % 5] : on[rest % 3];
+    for (int k = 0; k < 9; k++) A[k] = (F[k] + F[3 * (k % 3) + k / 3]) / 2;
+    worst = fmax(worst, fmax(svd_error(F, values), eigen_error(A, values)));
+  }
+  CHECK_BELOW(worst, 5e-15);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(matrix_operations), TEST(svd_of_random_matrices),
                    TEST(svd_of_degenerate_matrices), TEST(svd_of_exact_matrices),
                    TEST(svd_of_scaled_matrices), TEST(svd_keeps_small_values),
-                   TEST(symmetric_eigenvalues));
+                   TEST(symmetric_eigenvalues), TEST(units_but_for_rounding));
 }
