@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import _callbacks
-from ._arrays import integers, made_by_library, pointer, view
+from ._arrays import doubles, integers, made_by_library, pointer, view
 from ._callbacks import create
 from ._library import ffi, lib
 from .effects import Effect, _ROLES
@@ -208,8 +208,11 @@ class OwnEffect(Effect):
     def _shift(shift):
         return Shift(shift.x, shift.v, shift.a, FILTERS.word(shift.filter))
 
+    def _numbers(self, value, name):
+        return doubles(value, np.shape(value), f"{type(self).__name__}.{name}")
+
     def _shaped(self, value, shape, name):
-        array = np.asarray(value, dtype=float)
+        array = self._numbers(value, name)
         if array.shape != shape:
             raise ArgumentError(f"{type(self).__name__}.{name} returned an array of shape {array.shape}; "
                                 f"it must be {shape}")
@@ -233,7 +236,7 @@ class OwnEffect(Effect):
         np.add.at(blocks, places.ravel(), pairs.reshape(-1, 3, 3))
 
     def _call_potential(self, _effect, point, shift, phi, magnitude):
-        terms = np.asarray(self.potential(self._point(point), self._shift(shift)), dtype=float)
+        terms = self._numbers(self.potential(self._point(point), self._shift(shift)), "potential")
         phi[0] += terms.sum()
         magnitude[0] += np.abs(terms).sum()
 
@@ -270,9 +273,8 @@ class OwnEffect(Effect):
         return float(self.approach(t_from, t_to, np.array(list(low[0:3])), np.array(list(high[0:3]))))
 
     def _call_report(self, _effect, point, values):
-        given = np.atleast_1d(np.asarray(self.report(self._point(point)), dtype=float))
         view(values, (self._reports,), "double", None, read_only=False)[...] = \
-            self._shaped(given, (self._reports,), "report")
+            self._shaped(np.atleast_1d(self.report(self._point(point))), (self._reports,), "report")
 
     def _call_count(self, _effect):
         return self._internals

@@ -216,10 +216,21 @@ def test_what_it_raises_comes_out_of_the_step(mesh, body):
 
 def test_wrong_shapes_are_told(mesh, bent):
     class Flat(Nail):
+        returned, forms = np.zeros(3), 0
+
         def residual(self, point):
-            return np.zeros(3)
+            return self.returned
+
+        def potential(self, point, shift):
+            return self.forms
     with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned .* shape \(3,\); it must be \(45, 3\)"):
         flesh.System(mesh, [Flat(mesh)]).residual(bent)
+    for wrong, told in ((np.zeros((45, 3), complex), "complex values"), ("x", "no array of numbers: could not convert")):
+        Flat.returned = Flat.forms = wrong
+        with pytest.raises(flesh.ArgumentError, match=f"Flat.residual .*{told}"):
+            flesh.System(mesh, [Flat(mesh)]).residual(bent)
+        with pytest.raises(flesh.ArgumentError, match=f"Flat.potential .*{told}"):
+            flesh.System(mesh, [Flat(mesh)]).potential(bent)
     with pytest.raises(flesh.ArgumentError, match="node numbers from 0 to 44"):
         Strings(mesh, [(0, 45)], 1)
     with pytest.raises(flesh.ArgumentError, match="twice"):
