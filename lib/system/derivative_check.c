@@ -16,8 +16,9 @@
 const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 0.5, .v = 60, .a = 7200}};
 
 enum { DIRECTIONS = 2, POWER_STEPS = 80 };
-static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
-enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0] };
+/* The last two are for forces: their slopes have kinks, and many components, of which rounding hides no error. */
+static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
+enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0], POTENTIAL_STEP_LENGTHS = STEP_LENGTHS - 2 };
 
 /* Weights of differences: f'(0) is the sum of weight * f(offset * s) / s. */
 static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
@@ -104,7 +105,7 @@ static double ratio(double error, double scale) { return error > 0 ? error / sca
  * zero, rounding alone is no error. */
 static double difference_ratio(double error, double scale, double terms, double s)
 {
-  double rounding = 32 * DBL_EPSILON * terms / s;
+  double rounding = 32 * DBL_EPSILON * terms / fmax(s, 1e-6);
   return error <= rounding && scale <= rounding ? 0 : ratio(error, scale);
 }
 
@@ -115,7 +116,7 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
   int status = residual_at(c, shift, 0, c->r), last = FLESH_OK;
   if (status) return status;
   double expected = dot(c, c->r, c->du), scale = dot_absolute(c, c->r, c->du), best = INFINITY;
-  for (int l = 0; l < STEP_LENGTHS; l++) {
+  for (int l = 0; l < POTENTIAL_STEP_LENGTHS; l++) {
     double s = step_lengths[l], slope = 0, terms = 0;
     for (int k = 0; k < 4 && !status; k++) {
       flesh_point point = moved(c, shift, offsets[k] * s);

@@ -344,6 +344,42 @@ static void contact_of_surfaces_is_checked_as_solves_see_it(void)
   part(&t);
 }
 
+/* Springs to the places `data` [3*n] of the nodes, whose stiffness grows from 3e-7 m beyond them on. */
+static int stiffening_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const double *place = effect->data;
+  for (int d = 0; d < 3 * effect->nodes; d++) {
+    const double stretch = point->x[d] - place[d];
+    r[d] += stretch + 10 * pow(fmax(0, stretch - 3e-7), 2);
+  }
+  return FLESH_OK;
+}
+
+static int stiffening_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                               flesh_block_matrix *K, const int *slots)
+{
+  const double *place = effect->data;
+  (void)slots;
+  for (int d = 0; d < 3 * effect->nodes; d++)
+    K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)] +=
+        shift->x * (1 + 20 * fmax(0, point->x[d] - place[d] - 3e-7));
+  return FLESH_OK;
+}
+
+/* A kink of the Jacobian beside the point, as where fibres of muscles begin to be stretched, is no error. */
+static void kinks_beside_the_point_are_stepped_short_of(void)
+{
+  static const flesh_effect_operations operations = {.name = "stiffening", .residual = stiffening_residual,
+                                                     .jacobian = stiffening_jacobian};
+  set_up s;
+  make(&s, 1);
+  const flesh_effect effect = {&operations, s.x, flesh_mesh_node_count(s.mesh), flesh_mesh_tet_count(s.mesh)};
+  const flesh_derivative_report report = report_of(&effect, &s);
+  printf("# %.2g and %.2g\n", report.jacobian[0], report.jacobian[1]);
+  CHECK(flesh_derivative_report_passes(&report, 1e-8));
+  drop(&s);
+}
+
 /* After a prediction at a position other than x_lag the matrix differs from the derivative, only at that position; it
  * is the same when predicted again there, and the derivative at all other positions. */
 static void predictions_hold_for_their_place(void)
@@ -397,5 +433,6 @@ int main(int argc, char **argv)
                    TEST(a_wrong_evaluation_is_seen),
                    TEST(a_wrong_potential_is_seen), TEST(a_forgotten_shift_is_seen), TEST(a_wrong_jacobian_is_seen),
                    TEST(a_wrong_beginning_is_seen), TEST(negative_curvature_is_seen),
-                   TEST(contact_of_surfaces_is_checked_as_solves_see_it), TEST(predictions_hold_for_their_place));
+                   TEST(contact_of_surfaces_is_checked_as_solves_see_it), TEST(predictions_hold_for_their_place),
+                   TEST(kinks_beside_the_point_are_stepped_short_of));
 }
