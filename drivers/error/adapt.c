@@ -183,7 +183,7 @@ static int run(adapt *a, const char *folder, int last, flesh_scene **scene, leve
   free(absolute);
   if (status) return status;
   flesh_runner_options options = *a->options;
-  flesh_error_stability stability = {.scene = *scene, .from_rest = a->levels == 1};
+  flesh_error_stability stability = {.scene = *scene, .options = a->options, .from_rest = a->levels == 1};
   options.observer_count = !last;
   options.observers = &(flesh_observer){flesh_error_watch_stability, &stability};
   options.out = folder;

@@ -239,7 +239,7 @@ int flesh_error_choose(const flesh_scene *scene, const char *path, flesh_error_k
 
 int flesh_error_run(const flesh_runner_options *given, flesh_error_judge *judge)
 {
-  flesh_error_stability stability = {.scene = judge->companions[0].scene, .from_rest = 1};
+  flesh_error_stability stability = {.scene = judge->companions[0].scene, .options = given, .from_rest = 1};
   const int is_watched = judge->count && (judge->better || judge->coarser) && stability.scene->time.method == FLESH_METHOD_STATIC;
   const flesh_observer observer = {flesh_error_watch_stability, &stability};
   int status = FLESH_OK;

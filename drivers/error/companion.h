@@ -31,11 +31,12 @@ typedef struct flesh_error_judge {
 /* How stiff a body is against its softest motion in the equilibria of a run, relative to rest. */
 typedef struct flesh_error_stability {
   const flesh_scene *scene; /* borrowed */
+  const flesh_runner_options *options; /* of the run, whose budget holds; borrowed */
   int from_rest;  /* equilibria on the way from rest to the first one count, too */
   double at_rest; /* N/m; 0: not known yet */
   char words[FLESH_ERROR_WORDS]; /* why other meshes may have other equilibria; "": they have not, as far as is known */
 } flesh_error_stability;
-/* Takes in an equilibrium of a run of the scene; an observer. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED. */
+/* Takes in an equilibrium of a run of the scene; an observer. FLESH_ERR_MEMORY, FLESH_ERR_INTERRUPTED, FLESH_ERR_BUDGET. */
 int flesh_error_watch_stability(void *stability, const flesh_step_record *record);
 
 /* Chooses the judge of a kind for a run of this scene, whose file is `path`, and reads its companions' scenes. The

@@ -76,7 +76,11 @@ static int compare(flesh_error_stability *self, flesh_stage_tangent *tangent, co
 }
 
 /* Returns the status if it ends the run; else FLESH_OK, as nothing is known of an equilibrium then. */
-static int must_end(int status) { return status == FLESH_ERR_MEMORY || status == FLESH_ERR_INTERRUPTED ? status : FLESH_OK; }
+static int must_end(int status)
+{
+  if (status == FLESH_ERR_BUDGET) return flesh_fail(status, "the budget is spent before it is known how stiff the equilibrium is");
+  return status == FLESH_ERR_MEMORY || status == FLESH_ERR_INTERRUPTED ? status : FLESH_OK;
+}
 
 /* Looks at equilibria on the way to the first one of the run, at `first` s: at earlier times or, if nothing changes with time,
  * under parts of the load. */
@@ -89,11 +93,12 @@ static int look_on_way(flesh_error_stability *self, flesh_stage_tangent *tangent
   flesh_solver_options solver = *flesh_scene_solver(scene);
   flesh_solve_stats stats = {0};
   flesh_state state = {0};
-  double before = 0;
+  double before = 0, deadline = self->options->begun + self->options->max_seconds;
   solver.newton_tolerance = fmax(solver.newton_tolerance, tolerance);
   int status = flesh_start_make(scene, &state);
   if (!status) status = flesh_start_integrator(scene, scene->system, &solver, &integrator);
-  if (!status) flesh_integrator_set_stop(integrator, flesh_interrupt_asked, NULL);
+  if (!status)
+    flesh_integrator_set_stop(integrator, flesh_interrupt_asked, self->options->max_seconds > 0 ? &deadline : NULL);
   if (!status) status = flesh_integrator_begin(integrator, &state);
   for (size_t k = 0; k < sizeof parts / sizeof *parts && !status && !*self->words; k++) {
     if (parts[k] * span > 0.99 * (first - begin)) break;
