@@ -7,7 +7,6 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "base/text.h"
-#include "cli/path.h"
 #include "error/meshes.h"
 #include "mesh/edges.h"
 #include "mesh/mesh.h"

@@ -12,7 +12,6 @@
 #include "cli/path.h"
 #include "run/run_folder.h"
 #include "study/database.h"
-#include "study/embedded.h"
 
 enum { TABLES = 7, LABEL = 200 };
 

@@ -125,8 +125,6 @@ const json_t *flesh_report_column(const json_t *columns, const char *name)
   return NULL;
 }
 
-
-
 int flesh_report_file(const char *folder, const char *name, int is_json, json_t **value)
 {
   size_t size;

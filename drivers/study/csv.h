@@ -5,7 +5,6 @@
 
 #include <stdio.h>
 
-
 typedef struct flesh_csv {
   char *path, *text;
   int columns, rows;

@@ -11,7 +11,6 @@
 #include "base/stop.h"
 #include "element/element.h"
 #include "element/tet_tiles.h"
-#include "material/form.h"
 #include "mesh/mesh.h"
 
 static const flesh_tet_kernels *kernels_for(flesh_instructions instructions, flesh_element element)

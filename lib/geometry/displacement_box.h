@@ -3,7 +3,6 @@
 #define FLESH_GEOMETRY_DISPLACEMENT_BOX_H
 
 #include <math.h>
-#include <stddef.h>
 
 /* Initialise with FLESH_NO_DISPLACEMENT. */
 typedef struct flesh_displacement_box {

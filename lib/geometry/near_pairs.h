@@ -2,8 +2,6 @@
 #ifndef FLESH_GEOMETRY_NEAR_PAIRS_H
 #define FLESH_GEOMETRY_NEAR_PAIRS_H
 
-#include <stddef.h>
-
 #include "flesh/threads.h"
 #include "geometry/near_finder.h"
 

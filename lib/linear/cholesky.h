@@ -2,8 +2,6 @@
 #ifndef FLESH_LINEAR_CHOLESKY_H
 #define FLESH_LINEAR_CHOLESKY_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "base/isa.h"
 #include "flesh/threads.h"

@@ -5,7 +5,6 @@
  * c of its displacement is the unknown 3 rank + c. */
 #include "linear/coarse.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

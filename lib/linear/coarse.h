@@ -8,7 +8,6 @@
 #ifndef FLESH_LINEAR_COARSE_H
 #define FLESH_LINEAR_COARSE_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "base/archive.h"

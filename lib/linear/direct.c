@@ -2,7 +2,6 @@
 #include "linear/direct.h"
 
 #include <klu.h>
-#include <math.h>
 #include <string.h>
 #ifdef FLESH_HAVE_CHOLMOD
 #include <cholmod.h>

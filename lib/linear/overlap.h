@@ -5,8 +5,6 @@
 #ifndef FLESH_LINEAR_OVERLAP_H
 #define FLESH_LINEAR_OVERLAP_H
 
-#include <stddef.h>
-
 #include "base/team.h"
 #include "flesh/block_matrix.h"
 

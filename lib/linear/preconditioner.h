@@ -2,7 +2,6 @@
 #ifndef FLESH_LINEAR_PRECONDITIONER_H
 #define FLESH_LINEAR_PRECONDITIONER_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "base/archive.h"

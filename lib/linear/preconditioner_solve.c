@@ -1,7 +1,6 @@
 /* preconditioner_solve.c: solves with what preconditioner.c has made, on a single rank or in a team. */
 #include "linear/preconditioner_data.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/parallel_vector.h"

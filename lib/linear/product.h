@@ -3,8 +3,6 @@
 #ifndef FLESH_LINEAR_PRODUCT_H
 #define FLESH_LINEAR_PRODUCT_H
 
-#include <stddef.h>
-
 #include "base/isa.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"

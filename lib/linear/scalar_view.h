@@ -3,7 +3,6 @@
 #ifndef FLESH_LINEAR_SCALAR_VIEW_H
 #define FLESH_LINEAR_SCALAR_VIEW_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "flesh/block_matrix.h"

@@ -3,8 +3,6 @@
 #ifndef FLESH_LINEAR_SHARED_ROWS_H
 #define FLESH_LINEAR_SHARED_ROWS_H
 
-#include <stddef.h>
-
 #include "base/team.h"
 #include "linear/row_lists.h"
 

@@ -17,7 +17,6 @@
 #ifndef FLESH_LINEAR_VOLUME_PROJECTION_H
 #define FLESH_LINEAR_VOLUME_PROJECTION_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "base/archive.h"

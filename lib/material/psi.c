@@ -3,7 +3,6 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stddef.h>
 
 #include "base/error.h"
 #include "material/psi_forms.h"

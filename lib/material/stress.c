@@ -1,5 +1,4 @@
 /* stress.c: energy, first Piola-Kirchhoff stress and Hessian from psi's derivatives. */
-#include <math.h>
 #include <string.h>
 
 #include "base/error.h"

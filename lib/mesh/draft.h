@@ -2,7 +2,6 @@
 #ifndef FLESH_MESH_DRAFT_H
 #define FLESH_MESH_DRAFT_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "mesh/mesh.h"

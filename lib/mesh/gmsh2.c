@@ -1,7 +1,6 @@
 /* gmsh2.c: $Nodes and $Elements of Gmsh's format 2.2. */
 #include <string.h>
 
-#include "base/error.h"
 #include "mesh/gmsh.h"
 
 /* Reads the count at the beginning of a section, which is ASCII in binary files, too. */

@@ -2,8 +2,6 @@
  * ten with the edges in VTK's order; an optional list `fixed N` after them is ignored. */
 #include "mesh/formats.h"
 
-#include "base/error.h"
-
 static int read_count(flesh_scanner *s, const char *item, int bytes, int *count)
 {
   s->form = "a count";

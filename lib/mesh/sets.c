@@ -1,7 +1,6 @@
 /* sets.c: the named sets of a mesh, read from a file or made from those of another mesh. */
 #include "mesh/sets.h"
 
-#include <limits.h>
 #include <stdint.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "newton/newton.h"
 
 /* Whether K is used once more before it is assembled again. */

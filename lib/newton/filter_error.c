@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "system/one_effect.h"
-#include "system/ranks.h"
 #include "system/velocity_scale.h"
 
 enum { MOST_ITERATIONS = 300 };

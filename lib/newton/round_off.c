@@ -5,7 +5,6 @@
 
 #include "math/xorshift.h"
 #include "newton/equations.h"
-#include "system/ranks.h"
 
 /* Moves the point of u by round-off: x by the last digit of the largest position, as differences of positions are what
  * counts, and v and a by that of the terms they are sums of, which may be far larger than the sums. */

@@ -8,7 +8,6 @@
 #include "system/edge_force.h"
 #include "system/feasible_step.h"
 #include "system/one_effect.h"
-#include "system/ranks.h"
 
 /* Changes the free dofs of u, the start, so that no effect limits the way there and no node is much nearer to an obstacle
  * than before; FLESH_UNDEFINED where the constrained dofs are in the way. */

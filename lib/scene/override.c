@@ -1,7 +1,6 @@
 /* override.c: applies "path.to.key=value" to a scene's tree before it is read; finds values by such paths. */
 #include "scene/override.h"
 
-#include <limits.h>
 #include <string.h>
 
 #include "base/error.h"

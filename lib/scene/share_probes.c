@@ -1,5 +1,4 @@
 /* share_probes.c: a rank's part of a scene's probes. */
-#include <math.h>
 #include <stdlib.h>
 
 #include "base/error.h"

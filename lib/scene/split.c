@@ -1,6 +1,5 @@
 /* split.c: scenes with a split mesh, of which each rank reads only its part: reads the mesh, and refuses what needs the
  * whole. */
-#include <math.h>
 #include <stddef.h>
 
 #include "base/error.h"

@@ -3,7 +3,6 @@
 
 #include "scene/keys.h"
 #include "scene/scene.h"
-#include "system/system.h"
 #include "time/ida.h"
 #include "time/method.h"
 

@@ -1,7 +1,6 @@
 /* up.c: the direction that is up in pictures of a scene. */
 #include <math.h>
 
-#include "flesh/effects.h"
 #include "effect/effect.h"
 #include "scene/scene.h"
 

@@ -1,6 +1,5 @@
 /* known.c: the known vectors at the beginning of parts, copied for the first part of a group and recomputed for the others
  * by the method's own map; and the stages that follow from them. */
-#include <math.h>
 #include <string.h>
 
 #include "base/error.h"

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/memory.h"
 #include "flesh/effects.h"
 #include "mesh/pieces.h"
 #include "mesh/torn.h"

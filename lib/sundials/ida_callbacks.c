@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/parallel_vector.h"
-#include "base/threads.h"
 #include "sundials/ida_problem.h"
 #include "sundials/pair_matrix.h"
 #include "sundials/vector.h"

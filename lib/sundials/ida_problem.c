@@ -7,7 +7,6 @@
 
 #include "base/error.h"
 #include "base/parallel_vector.h"
-#include "base/threads.h"
 #include "flesh/sundials_abi.h"
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"

@@ -6,8 +6,6 @@
 #include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "sundials/ida_problem.h"
-#include "sundials/problem.h"
-#include "sundials/vector.h"
 #include "system/state.h"
 #include "system/velocity_scale.h"
 

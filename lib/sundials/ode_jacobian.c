@@ -5,7 +5,6 @@
 #include "linear/block_matrix.h"
 #include "sundials/pair_matrix.h"
 #include "sundials/ode_problem.h"
-#include "sundials/vector.h"
 
 sunindextype flesh_ode_entries(const flesh_ode_problem *self) { return flesh_ida_entries(self->motion); }
 

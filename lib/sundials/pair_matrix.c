@@ -6,7 +6,6 @@
 #include "base/error.h"
 #include "linear/block_matrix.h"
 #include "sundials/sunmatrix.h"
-#include "sundials/vector.h"
 
 static const flesh_ida_problem *motion_of(const flesh_pair_matrix *A) { return A->ida ? A->ida : A->rhs->motion; }
 

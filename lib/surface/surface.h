@@ -2,8 +2,6 @@
 #ifndef FLESH_SURFACE_SURFACE_H
 #define FLESH_SURFACE_SURFACE_H
 
-#include <stddef.h>
-
 #include "flesh/surface.h"
 #include "base/scan.h"
 

@@ -4,8 +4,6 @@
 #ifndef FLESH_SYSTEM_CLEARANCE_H
 #define FLESH_SYSTEM_CLEARANCE_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "flesh/system.h"
 #include "system/effect_view.h"

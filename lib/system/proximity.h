@@ -3,8 +3,6 @@
 #ifndef FLESH_SYSTEM_PROXIMITY_H
 #define FLESH_SYSTEM_PROXIMITY_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "system/effect_view.h"
 

@@ -2,8 +2,6 @@
 #ifndef FLESH_TIME_EXTRAPOLATION_H
 #define FLESH_TIME_EXTRAPOLATION_H
 
-#include <stddef.h>
-
 #include "base/archive.h"
 #include "flesh/integrator.h"
 #include "flesh/threads.h"

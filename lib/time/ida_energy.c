@@ -8,7 +8,6 @@
 #include "base/error.h"
 #include "sundials/compatibility.h"
 #include "system/one_effect.h"
-#include "system/ranks.h"
 #include "system/work.h"
 
 /* Work is refined until two sums differ by less than these parts of the last and of the largest energy of the motion;

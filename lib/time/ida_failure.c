@@ -1,5 +1,4 @@
 /* ida_failure.c: reports steps of IDA that fail. */
-#include <math.h>
 #include <stdio.h>
 
 #include "base/error.h"

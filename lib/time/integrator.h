@@ -4,7 +4,6 @@
 #define FLESH_TIME_INTEGRATOR_H
 
 #include <stdatomic.h>
-#include <stdint.h>
 
 #include "sundials/kinsol.h"
 #include "system/system.h"

@@ -1,5 +1,4 @@
 /* statistics.c: prints counts in the layouts of SUNDIALS' ...PrintAllStats: a line per count, or rows of CSV. */
-#include <stddef.h>
 #include <stdio.h>
 
 #include "base/error.h"
