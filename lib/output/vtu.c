@@ -25,18 +25,10 @@ static void print_escaped(FILE *stream, const char *text)
 {
   for (; *text; text++) {
     switch (*text) {
-    case '&':
-      fputs("&amp;", stream);
-      break;
-    case '<':
-      fputs("&lt;", stream);
-      break;
-    case '>':
-      fputs("&gt;", stream);
-      break;
-    case '"':
-      fputs("&quot;", stream);
-      break;
+    case '&': fputs("&amp;", stream); break;
+    case '<': fputs("&lt;", stream); break;
+    case '>': fputs("&gt;", stream); break;
+    case '"': fputs("&quot;", stream); break;
     default:
       putc(*text, stream);
     }

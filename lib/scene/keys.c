@@ -10,7 +10,6 @@
 
 #include "base/error.h"
 #include "base/text.h"
-#include "flesh/system.h"
 #include "scene/words.h"
 
 const flesh_key *flesh_key_named(const flesh_key *keys, const char *name)
@@ -32,36 +31,16 @@ char *flesh_key_path(flesh_arena *arena, const char *path, const char *name)
   return flesh_arena_print(arena, "%s%s%s", path, *path ? "." : "", name);
 }
 
-/* Returns the words of a range; "" for no bounds. */
-static const char *range_text(flesh_key_range range)
-{
-  switch (range) {
-  case FLESH_RANGE_POSITIVE:
-    return " > 0";
-  case FLESH_RANGE_NOT_NEGATIVE:
-    return " >= 0";
-  case FLESH_RANGE_FRACTION:
-    return " > 0 and < 1";
-  case FLESH_RANGE_POISSON:
-    return " in (-1, 0.5]";
-  default:
-    return "";
-  }
-}
+static const char *const range_words[] = {"", " > 0", " >= 0", " > 0 and < 1", " in (-1, 0.5]"}; /* in the order of the enum */
 
 static int in_range(flesh_key_range range, double value)
 {
   switch (range) {
-  case FLESH_RANGE_POSITIVE:
-    return value > 0;
-  case FLESH_RANGE_NOT_NEGATIVE:
-    return value >= 0;
-  case FLESH_RANGE_FRACTION:
-    return value > 0 && value < 1;
-  case FLESH_RANGE_POISSON:
-    return value > -1 && value <= 0.5;
-  default:
-    return 1;
+  case FLESH_RANGE_POSITIVE: return value > 0;
+  case FLESH_RANGE_NOT_NEGATIVE: return value >= 0;
+  case FLESH_RANGE_FRACTION: return value > 0 && value < 1;
+  case FLESH_RANGE_POISSON: return value > -1 && value <= 0.5;
+  default: return 1;
   }
 }
 
@@ -72,7 +51,7 @@ int flesh_key_takes_infinity(const flesh_key *key)
 
 const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE])
 {
-  const char *range = range_text(key->range), *each = *range ? ", each" : "";
+  const char *range = range_words[key->range], *each = *range ? ", each" : "";
   const size_t most = FLESH_EXPECTATION_SIZE - 40; /* most bytes of a list; the unit follows it */
 #define SAY(...) flesh_text_add(text, FLESH_EXPECTATION_SIZE, __VA_ARGS__)
   *text = 0;
@@ -80,12 +59,8 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   case FLESH_KEY_NUMBER:
     SAY("a number%s%s", range, !flesh_key_takes_infinity(key) ? "" : key->range ? " or .inf" : ", .inf or -.inf");
     break;
-  case FLESH_KEY_INTEGER:
-    SAY("a whole number%s", range);
-    break;
-  case FLESH_KEY_BOOLEAN:
-    SAY("true or false");
-    break;
+  case FLESH_KEY_INTEGER: SAY("a whole number%s", range); break;
+  case FLESH_KEY_BOOLEAN: SAY("true or false"); break;
   case FLESH_KEY_CHOICE:
   case FLESH_KEY_SET:
     SAY(key->type == FLESH_KEY_SET ? "a list of some of" : "one of");
@@ -93,21 +68,11 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
       SAY("%s %s", choice == key->choices ? "" : ",", *choice);
     if (key->may_be_all) SAY("; [all], or [-%s] for all but that", *key->choices);
     break;
-  case FLESH_KEY_TEXT:
-    SAY("text");
-    break;
-  case FLESH_KEY_PATH:
-    SAY("the path of a file");
-    break;
-  case FLESH_KEY_VECTOR:
-    SAY("three numbers [x, y, z]%s%s", each, range);
-    break;
-  case FLESH_KEY_BOX:
-    SAY("two corners [[x, y, z], [x, y, z]], the low one first");
-    break;
-  case FLESH_KEY_INTEGERS:
-    SAY("a list of whole numbers%s%s", each, range);
-    break;
+  case FLESH_KEY_TEXT: SAY("text"); break;
+  case FLESH_KEY_PATH: SAY("the path of a file"); break;
+  case FLESH_KEY_VECTOR: SAY("three numbers [x, y, z]%s%s", each, range); break;
+  case FLESH_KEY_BOX: SAY("two corners [[x, y, z], [x, y, z]], the low one first"); break;
+  case FLESH_KEY_INTEGERS: SAY("a list of whole numbers%s%s", each, range); break;
   case FLESH_KEY_OBJECT:
   case FLESH_KEY_OBJECTS:
     SAY(!key->children || !key->children->name ? "{}: it has no keys"
@@ -116,12 +81,8 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     for (const flesh_key *child = key->children; child && child->name && strlen(text) < most; child++)
       SAY("%s %s", child == key->children ? "" : ",", child->name);
     break;
-  case FLESH_KEY_EFFECTS:
-    SAY("a list of effects, each \"- name: {its keys}\"");
-    break;
-  case FLESH_KEY_TREE:
-    SAY("as documented");
-    break;
+  case FLESH_KEY_EFFECTS: SAY("a list of effects, each \"- name: {its keys}\""); break;
+  case FLESH_KEY_TREE: SAY("as documented"); break;
   }
   if (key->unit) SAY(" [%s]", key->unit);
 #undef SAY
@@ -146,48 +107,18 @@ int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *pat
 /* Sets every value to the one that means "absent" in base/key.h. */
 static void blank(const flesh_key *keys, void *target)
 {
+  static const int numbers[FLESH_KEY_TREE + 1] = {[FLESH_KEY_NUMBER] = 1, [FLESH_KEY_VECTOR] = 3, [FLESH_KEY_BOX] = 6};
+  static const size_t zeros[FLESH_KEY_TREE + 1] = { /* sizes of values that are absent as zeros or NULL */
+      [FLESH_KEY_TEXT] = sizeof(char *), [FLESH_KEY_PATH] = sizeof(char *), [FLESH_KEY_SET] = sizeof(unsigned),
+      [FLESH_KEY_INTEGERS] = sizeof(flesh_integers), [FLESH_KEY_OBJECTS] = sizeof(flesh_objects),
+      [FLESH_KEY_EFFECTS] = sizeof(flesh_objects), [FLESH_KEY_TREE] = sizeof(flesh_node *)};
   for (const flesh_key *key = keys; key->name; key++) {
     void *value = (char *)target + key->offset;
-    int numbers = 0;
-    switch (key->type) {
-    case FLESH_KEY_NUMBER:
-      numbers = 1;
-      break;
-    case FLESH_KEY_VECTOR:
-      numbers = 3;
-      break;
-    case FLESH_KEY_BOX:
-      numbers = 6;
-      break;
-    case FLESH_KEY_INTEGER:
-      *(int *)value = INT_MIN;
-      break;
-    case FLESH_KEY_BOOLEAN:
-    case FLESH_KEY_CHOICE:
-      *(int *)value = -1;
-      break;
-    case FLESH_KEY_TEXT:
-    case FLESH_KEY_PATH:
-      *(char **)value = NULL;
-      break;
-    case FLESH_KEY_TREE:
-      *(const flesh_node **)value = NULL;
-      break;
-    case FLESH_KEY_SET:
-      *(unsigned *)value = 0;
-      break;
-    case FLESH_KEY_INTEGERS:
-      *(flesh_integers *)value = (flesh_integers){0};
-      break;
-    case FLESH_KEY_OBJECTS:
-    case FLESH_KEY_EFFECTS:
-      *(flesh_objects *)value = (flesh_objects){0};
-      break;
-    case FLESH_KEY_OBJECT:
-      blank(key->children, value);
-      break;
-    }
-    for (int i = 0; i < numbers; i++) ((double *)value)[i] = NAN;
+    if (key->type == FLESH_KEY_OBJECT) blank(key->children, value);
+    if (key->type == FLESH_KEY_INTEGER) *(int *)value = INT_MIN;
+    if (key->type == FLESH_KEY_BOOLEAN || key->type == FLESH_KEY_CHOICE) *(int *)value = -1;
+    for (int i = 0; i < numbers[key->type]; i++) ((double *)value)[i] = NAN;
+    memset(value, 0, zeros[key->type]);
   }
 }
 
@@ -294,7 +225,7 @@ static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
     if (!read_integer(key, child, &integers->values[i])) {
       char shown[FLESH_SHOW_SIZE];
       return flesh_node_fail(child, "%s[%d] is %s; it must be a whole number%s%s", path, i,
-                             flesh_node_show(child, shown), range_text(key->range), integer_limit(key, child));
+                             flesh_node_show(child, shown), range_words[key->range], integer_limit(key, child));
     }
   return FLESH_OK;
 }
@@ -328,36 +259,18 @@ static int read_value(const flesh_key_reader *reader, const flesh_key *key, cons
 {
   int good = 0;
   switch (key->type) {
-  case FLESH_KEY_NUMBER:
-    good = read_number(key, node, value);
-    break;
-  case FLESH_KEY_INTEGER:
-    good = read_integer(key, node, value);
-    break;
-  case FLESH_KEY_BOOLEAN:
-    good = read_boolean(node, value);
-    break;
-  case FLESH_KEY_CHOICE:
-    good = read_choice(key, node, value);
-    break;
-  case FLESH_KEY_VECTOR:
-    good = read_numbers(key, node, 3, value);
-    break;
-  case FLESH_KEY_BOX:
-    good = read_box(key, node, value);
-    break;
-  case FLESH_KEY_SET:
-    good = read_set(key, node, value);
-    break;
+  case FLESH_KEY_NUMBER: good = read_number(key, node, value); break;
+  case FLESH_KEY_INTEGER: good = read_integer(key, node, value); break;
+  case FLESH_KEY_BOOLEAN: good = read_boolean(node, value); break;
+  case FLESH_KEY_CHOICE: good = read_choice(key, node, value); break;
+  case FLESH_KEY_VECTOR: good = read_numbers(key, node, 3, value); break;
+  case FLESH_KEY_BOX: good = read_box(key, node, value); break;
+  case FLESH_KEY_SET: good = read_set(key, node, value); break;
   case FLESH_KEY_TEXT:
-  case FLESH_KEY_PATH:
-    return read_text(reader, key, node, path, value);
-  case FLESH_KEY_INTEGERS:
-    return read_integers(reader, key, node, path, value);
-  case FLESH_KEY_OBJECTS:
-    return read_objects(reader, key, node, path, value);
-  case FLESH_KEY_EFFECTS:
-    return key->list->read(reader, node, path, value);
+  case FLESH_KEY_PATH: return read_text(reader, key, node, path, value);
+  case FLESH_KEY_INTEGERS: return read_integers(reader, key, node, path, value);
+  case FLESH_KEY_OBJECTS: return read_objects(reader, key, node, path, value);
+  case FLESH_KEY_EFFECTS: return key->list->read(reader, node, path, value);
   case FLESH_KEY_TREE:
     *(const flesh_node **)value = node;
     return FLESH_OK;

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "flesh/system.h"
 #include "base/file.h"
 
 static int value_absent(const flesh_key *key, const void *value)
@@ -15,27 +14,18 @@ static int value_absent(const flesh_key *key, const void *value)
   switch (key->type) {
   case FLESH_KEY_NUMBER:
   case FLESH_KEY_VECTOR:
-  case FLESH_KEY_BOX:
-    return isnan(*(const double *)value);
-  case FLESH_KEY_INTEGER:
-    return *(const int *)value == INT_MIN;
+  case FLESH_KEY_BOX: return isnan(*(const double *)value);
+  case FLESH_KEY_INTEGER: return *(const int *)value == INT_MIN;
   case FLESH_KEY_BOOLEAN:
-  case FLESH_KEY_CHOICE:
-    return *(const int *)value < 0;
+  case FLESH_KEY_CHOICE: return *(const int *)value < 0;
   case FLESH_KEY_TEXT:
-  case FLESH_KEY_PATH:
-    return !*(char *const *)value;
-  case FLESH_KEY_TREE:
-    return !*(const flesh_node *const *)value;
-  case FLESH_KEY_SET:
-    return !*(const unsigned *)value && !key->may_be_all;
-  case FLESH_KEY_INTEGERS:
-    return !((const flesh_integers *)value)->count;
+  case FLESH_KEY_PATH: return !*(char *const *)value;
+  case FLESH_KEY_TREE: return !*(const flesh_node *const *)value;
+  case FLESH_KEY_SET: return !*(const unsigned *)value && !key->may_be_all;
+  case FLESH_KEY_INTEGERS: return !((const flesh_integers *)value)->count;
   case FLESH_KEY_OBJECTS:
-  case FLESH_KEY_EFFECTS:
-    return !((const flesh_objects *)value)->count;
-  case FLESH_KEY_OBJECT:
-    return flesh_keys_absent(key->children, value);
+  case FLESH_KEY_EFFECTS: return !((const flesh_objects *)value)->count;
+  case FLESH_KEY_OBJECT: return flesh_keys_absent(key->children, value);
   }
   return 1;
 }
@@ -141,12 +131,8 @@ static void write_tree(const flesh_node *node, flesh_text *text)
 static void write_value(const flesh_key *key, const void *value, int indent, flesh_text *text)
 {
   switch (key->type) {
-  case FLESH_KEY_NUMBER:
-    write_number(*(const double *)value, text);
-    break;
-  case FLESH_KEY_VECTOR:
-    write_numbers(value, 3, text);
-    break;
+  case FLESH_KEY_NUMBER: write_number(*(const double *)value, text); break;
+  case FLESH_KEY_VECTOR: write_numbers(value, 3, text); break;
   case FLESH_KEY_BOX:
     flesh_text_print(text, "[");
     write_numbers(value, 3, text);
@@ -154,41 +140,21 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     write_numbers((const double *)value + 3, 3, text);
     flesh_text_print(text, "]");
     break;
-  case FLESH_KEY_INTEGER:
-    flesh_text_print(text, "%d", *(const int *)value);
-    break;
-  case FLESH_KEY_BOOLEAN:
-    flesh_text_print(text, *(const int *)value ? "true" : "false");
-    break;
-  case FLESH_KEY_CHOICE:
-    flesh_text_print(text, "%s", key->choices[*(const int *)value]);
-    break;
-  case FLESH_KEY_TEXT:
-    flesh_text_quote(text, *(char *const *)value);
-    break;
-  case FLESH_KEY_PATH:
-    write_path(*(char *const *)value, text);
-    break;
-  case FLESH_KEY_SET:
-    write_set(key, *(const unsigned *)value, text);
-    break;
-  case FLESH_KEY_INTEGERS:
-    write_integers(value, indent, text);
-    break;
-  case FLESH_KEY_OBJECTS:
-    write_objects(key, value, indent, text);
-    break;
+  case FLESH_KEY_INTEGER: flesh_text_print(text, "%d", *(const int *)value); break;
+  case FLESH_KEY_BOOLEAN: flesh_text_print(text, *(const int *)value ? "true" : "false"); break;
+  case FLESH_KEY_CHOICE: flesh_text_print(text, "%s", key->choices[*(const int *)value]); break;
+  case FLESH_KEY_TEXT: flesh_text_quote(text, *(char *const *)value); break;
+  case FLESH_KEY_PATH: write_path(*(char *const *)value, text); break;
+  case FLESH_KEY_SET: write_set(key, *(const unsigned *)value, text); break;
+  case FLESH_KEY_INTEGERS: write_integers(value, indent, text); break;
+  case FLESH_KEY_OBJECTS: write_objects(key, value, indent, text); break;
   case FLESH_KEY_OBJECT:
     flesh_text_print(text, "\n");
     flesh_keys_write(key->children, value, indent + 2, text);
     if (!text->failed) text->data[--text->size] = 0; /* the caller ends the line */
     break;
-  case FLESH_KEY_EFFECTS:
-    key->list->write(value, indent, text);
-    break;
-  case FLESH_KEY_TREE:
-    write_tree(*(const flesh_node *const *)value, text);
-    break;
+  case FLESH_KEY_EFFECTS: key->list->write(value, indent, text); break;
+  case FLESH_KEY_TREE: write_tree(*(const flesh_node *const *)value, text); break;
   }
 }
 

@@ -7,22 +7,10 @@
 #include "scene/schema.h"
 #include "scene/words.h"
 
-/* Returns the bounds of a number as JSON Schema keywords, with a leading comma. */
-static const char *bounds(flesh_key_range range)
-{
-  switch (range) {
-  case FLESH_RANGE_POSITIVE:
-    return ", \"exclusiveMinimum\": 0";
-  case FLESH_RANGE_NOT_NEGATIVE:
-    return ", \"minimum\": 0";
-  case FLESH_RANGE_FRACTION:
-    return ", \"exclusiveMinimum\": 0, \"exclusiveMaximum\": 1";
-  case FLESH_RANGE_POISSON:
-    return ", \"exclusiveMinimum\": -1, \"maximum\": 0.5";
-  default:
-    return "";
-  }
-}
+/* The bounds of numbers as keywords of JSON Schema, with a leading comma, in the order of flesh_key_range. */
+static const char *const bounds[] = {"", ", \"exclusiveMinimum\": 0", ", \"minimum\": 0",
+                                     ", \"exclusiveMinimum\": 0, \"exclusiveMaximum\": 1",
+                                     ", \"exclusiveMinimum\": -1, \"maximum\": 0.5"};
 
 /* Returns whether the text is valid in JSON without quotes: true, false, or a number without a + sign or a point at an
  * end. */
@@ -64,7 +52,7 @@ static void write_number(const flesh_key *key, flesh_text *text)
 {
   flesh_text_print(text,
                    "\"anyOf\": [{\"type\": \"number\"%s}, {\"$ref\": \"#/$defs/fraction\"}%s]",
-                   bounds(key->range),
+                   bounds[key->range],
                    flesh_key_takes_infinity(key) ? ", {\"$ref\": \"#/$defs/infinity\"}" : "");
 }
 
@@ -180,25 +168,13 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
   write_default(arena, key, text);
   flesh_text_print(text, ", ");
   switch (key->type) {
-  case FLESH_KEY_NUMBER:
-    write_number(key, text);
-    break;
-  case FLESH_KEY_INTEGER:
-    flesh_text_print(text, "\"type\": \"integer\"%s", bounds(key->range));
-    break;
-  case FLESH_KEY_BOOLEAN:
-    flesh_text_print(text, "\"type\": \"boolean\"");
-    break;
-  case FLESH_KEY_CHOICE:
-    write_choices(key, text);
-    break;
+  case FLESH_KEY_NUMBER: write_number(key, text); break;
+  case FLESH_KEY_INTEGER: flesh_text_print(text, "\"type\": \"integer\"%s", bounds[key->range]); break;
+  case FLESH_KEY_BOOLEAN: flesh_text_print(text, "\"type\": \"boolean\""); break;
+  case FLESH_KEY_CHOICE: write_choices(key, text); break;
   case FLESH_KEY_TEXT:
-  case FLESH_KEY_PATH:
-    flesh_text_print(text, "\"type\": \"string\", \"minLength\": 1");
-    break;
-  case FLESH_KEY_VECTOR:
-    write_three(key, text);
-    break;
+  case FLESH_KEY_PATH: flesh_text_print(text, "\"type\": \"string\", \"minLength\": 1"); break;
+  case FLESH_KEY_VECTOR: write_three(key, text); break;
   case FLESH_KEY_BOX:
     flesh_text_print(text, "\"type\": \"array\", \"minItems\": 2, \"maxItems\": 2, \"items\": {");
     write_three(key, text);
@@ -212,19 +188,15 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
   case FLESH_KEY_INTEGERS:
     flesh_text_print(text,
                      "\"type\": \"array\", \"minItems\": 1, \"items\": {\"type\": \"integer\"%s}",
-                     bounds(key->range));
+                     bounds[key->range]);
     break;
-  case FLESH_KEY_OBJECT:
-    write_object(arena, key->children, 1, indent, text);
-    break;
+  case FLESH_KEY_OBJECT: write_object(arena, key->children, 1, indent, text); break;
   case FLESH_KEY_OBJECTS:
     flesh_text_print(text, "\"type\": \"array\", \"items\": {");
     write_object(arena, key->children, 0, indent, text);
     flesh_text_print(text, "}");
     break;
-  case FLESH_KEY_EFFECTS:
-    write_effects(arena, indent, text);
-    break;
+  case FLESH_KEY_EFFECTS: write_effects(arena, indent, text); break;
   case FLESH_KEY_TREE:
     flesh_text_print(text, "\"type\": [\"object\", \"array\", \"string\", \"number\", \"boolean\"]");
     break;
