@@ -71,20 +71,6 @@ static int read_values(const char *option, const char *text, flesh_accuracy_valu
   return status;
 }
 
-static int read_methods(const char *text, flesh_accuracy_plan *plan)
-{
-  static const char *const names[] = {FLESH_ACCURACY_METHOD_LIST(METHOD_NAME) NULL};
-  return flesh_list_words("methods", text, names, plan->methods, &plan->method_count);
-}
-
-/* Chooses the default steps: the scene's step, or half of a shorter run, doubled once and then halved repeatedly. */
-static void default_steps(double step, double duration, flesh_accuracy_plan *plan)
-{
-  plan->step_count = plan->quick ? 5 : 8;
-  for (int k = 0; k < plan->step_count; k++)
-    value_text(ldexp(fmin(step, duration / 2), 1 - k), &plan->steps[k]);
-}
-
 /* Checks that no step is longer than the run, or so short that the run would never end. */
 static int check_steps(const flesh_accuracy_plan *plan, double duration)
 {
@@ -135,7 +121,10 @@ static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, d
   if (!(duration > 0))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s", plan->scene, start,
                       time->end);
-  if (!plan->step_count) default_steps(time->step, duration, plan);
+  if (!plan->step_count) { /* the scene's step, or half of a shorter run, doubled once and then halved repeatedly */
+    plan->step_count = plan->quick ? 5 : 8;
+    for (int k = 0; k < plan->step_count; k++) value_text(ldexp(fmin(time->step, duration / 2), 1 - k), &plan->steps[k]);
+  }
   const int status = check_steps(plan, duration);
   if (status) return status;
   choose_representative(time, duration, plan);
@@ -221,12 +210,13 @@ static int take_others(flesh_accuracy_plan *plan)
  * out. Returns the exit code. */
 static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps, const char *tolerances)
 {
+  static const char *const names[] = {FLESH_ACCURACY_METHOD_LIST(METHOD_NAME) NULL};
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 60 : 600;
   if (!(plan->reference_seconds > 0)) plan->reference_seconds = plan->quick ? 10 : 60;
   if (!(plan->mesh_seconds > 0)) plan->mesh_seconds = plan->quick ? 20 : 120;
   if (!tolerances) tolerances = plan->quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
   flesh_interrupt_watch();
-  int status = read_methods(methods, plan);
+  int status = flesh_list_words("methods", methods, names, plan->methods, &plan->method_count);
   if (!status) status = prepare(plan, steps, tolerances);
   if (!status) status = flesh_accuracy_make_rows(plan);
   if (!status) status = take_others(plan);

@@ -50,12 +50,6 @@ static int open_room(const flesh_accuracy_plan *plan, int columns, room *r)
   return status;
 }
 
-static void close_room(room *r)
-{
-  for (int k = 0; k < 2 * COLUMNS; k++) flesh_accuracy_track_close(&r->rows[k % 2][k / 2]);
-  flesh_accuracy_track_close(&r->best);
-}
-
 /* Computes the columns of a level from the level before it. Returns that with the least change from there, if the change is
  * less than the estimate, which it becomes; else -1. */
 static int fill_row(const flesh_accuracy_plan *plan, const flesh_accuracy_source *source, int level, int columns, room *r,
@@ -130,7 +124,8 @@ int flesh_accuracy_make_source(const flesh_accuracy_plan *plan, int number)
     status = flesh_fail(FLESH_ERR_BUDGET, "%g s do not suffice for two levels of refinement; --reference-seconds gives more",
                         plan->max_seconds);
   if (!status) status = finish(plan, number, &r);
-  close_room(&r);
+  for (int k = 0; k < 2 * COLUMNS; k++) flesh_accuracy_track_close(&r.rows[k % 2][k / 2]);
+  flesh_accuracy_track_close(&r.best);
   return status;
 }
 

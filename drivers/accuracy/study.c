@@ -53,9 +53,13 @@ static int make_case(const void *data, int number, flesh_study_case *made)
   return FLESH_OK;
 }
 
-/* Returns what the SQL knows about a run beside its row. */
-static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
+/* Returns what the SQL knows about a run, or a run on a mesh, beside its row. */
+static json_t *facts_of(const void *data, int number)
 {
+  const flesh_accuracy_plan *plan = data;
+  const flesh_accuracy_row *row = &plan->rows[number];
+  if (number >= plan->run_count)
+    return row->group >= FLESH_ACCURACY_RESOLUTION && *row->setting ? flesh_accuracy_mesh_facts(plan, row) : NULL;
   const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
   const char *steps = flesh_accuracy_steps_path(plan, row);
   const int has_steps = *steps && !flesh_path_access(steps, R_OK);
@@ -69,19 +73,6 @@ static json_t *facts_of_run(const flesh_accuracy_plan *plan, const flesh_accurac
   if (!isnan(row->value)) json_object_set_new(facts, "value", json_real(row->value));
   if (*row->tolerance.text) json_object_set_new(facts, "tolerance", json_real(row->tolerance.value));
   return facts;
-}
-
-static json_t *facts_of(const void *data, int number)
-{
-  const flesh_accuracy_plan *plan = data;
-  const flesh_accuracy_row *row = &plan->rows[number];
-  if (number < plan->run_count) return facts_of_run(plan, row);
-  return row->group >= FLESH_ACCURACY_RESOLUTION && *row->setting ? flesh_accuracy_mesh_facts(plan, row) : NULL;
-}
-
-static const char *status_word(const flesh_accuracy_figures *f)
-{
-  return !f->status && f->below ? "below reference" : flesh_fields_status(f->status, "failed");
 }
 
 /* Runs the case in this process; its message is that of an error, or what was made. */
@@ -120,7 +111,8 @@ static json_t *do_case(const void *data, int number, const char *folder)
   json_t *figures = flesh_fields_json(fields, f);
   if (row->group == FLESH_ACCURACY_REFERENCE)
     json_object_update_new(figures, flesh_fields_json(flesh_accuracy_reference_fields, &plan.reference));
-  json_t *record = flesh_fields_record(status_word(f), flesh_exit_code(status), f->message, figures);
+  const char *word = !status && f->below ? "below reference" : flesh_fields_status(status, "failed");
+  json_t *record = flesh_fields_record(word, flesh_exit_code(status), f->message, figures);
   json_object_set_new(record, "rows", rows);
   return record;
 }

@@ -140,25 +140,20 @@ static int make_system(run *r)
   return status;
 }
 
-static void set_state(run *r)
-{
-  size_t bytes = 3 * (size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof(double);
-  memcpy(r->state.x, flesh_mesh_positions(r->bar->mesh), bytes);
-  memset(r->state.v, 0, bytes);
-  r->state.t = 0;
-}
-
 /* Makes a new integrator and sets the state to the start. */
 static int prepare(void *data)
 {
   run *r = data;
+  const size_t bytes = 3 * (size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof(double);
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   options.newton_tolerance = r->is_static ? 1e-8 : r->plan->tolerance;
   options.threads = r->threads;
   flesh_integrator_destroy(&r->integrator);
   memset(&r->stats, 0, sizeof r->stats);
-  set_state(r);
+  memcpy(r->state.x, flesh_mesh_positions(r->bar->mesh), bytes);
+  memset(r->state.v, 0, bytes);
+  r->state.t = 0;
   return flesh_integrator_create(
       r->system, r->is_static ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
       &r->integrator);

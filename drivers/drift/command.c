@@ -78,30 +78,26 @@ static int read_energies(const char *text, flesh_drift_plan *plan)
   return status;
 }
 
-static int read_solvers(const char *text, flesh_drift_plan *plan)
+/* Checks every scene, on every rank, before hours are spent; the constants are checked by the cases. */
+static int check_scenes(flesh_drift_plan *plan)
 {
-  int chosen[FLESH_DRIFT_SOLVERS];
-  const int status = flesh_list_words("solvers", text, flesh_drift_solver_names, chosen, &plan->solver_count);
-  for (int k = 0; k < plan->solver_count; k++) plan->solvers[k] = (flesh_drift_solver)chosen[k];
-  return status;
-}
-
-/* Checks every scene, before hours are spent; the constants are checked by the cases. */
-static int check_scenes(flesh_drift_plan *plan, flesh_inputs *inputs)
-{
-  for (int s = 0; s < plan->scene_count; s++) {
+  static const char *const names[] = {"drift.csv", "verdict.txt", NULL};
+  flesh_inputs inputs = {0};
+  int status = FLESH_OK;
+  for (int s = 0; s < plan->scene_count && !status; s++) {
     flesh_scene *scene = NULL;
     const char *path = plan->scenes[s].path;
     const int again = s && path == plan->scenes[s - 1].path;
-    int status = flesh_drift_read(plan, &plan->scenes[s], &scene);
+    status = flesh_drift_read(plan, &plan->scenes[s], &scene);
     if (!status && flesh_scene_material_count(scene) > 1 && !again && flesh_ranks_first(plan->options.ranks))
       printf("%s: body.material alone is varied; the materials of its regions stay\n", path);
     if (!status) status = flesh_study_fingerprint(scene, path, plan->scenes[s].fingerprint);
-    if (!status && !again) flesh_inputs_add_scene(inputs, path, scene);
+    if (!status && !again) flesh_inputs_add_scene(&inputs, path, scene);
     flesh_scene_destroy(&scene);
-    if (status) return status;
   }
-  return FLESH_OK;
+  if (!status) status = flesh_inputs_spare_in(&inputs, plan->options.out, names, NULL);
+  flesh_inputs_close(&inputs);
+  return status;
 }
 
 /* Returns the figures that the SQL reads: first those of every run. */
@@ -134,13 +130,6 @@ static int make_case(const void *data, int number, flesh_study_case *made)
                                         flesh_drift_solver_names[c.solver], c.scene->fingerprint}};
   made->values[3] = flesh_study_case_number(made, c.poisson);
   return FLESH_OK;
-}
-
-static json_t *do_case(const void *data, int number, const char *folder)
-{
-  (void)folder;
-  const flesh_drift_case c = flesh_drift_case_of(data, number);
-  return flesh_drift_run_case(data, &c);
 }
 
 static int make_body(const void *data, int number, flesh_mesh **mesh, flesh_camera *camera)
@@ -199,7 +188,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                        .different = "its runs had another --max-seconds, or were made by another version of flesh; give "
                                     "it as it was, leave out --resume to begin anew",
                        .columns = columns,
-                       .case_count = flesh_drift_case_count(plan),
+                       .case_count = plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count,
                        .budget = plan->max_seconds,
                        .again = "exit_code = 3", /* the case could not write its files */
                        .data = plan,
@@ -210,7 +199,7 @@ static flesh_study describe_study(flesh_drift_plan *plan)
                                    flesh_own_text("drift_pictures")},
                        .facts = facts_of,
                        .body = make_body,
-                       .work = do_case};
+                       .work = flesh_drift_run_case};
 }
 
 /* Runs the comparison on the first rank. */
@@ -222,17 +211,6 @@ static int compare(const flesh_study *study, const flesh_study_options *options)
          flesh_pool_slots(options->ranks, options->jobs, study->case_count));
   fflush(stdout);
   return flesh_study_do(study, options);
-}
-
-/* Checks the scenes, on every rank. */
-static int prepare(flesh_drift_plan *plan)
-{
-  static const char *const names[] = {"drift.csv", "verdict.txt", NULL};
-  flesh_inputs inputs = {0};
-  int status = check_scenes(plan, &inputs);
-  if (!status) status = flesh_inputs_spare_in(&inputs, plan->options.out, names, NULL);
-  flesh_inputs_close(&inputs);
-  return status;
 }
 
 int flesh_command_drift(int argc, char **argv)
@@ -262,9 +240,9 @@ int flesh_command_drift(int argc, char **argv)
     if (!status)
       status = flesh_list_numbers("poisson", poissons, FLESH_LIST_POISSON, FLESH_DRIFT_LIST, plan.poissons,
                                   &plan.poisson_count);
-    if (!status) status = read_solvers(solvers, &plan);
+    if (!status) status = flesh_list_words("solvers", solvers, flesh_drift_solver_names, plan.solvers, &plan.solver_count);
     flesh_interrupt_watch();
-    if (!status) status = prepare(&plan);
+    if (!status) status = check_scenes(&plan);
     const flesh_study study = describe_study(&plan);
     code = flesh_study_lead(&study, &plan.options, status, compare);
   }

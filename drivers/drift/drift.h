@@ -48,12 +48,11 @@ typedef struct flesh_drift_plan {
   int poisson_count;
   double poissons[FLESH_DRIFT_LIST];
   int solver_count;
-  flesh_drift_solver solvers[FLESH_DRIFT_SOLVERS];
+  int solvers[FLESH_DRIFT_SOLVERS]; /* flesh_drift_solver */
   double max_seconds; /* for each case; 0: no limit */
 } flesh_drift_plan;
 
-/* The cases are scenes x poissons x variants x solvers, of which the last change fastest. */
-int flesh_drift_case_count(const flesh_drift_plan *plan);
+/* Returns a case of scenes x poissons x variants x solvers, of which the last change fastest. */
 flesh_drift_case flesh_drift_case_of(const flesh_drift_plan *plan, int number);
 
 /* Names of the solvers, in the order of the enum; ended by NULL. */
@@ -63,8 +62,8 @@ extern const char *const flesh_drift_solver_names[];
  * for the next few calls (cli/path.h). */
 const char *flesh_drift_case_folder(const flesh_drift_case *c);
 
-/* Runs a case in this process, and returns its record. */
-json_t *flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c);
+/* Implements flesh_study.work. */
+json_t *flesh_drift_run_case(const void *plan, int number, const char *folder);
 
 /* Reads a scene of the plan with its element and refinement. FLESH_ERR_ARGUMENT also if it has no body.material. */
 int flesh_drift_read(const flesh_drift_plan *plan, const flesh_drift_scene *scene, flesh_scene **read);

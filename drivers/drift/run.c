@@ -65,12 +65,6 @@ static int open_watcher(watcher *w, const flesh_scene *scene)
   return status ? status : flesh_state_make(w->info.nodes, 0, 0, &w->event.state);
 }
 
-static void close_watcher(watcher *w)
-{
-  free(w->worst.state.x);
-  free(w->event.state.x);
-}
-
 /* Writes the frames that were kept, and removes those of an older comparison. */
 static int write_frames(const watcher *w, const char *folder)
 {
@@ -207,26 +201,24 @@ static json_t *run(const flesh_drift_plan *plan, const flesh_drift_case *c, cons
   return record;
 }
 
-json_t *flesh_drift_run_case(const flesh_drift_plan *plan, const flesh_drift_case *c)
+json_t *flesh_drift_run_case(const void *plan, int number, const char *folder)
 {
+  (void)folder;
+  const flesh_drift_case c = flesh_drift_case_of(plan, number);
   flesh_scene *scene = NULL;
   watcher w = {.first_inverted_step = -1, .first_bound_step = -1};
-  int status = read_scene(plan, c, 0, &scene);
+  int status = read_scene(plan, &c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   json_t *record = status ? flesh_fields_record(status_word(status, 0), flesh_exit_code(status), flesh_error_text(),
                                                 json_pack("{si}", "status_code", status))
-                          : run(plan, c, scene, &w);
+                          : run(plan, &c, scene, &w);
   flesh_scene_destroy(&scene);
-  close_watcher(&w);
+  free(w.worst.state.x);
+  free(w.event.state.x);
   return record;
 }
 
 const char *const flesh_drift_solver_names[] = {"guarded", "plain", NULL};
-
-int flesh_drift_case_count(const flesh_drift_plan *plan)
-{
-  return plan->scene_count * plan->poisson_count * plan->variant_count * plan->solver_count;
-}
 
 flesh_drift_case flesh_drift_case_of(const flesh_drift_plan *plan, int number)
 {
@@ -234,7 +226,7 @@ flesh_drift_case flesh_drift_case_of(const flesh_drift_plan *plan, int number)
   const int variant = (number /= plan->solver_count) % plan->variant_count;
   const int poisson = (number /= plan->variant_count) % plan->poisson_count;
   return (flesh_drift_case){&plan->scenes[number / plan->poisson_count], plan->variants[variant], plan->poissons[poisson],
-                            plan->solvers[solver]};
+                            (flesh_drift_solver)plan->solvers[solver]};
 }
 
 const char *flesh_drift_case_folder(const flesh_drift_case *c)

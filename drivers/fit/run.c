@@ -185,13 +185,6 @@ static int read_run(const flesh_fit_experiment *e, double *values)
   return status;
 }
 
-/* Returns whether a run with this status failed because of its parameters, so that the search can continue. */
-static int is_of_parameters(int status)
-{
-  return status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
-         status == FLESH_ERR_ENERGY;
-}
-
 void flesh_fit_equilibria_clear(flesh_fit_equilibria *equilibria)
 {
   for (int k = 0; k < equilibria->count; k++) free(equilibria->states[k].x);
@@ -268,7 +261,8 @@ int flesh_fit_run(flesh_fit *fit, flesh_fit_experiment *e, const double *p, doub
   if (!status && keeps) {
     e->equilibria.p = malloc(size);
     if (e->equilibria.p) memcpy(e->equilibria.p, p, size);
-  } else if (refused || is_of_parameters(status))
+  } else if (refused || status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
+             status == FLESH_ERR_ENERGY) /* because of the parameters, so that the search can continue */
     status = *outcome.message ? flesh_fail(FLESH_FIT_RUN_FAILED, "%.300s", outcome.message) : FLESH_FIT_RUN_FAILED;
   flesh_scene_destroy(&scene);
   return status;

@@ -24,15 +24,6 @@ static int parts_open(parts *p, int nodes, int tets)
              : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
 }
 
-/* Makes the mesh and frees the parts. */
-static int parts_finish(parts *p, int status, flesh_mesh **mesh)
-{
-  if (!status)
-    status = flesh_mesh_create(p->nodes, p->positions, p->tets, p->tet_nodes, p->regions, mesh);
-  flesh_arena_free(&p->memory);
-  return status;
-}
-
 /* Copies the arrays of a regular grid, `blocks` times side by side with a gap. */
 static int open_blocks(parts *p, const int cells[3], const double size[3], int blocks)
 {
@@ -216,5 +207,7 @@ int flesh_hardcases_make_mesh(const flesh_hardcases_case *hardcase, int quick, f
   default:
     return flesh_mesh_box(cells, kind == FLESH_HARDCASES_BAR ? bar : block, (double[3]){0}, mesh);
   }
-  return parts_finish(&p, status, mesh);
+  if (!status) status = flesh_mesh_create(p.nodes, p.positions, p.tets, p.tet_nodes, p.regions, mesh);
+  flesh_arena_free(&p.memory);
+  return status;
 }

@@ -142,14 +142,6 @@ static void watch_finish(watch_of_run *w)
   free(values);
 }
 
-/* Reads a phase's scene with the overrides of the command line, and writes them into its file, so that the file alone
- * gives the same run. */
-static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_scene **scene)
-{
-  const int status = flesh_overrides_read(&plan->options.overrides, path, scene);
-  return status || !plan->options.overrides.texts.count ? status : flesh_scene_write(*scene, path);
-}
-
 /* Runs a phase in folder/out; returns its status. */
 static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene, const char *folder,
                      const char *name, watch_of_run *watch)
@@ -237,7 +229,9 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
   for (int phase = 0; phase < 2 && !status; phase++) {
     const char *file = flesh_path("%s/%s", path, files[phase]);
     if (phase && flesh_path_access(file, F_OK)) break;
-    status = read_phase(plan, file, &scenes[phase]);
+    status = flesh_overrides_read(&plan->options.overrides, file, &scenes[phase]);
+    /* With the overrides in it, the file alone gives the same run. */
+    if (!status && plan->options.overrides.texts.count) status = flesh_scene_write(scenes[phase], file);
     if (!status && !phase) status = watch_begin(plan, scenes[phase], &watch, &rest);
     if (status) refuse(f, status);
     else status = run_phase(plan, last = scenes[phase], path, folders[phase], &watch);
@@ -256,17 +250,12 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
 flesh_hardcases_outcome flesh_hardcases_judge(const flesh_hardcases_case *hardcase, const flesh_hardcases_figures *f)
 {
   switch (f->status) {
-  case FLESH_OK:
-    break;
-  case FLESH_ERR_BUDGET:
-    return FLESH_HARDCASES_BUDGET;
+  case FLESH_OK: break;
+  case FLESH_ERR_BUDGET: return FLESH_HARDCASES_BUDGET;
   case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE:
-    return FLESH_HARDCASES_NONFINITE;
-  case FLESH_ERR_INTERRUPTED:
-    return FLESH_HARDCASES_NOT_RUN;
-  default:
-    return FLESH_HARDCASES_STOPPED;
+  case FLESH_ERR_NONFINITE: return FLESH_HARDCASES_NONFINITE;
+  case FLESH_ERR_INTERRUPTED: return FLESH_HARDCASES_NOT_RUN;
+  default: return FLESH_HARDCASES_STOPPED;
   }
   if (!f->finite) return FLESH_HARDCASES_NONFINITE;
   if (f->counts.unconverged || f->rises) return FLESH_HARDCASES_UNCONVERGED;

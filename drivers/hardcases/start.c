@@ -90,26 +90,13 @@ static void disturb_node(const flesh_hardcases_case *hardcase, const body *b, co
     case FLESH_HARDCASES_SCRAMBLE_ONE:
       if (X[0] > 0.1) x[c] = c ? b->middle[c] + 0.5 * u[c] * size : 0.15 + 0.05 * u[c];
       break;
-    case FLESH_HARDCASES_SCRAMBLE:
-      x[c] = b->middle[c] + 0.5 * u[c] * size;
-      break;
-    case FLESH_HARDCASES_JITTER:
-      x[c] += amount * edge * u[c];
-      break;
-    case FLESH_HARDCASES_PLANE:
-      if (c == 2) x[c] = b->middle[c] + noise;
-      break;
-    case FLESH_HARDCASES_LINE:
-      if (c > 0) x[c] = b->middle[c] + noise;
-      break;
-    case FLESH_HARDCASES_POINT:
-      x[c] = b->middle[c] + noise;
-      break;
-    case FLESH_HARDCASES_GAUSS:
-      x[c] += noise;
-      break;
-    default:
-      break;
+    case FLESH_HARDCASES_SCRAMBLE: x[c] = b->middle[c] + 0.5 * u[c] * size; break;
+    case FLESH_HARDCASES_JITTER: x[c] += amount * edge * u[c]; break;
+    case FLESH_HARDCASES_PLANE: if (c == 2) x[c] = b->middle[c] + noise; break;
+    case FLESH_HARDCASES_LINE: if (c > 0) x[c] = b->middle[c] + noise; break;
+    case FLESH_HARDCASES_POINT: x[c] = b->middle[c] + noise; break;
+    case FLESH_HARDCASES_GAUSS: x[c] += noise; break;
+    default: break;
     }
   }
 }
@@ -119,22 +106,14 @@ static void start_node(const flesh_hardcases_case *hardcase, const body *b, cons
 {
   const double pi = acos(-1), amount = hardcase->amount;
   switch (hardcase->start) {
-  case FLESH_HARDCASES_MIRROR:
-    x[0] = 2 * b->middle[0] - x[0];
-    break;
-  case FLESH_HARDCASES_SCALE_X:
-    x[0] *= amount;
-    break;
+  case FLESH_HARDCASES_MIRROR: x[0] = 2 * b->middle[0] - x[0]; break;
+  case FLESH_HARDCASES_SCALE_X: x[0] *= amount; break;
   case FLESH_HARDCASES_SCALE_ALL:
     for (int c = 0; c < 3; c++)
       x[c] = b->middle[c] * (c > 0) + amount * (x[c] - b->middle[c] * (c > 0));
     break;
-  case FLESH_HARDCASES_TWIST:
-    turn(x, b->middle, 2 * pi * amount * x[0] / b->length);
-    break;
-  case FLESH_HARDCASES_SHEAR:
-    x[2] += amount * x[0];
-    break;
+  case FLESH_HARDCASES_TWIST: turn(x, b->middle, 2 * pi * amount * x[0] / b->length); break;
+  case FLESH_HARDCASES_SHEAR: x[2] += amount * x[0]; break;
   case FLESH_HARDCASES_STRETCH_TWIST:
     turn(x, b->middle, pi * x[0] / b->length);
     x[0] *= amount;
@@ -143,21 +122,14 @@ static void start_node(const flesh_hardcases_case *hardcase, const body *b, cons
     v[0] = -2 * pi * amount / b->step * (x[1] - b->middle[1]);
     v[1] = 2 * pi * amount / b->step * (x[0] - b->middle[0]);
     break;
-  case FLESH_HARDCASES_SPEED:
-    v[0] = amount;
-    break;
-  case FLESH_HARDCASES_HALF_TURN:
-    if (X[0] > b->middle[0]) turn(x, b->middle, pi);
-    break;
-  case FLESH_HARDCASES_INSIDE_OUT:
-    for (int c = 0; c < 3; c++) x[c] = 2 * b->middle[c] - x[c];
-    break;
+  case FLESH_HARDCASES_SPEED: v[0] = amount; break;
+  case FLESH_HARDCASES_HALF_TURN: if (X[0] > b->middle[0]) turn(x, b->middle, pi); break;
+  case FLESH_HARDCASES_INSIDE_OUT: for (int c = 0; c < 3; c++) x[c] = 2 * b->middle[c] - x[c]; break;
   case FLESH_HARDCASES_FLY:
     x[0] -= amount;
     v[0] = 100;
     break;
-  default: /* at rest, or random */
-    break;
+  default: break; /* at rest, or random */
   }
 }
 

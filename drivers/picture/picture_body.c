@@ -89,7 +89,9 @@ int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_arena *arena, flesh_
   return FLESH_OK;
 }
 
-void flesh_curved_surface_apply(const flesh_curved_surface *s, int components, const double *nodal, double *values)
+/* Computes values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces' quadratic
+ * shape functions. */
+static void interpolate(const flesh_curved_surface *s, int components, const double *nodal, double *values)
 {
   const size_t m = (size_t)components, nodes = (size_t)s->nodes;
   memcpy(values, nodal, m * nodes * sizeof *values);
@@ -305,9 +307,9 @@ static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, 
   double *x = flesh_arena_take(&scene->arena, sizeof *x * 3 * vertices), *rest = flesh_arena_take(&scene->arena, sizeof *rest * 3 * vertices);
   double *own = flesh_arena_take(&scene->arena, sizeof *own * vertices);
   if (!x || !rest || !own) return flesh_picture_no_memory();
-  flesh_curved_surface_apply(&curved, 3, panel->x, x);
-  flesh_curved_surface_apply(&curved, 3, flesh_mesh_positions(mesh), rest);
-  if (*values) flesh_curved_surface_apply(&curved, 1, *values, own);
+  interpolate(&curved, 3, panel->x, x);
+  interpolate(&curved, 3, flesh_mesh_positions(mesh), rest);
+  if (*values) interpolate(&curved, 1, *values, own);
   s->vertices = curved.vertices, s->triangles = curved.triangles;
   s->x = x, s->rest = rest, s->corners = curved.corners, s->hidden = curved.hidden;
   *values = *values ? own : NULL;
@@ -351,15 +353,11 @@ static int make_body(const flesh_picture_panel *panel, const flesh_picture_optio
     marked[t] = !(J[skinned ? flesh_skin_tets(panel->skin)[s->corners[3 * (size_t)t]]
                             : behind[t]] > 0);
   s->marked = options->field == FLESH_PICTURE_PLAIN ? NULL : marked;
-  if (values) {
-    float *rgb = flesh_arena_take(&scene->arena, sizeof *rgb * 3 * (size_t)s->vertices);
-    if (!rgb) return flesh_picture_no_memory();
-    colour_values(options->field, frame, s->vertices, values, rgb);
-    s->colours = rgb;
-  } else if (!skinned) {
-    const int status = colour_regions(scene, mesh, behind, s);
-    if (status) return status;
-  }
+  if (!values) return skinned ? FLESH_OK : colour_regions(scene, mesh, behind, s);
+  float *rgb = flesh_arena_take(&scene->arena, sizeof *rgb * 3 * (size_t)s->vertices);
+  if (!rgb) return flesh_picture_no_memory();
+  colour_values(options->field, frame, s->vertices, values, rgb);
+  s->colours = rgb;
   return FLESH_OK;
 }
 

@@ -24,10 +24,6 @@ typedef struct flesh_curved_surface {
 /* Makes the surface of a mesh of order 2, in the arena. FLESH_ERR_MEMORY. */
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_arena *arena, flesh_curved_surface *surface);
 
-/* Computes values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces'
- * quadratic shape functions. */
-void flesh_curved_surface_apply(const flesh_curved_surface *surface, int components, const double *nodal, double *values);
-
 /* Computes the field at the nodes: averages over the tets around them, weighted by volume; tets where the field is
  * undefined (J <= 0 for some) are left out. *values is new [nodes]; NULL for FLESH_PICTURE_PLAIN. `extremes` (may be
  * NULL): extremes of the values before averaging; NaN if there are none. */

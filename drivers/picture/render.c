@@ -347,13 +347,6 @@ static int scene_open(scene *s, const flesh_view *view, int count, const flesh_r
   return status;
 }
 
-static void scene_close(scene *s)
-{
-  flesh_arena_free(&s->memory);
-  flesh_raster_close(&s->seen);
-  flesh_shadow_close(&s->shadow);
-}
-
 int flesh_render(const flesh_view *view, int count, const flesh_render_surface *surfaces,
                  const flesh_render_style *style, uint32_t *pixels)
 {
@@ -362,6 +355,8 @@ int flesh_render(const flesh_view *view, int count, const flesh_render_surface *
   if (!status) status = draw_seen(&s);
   if (!status) status = cast_shadows(&s);
   if (!status) resolve(&s, pixels);
-  scene_close(&s);
+  flesh_arena_free(&s.memory);
+  flesh_raster_close(&s.seen);
+  flesh_raster_close(&s.shadow.map);
   return status;
 }

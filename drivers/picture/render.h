@@ -87,11 +87,10 @@ typedef struct flesh_shadow {
 /* Places the lamp over the camera's left shoulder. */
 void flesh_shadow_begin(const flesh_view *camera, flesh_shadow *shadow);
 
-/* Draws the surfaces that cast shadows into a map of at most `size` samples each way that covers the places `seen`, a
+/* Draws the surfaces that cast shadows into a new map of at most `size` samples each way that covers the places `seen`, a
  * fit along the lamp's view. FLESH_ERR_MEMORY. */
 int flesh_shadow_cast(flesh_shadow *shadow, const flesh_view_fit *seen, int size, int count,
                       const flesh_render_surface *surfaces);
-void flesh_shadow_close(flesh_shadow *shadow);
 
 /* Returns the part of the light that reaches p on a flat surface, the cosine of whose normal with the light is
  * `facing`. */

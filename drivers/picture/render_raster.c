@@ -180,8 +180,6 @@ int flesh_shadow_cast(flesh_shadow *shadow, const flesh_view_fit *seen, int size
   return status;
 }
 
-void flesh_shadow_close(flesh_shadow *shadow) { flesh_raster_close(&shadow->map); }
-
 /* Compares four depths each way, weighted by a box of three texels around the point: unlike a count of texels, whose
  * steps appear as bands along the edges of shadows, this is continuous. */
 double flesh_shadow_lit(const flesh_shadow *shadow, const double p[3], double facing)

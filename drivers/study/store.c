@@ -31,11 +31,6 @@ static int open_database(const char *path, int flags, flesh_study_store *store)
   return FLESH_OK;
 }
 
-static int set_meta(flesh_study_store *store, const char *key, const char *value)
-{
-  return flesh_study_store_execute(store, "INSERT OR REPLACE INTO meta VALUES (%Q, %Q)", key, value);
-}
-
 /* Sets the journal to WAL, with which others can read while cases are written; a commit is on the disk before it
  * returns. */
 static int prepare_journal(flesh_study_store *store)
@@ -63,25 +58,18 @@ int flesh_study_store_check(const flesh_study *study)
 /* Writes what may change when a study is resumed. */
 static int set_extent(flesh_study_store *store, const flesh_study *study)
 {
-  char count[16];
-  snprintf(count, sizeof count, "%d", study->case_count);
-  int status = set_meta(store, "cases", count);
-  if (!status && study->text) status = set_meta(store, "spec", study->text);
+  const int status = flesh_study_store_execute(store, "INSERT OR REPLACE INTO meta SELECT * FROM (VALUES ('cases', '%d'), "
+                                               "('spec', %Q)) WHERE column2 IS NOT NULL", study->case_count, study->text);
   return status ? status : flesh_study_derived_write(store, study);
 }
 
 static int create(flesh_study_store *store, const flesh_study *study)
 {
-  char shard[40];
-  snprintf(shard, sizeof shard, "%d/%d", store->shard, store->shards);
-  int status = flesh_study_tables_create(store, study);
-  const struct {
-    const char *key, *value;
-  } rows[] = {{"format", format_number}, {"study", study->name}, {"spec_path", study->path ? study->path : ""},
-              {"shard", shard}, {"fingerprint", study->fingerprint}};
-  for (size_t k = 0; !status && k < sizeof rows / sizeof *rows; k++)
-    status = set_meta(store, rows[k].key, rows[k].value);
-  return status;
+  const int status = flesh_study_tables_create(store, study);
+  return status ? status
+                : flesh_study_store_execute(store, "INSERT INTO meta VALUES ('format', %Q), ('study', %Q), ('spec_path', %Q), "
+                                            "('shard', '%d/%d'), ('fingerprint', %Q)", format_number, study->name,
+                                            study->path ? study->path : "", store->shard, store->shards, study->fingerprint);
 }
 
 /* Returns the first part of a list such as "flesh 0.3, 600 s" that differs from the other list's; "nothing" if the

@@ -52,9 +52,8 @@ static int make_case(const void *data, int number, flesh_study_case *made)
 static int read_case(const flesh_sweep *sweep, int number, flesh_scene **scene)
 {
   flesh_study_case c;
-  int status = make_case(sweep, number, &c);
-  if (status) return status;
-  status = flesh_overrides_read(&c.overrides, c.scene, scene);
+  make_case(sweep, number, &c);
+  const int status = flesh_overrides_read(&c.overrides, c.scene, scene);
   flesh_study_case_free(&c);
   return status;
 }
@@ -85,19 +84,6 @@ static json_t *refused(int status)
                              NULL);
 }
 
-static json_t *run_scene(const flesh_sweep *sweep, const flesh_study_case *c, const char *folder)
-{
-  flesh_scene *scene = NULL;
-  flesh_outcome outcome;
-  int status = flesh_overrides_read(&c->overrides, c->scene, &scene);
-  if (status) return refused(status);
-  const flesh_runner_options options = {.out = folder, .scene_path = c->scene, .max_seconds = sweep->max_seconds,
-                                        .no_frames = !folder, .quiet = 1};
-  json_t *record = flesh_study_run_scene(scene, &options, &outcome);
-  flesh_scene_destroy(&scene);
-  return record;
-}
-
 static char *case_folder(const void *data, int number)
 {
   const flesh_sweep *sweep = data;
@@ -107,10 +93,15 @@ static char *case_folder(const void *data, int number)
 static json_t *run_case(const void *data, int number, const char *folder)
 {
   const flesh_sweep *sweep = data;
+  flesh_scene *scene = NULL;
   flesh_study_case c;
-  int status = sweep->keep && !folder ? flesh_no_memory() : make_case(data, number, &c);
-  if (status) return refused(status);
-  json_t *record = run_scene(sweep, &c, folder);
+  flesh_outcome outcome;
+  make_case(data, number, &c);
+  const flesh_runner_options options = {.out = folder, .scene_path = c.scene, .max_seconds = sweep->max_seconds,
+                                        .no_frames = !folder, .quiet = 1};
+  const int status = sweep->keep && !folder ? flesh_no_memory() : flesh_overrides_read(&c.overrides, c.scene, &scene);
+  json_t *record = status ? refused(status) : flesh_study_run_scene(scene, &options, &outcome);
+  flesh_scene_destroy(&scene);
   flesh_study_case_free(&c);
   return record;
 }

@@ -14,6 +14,7 @@
 #include "study/embedded.h"
 #include "study/formats.h"
 #include "study/results.h"
+#include "study/tables.h"
 #include "sweep/sweep.h"
 
 #define NAME_OF(name, doc) "|" #name
@@ -136,8 +137,7 @@ static int merge(const char *out, const char *temporary, int count, char **paths
   if (!status) status = flesh_study_store_execute(&store, "PRAGMA journal_mode = MEMORY");
   for (int p = 1; !status && p < count; p++) status = join(&store, paths[p]);
   if (!status)
-    status = flesh_study_store_execute(&store, "UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
-                                               "WHERE status = 'running';"
+    status = flesh_study_store_execute(&store, FLESH_STUDY_PLAN_AGAIN "status = 'running';"
                                                "UPDATE meta SET value = '1/1' WHERE key = 'shard';");
   if (!status && (status = flesh_study_store_make_views(&store)) == FLESH_ERR_ARGUMENT) {
     fprintf(stderr, "flesh sweep merge: %s\n", flesh_error_text()); /* of a derived column; the others are valid */

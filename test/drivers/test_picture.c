@@ -282,7 +282,7 @@ static void light_rises_smoothly(void)
   }
   printf("# least %g, most %g, largest jump %g\n", least, most, jump);
   CHECK(least == 0 && fabs(most - 1) < 1e-12 && jump < 0.02);
-  flesh_shadow_close(&shadow);
+  flesh_raster_close(&shadow.map);
 }
 
 /* A box whose triangles are wound either way, around the body or beside it, and a post through a ring. */
