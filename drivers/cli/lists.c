@@ -77,13 +77,13 @@ int flesh_list_words(const char *option, const char *text, const char *const *na
   return status;
 }
 
-int flesh_list_elements(const char *option, const char *text, flesh_element *elements, int *count)
+int flesh_list_elements(const char *text, flesh_element *elements, int *count)
 {
   const char *names[FLESH_ELEMENT_COUNT] = {NULL};
   int chosen[FLESH_ELEMENT_COUNT];
   for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT; e++)
     names[e - FLESH_ELEMENT_TET4] = flesh_element_name((flesh_element)e);
-  const int status = flesh_list_words(option, text, names, chosen, count);
+  const int status = flesh_list_words("elements", text, names, chosen, count);
   for (int k = 0; k < *count; k++) elements[k] = (flesh_element)(FLESH_ELEMENT_TET4 + chosen[k]);
   return status;
 }

@@ -23,8 +23,8 @@ int flesh_list_numbers(const char *option, const char *text, flesh_list_range ra
 /* Reads words from `names`, which a NULL ends; their indices go into chosen [number of names]. */
 int flesh_list_words(const char *option, const char *text, const char *const *names, int *chosen, int *count);
 
-/* Reads names of elements into elements [FLESH_ELEMENT_COUNT]. */
-int flesh_list_elements(const char *option, const char *text, flesh_element *elements, int *count);
+/* Reads the names of --elements into elements [FLESH_ELEMENT_COUNT]. */
+int flesh_list_elements(const char *text, flesh_element *elements, int *count);
 
 /* Reads the forms of --energies into energies [room]. With `constants` [room], an item may be NAME.CONSTANTS, as
  * D.as_e; a name alone gets matched constants if the form takes them, else raw ones. */

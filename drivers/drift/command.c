@@ -41,7 +41,7 @@ static int make_scenes(int count, char *const *paths, const char *elements, cons
   flesh_element chosen[FLESH_ELEMENT_COUNT];
   char names[64][64];
   int refined[sizeof times / sizeof *times], element_count = 0, times_count = 0, status = FLESH_OK;
-  if (*elements) status = flesh_list_elements("elements", elements, chosen, &element_count);
+  if (*elements) status = flesh_list_elements(elements, chosen, &element_count);
   if (!status && *refine) status = flesh_list_words("refine", refine, times, refined, &times_count);
   if (status) return status;
   for (int s = 0; s < count; s++) {

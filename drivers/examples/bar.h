@@ -39,13 +39,13 @@ static inline flesh_state bar_rest(const flesh_mesh *mesh)
 }
 
 /* Makes the body and the system of b->mesh, which *b owns: elasticity, and inertia if `moves`. */
-static inline void bar_make(bar *b, flesh_element element, const flesh_material *material, int moves)
+static inline void bar_make(bar *b, flesh_element element, flesh_material material, int moves)
 {
   const int tets = flesh_mesh_tet_count(b->mesh);
   b->nodes = flesh_mesh_node_count(b->mesh);
   b->density = malloc((size_t)tets * sizeof(double));
   for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
-  b->material = *material;
+  b->material = material;
   b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material,
                          .mass = FLESH_MASS_LUMPED, .element = element};
   TRY(flesh_system_create(b->mesh, &b->system));
@@ -61,7 +61,7 @@ static inline void bar_make(bar *b, flesh_element element, const flesh_material 
 
 /* Makes the bar up to bar_finish, before which the program may add effects. For elements with ten nodes per tet, nodes
  * on the mesh's edges are numbered after those at its vertices. */
-static inline void bar_begin(bar *b, flesh_element element, const flesh_material *material, int moves)
+static inline void bar_begin(bar *b, flesh_element element, flesh_material material, int moves)
 {
   TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
   if (element != FLESH_ELEMENT_TET4) {

@@ -62,8 +62,7 @@ static double reference(const bar *b)
 int main(void)
 {
   bar b;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET10_MEAN, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET10_MEAN, bar_soft(), 1);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
   const double exact = reference(&b);

@@ -34,8 +34,7 @@ int main(void)
 {
   /* 1. The body, and a spring of 2000 N/m from its end to a point above it. */
   bar b;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 1);
   bar_gravity(&b, -9.81);
   bar_pull(&b);
   bar_finish(&b);

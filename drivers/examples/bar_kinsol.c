@@ -76,8 +76,7 @@ static void solve(bar *b, SUNContext context, int by_klu)
 int main(int argc, char **argv)
 {
   bar b;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 0);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 0);
   bar_gravity(&b, -1);
   bar_finish(&b);
   SUNContext context;

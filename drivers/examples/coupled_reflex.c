@@ -193,8 +193,7 @@ int main(void)
   muscle m;
   flesh_effect *effect;
   flesh_derivative_report audit;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 1);
   TRY(flesh_effect_gravity(&b.body, (double[]){9.81, 0, 0}, &effect));
   TRY(flesh_system_add_effect(b.system, &effect));
   muscle_create(b.mesh, &m);

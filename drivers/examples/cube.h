@@ -14,7 +14,7 @@ static inline void cube_begin(bar *c)
   flesh_contact_options options;
   TRY(flesh_mesh_box((int[]){2, 2, 2}, (double[]){0.2, 0.2, 0.2}, (double[]){0, 0, 0}, &c->mesh));
   TRY(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
-  bar_make(c, FLESH_ELEMENT_TET4, &material, 1);
+  bar_make(c, FLESH_ELEMENT_TET4, material, 1);
   TRY(flesh_obstacle_mesh(4, corners, 2, (int[]){0, 1, 2, 0, 2, 3}, &sheet));
   flesh_contact_options_default(&options);
   options.thickness = 1e-3; /* m */

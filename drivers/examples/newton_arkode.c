@@ -77,8 +77,7 @@ int main(void)
 {
   bar b;
   SUNContext context;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 1);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));

@@ -37,8 +37,7 @@ static void *run(void *data)
 int main(void)
 {
   bar b;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 1);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
   const flesh_method methods[2] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_IDA};

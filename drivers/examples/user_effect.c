@@ -73,8 +73,7 @@ int main(void)
 {
   /* 1. A free body under gravity. */
   bar b;
-  const flesh_material soft = bar_soft();
-  bar_begin(&b, FLESH_ELEMENT_TET4, &soft, 1);
+  bar_begin(&b, FLESH_ELEMENT_TET4, bar_soft(), 1);
   bar_gravity(&b, -9.81);
 
   /* 2. The effect. */

@@ -38,7 +38,7 @@ static void sag(const char *name, const flesh_material *material)
   bar b;
   flesh_solver_options options;
   flesh_integrator *integrator;
-  bar_begin(&b, FLESH_ELEMENT_TET4, material, 0);
+  bar_begin(&b, FLESH_ELEMENT_TET4, *material, 0);
   bar_gravity(&b, -9.81);
   bar_finish(&b);
   flesh_solver_options_default(&options);

@@ -127,7 +127,7 @@ static int read_lists(request *l)
     status = flesh_list_numbers("poisson", l->poisson_list, FLESH_LIST_POISSON, ROOM, l->poisson, &l->poissons);
   if (!status) status = flesh_list_numbers("steps", l->step_list, FLESH_LIST_POSITIVE, ROOM, l->step, &l->steps);
   if (!status) status = flesh_list_each("solvers", l->solver_list, take_solver, l);
-  if (!status) status = flesh_list_elements("elements", l->element_list, l->element, &l->elements);
+  if (!status) status = flesh_list_elements(l->element_list, l->element, &l->elements);
   return status || !l->mesh_list ? status : flesh_list_each("meshes", l->mesh_list, take_body, l);
 }
 

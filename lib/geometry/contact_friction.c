@@ -74,7 +74,8 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
   return FLESH_OK;
 }
 
-void flesh_contact_slip_of(const flesh_friction_pair *pair, const double *field, double u[2])
+/* Applies a pair's slip operator to a field [3*n]. */
+static void slip_of(const flesh_friction_pair *pair, const double *field, double u[2])
 {
   u[0] = u[1] = 0;
   for (int a = 0; a < pair->count; a++)
@@ -88,8 +89,8 @@ static double potential_of(const flesh_friction_pair *pair, const flesh_contact_
   if (at->shift_v != 0) return pair->force * flesh_slip_potential(speed, e) / at->shift_v;
   if (at->shift_x == 0) return 0;
   double from[2], to[2];
-  flesh_contact_slip_of(pair, at->x_lag, from);
-  flesh_contact_slip_of(pair, at->x, to);
+  slip_of(pair, at->x_lag, from);
+  slip_of(pair, at->x, to);
   return pair->force * flesh_slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / at->shift_x;
 }
 
@@ -100,7 +101,7 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
   for (int k = 0; k < friction->count; k++) {
     const flesh_friction_pair *pair = friction->pairs + k;
     double u[2];
-    flesh_contact_slip_of(pair, at->v, u);
+    slip_of(pair, at->v, u);
     const double speed = hypot(u[0], u[1]), ratio = pair->force * flesh_slip_ratio(speed, e);
     if (phi || size) {
       const double share = potential_of(pair, at, u, speed, e);
@@ -121,7 +122,7 @@ void flesh_contact_friction_hessians(const flesh_contact_friction *friction, con
   for (int k = 0; k < friction->count; k++) {
     const flesh_friction_pair *pair = friction->pairs + k;
     double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
-    flesh_contact_slip_of(pair, v, u);
+    slip_of(pair, v, u);
     const double speed = hypot(u[0], u[1]), ratio = flesh_slip_ratio(speed, e),
                  along = to_rest ? 0 : flesh_slip_fall(speed, e), one = speed > 0 ? 1 / speed : 0;
     for (int i = 0; i < 2; i++)

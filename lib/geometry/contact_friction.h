@@ -33,9 +33,8 @@ void flesh_contact_friction_clear(flesh_contact_friction *friction);
  * friction of the sum of all normal forces. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
-/* The first computes a pair's slip operator for its nearest points `at`; the second applies it to a field [3*n]. */
+/* Computes a pair's slip operator for its nearest points `at`. */
 void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found);
-void flesh_contact_slip_of(const flesh_friction_pair *pair, const double *field, double u[2]);
 
 /* Positions and velocities [3*n], and the factors by which a change of the unknown changes x and v. */
 typedef struct flesh_contact_motion {

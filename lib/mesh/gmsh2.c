@@ -4,8 +4,7 @@
 #include "mesh/gmsh.h"
 
 /* Reads the count at the beginning of a section, which is ASCII in binary files, too. */
-static int read_count(flesh_gmsh *g, const char *item, int ascii_bytes, int binary_bytes,
-                      int64_t *count)
+static int read_count(flesh_gmsh *g, const char *item, int binary_bytes, int64_t *count)
 {
   g->s->item = item, g->s->index = -1, g->s->form = "a count";
   flesh_scan_next(g->s);
@@ -13,13 +12,13 @@ static int read_count(flesh_gmsh *g, const char *item, int ascii_bytes, int bina
   if (!status) status = flesh_scan_row_end(g->s);
   if (status) return status;
   if (g->binary) flesh_scan_skip_line(g->s);
-  return flesh_gmsh_check_count(g, item, *count, 1, ascii_bytes, binary_bytes);
+  return flesh_gmsh_check_count(g, item, *count, 1, 8, binary_bytes);
 }
 
 int flesh_gmsh2_nodes(flesh_gmsh *g)
 {
   int64_t count, tag;
-  int status = read_count(g, "nodes", 8, 28, &count);
+  int status = read_count(g, "nodes", 28, &count);
   if (!status) status = flesh_draft_set_tagged_nodes(g->draft, (int)count);
   for (int n = 0; n < count && !status; n++) {
     flesh_gmsh_row(g, "row", n + 1, "node x y z");
@@ -102,7 +101,7 @@ static int read_block(flesh_gmsh *g, int64_t left, int64_t done, int64_t *count)
 int flesh_gmsh2_elements(flesh_gmsh *g)
 {
   int64_t count, block, tag, type, tags;
-  int status = read_count(g, "elements", 8, 8, &count);
+  int status = read_count(g, "elements", 8, &count);
   for (int64_t e = 0; e < count && !status; e += block) {
     if (g->binary) {
       status = read_block(g, count - e, e, &block);

@@ -129,11 +129,11 @@ static int read_number(const flesh_key *key, const flesh_node *node, double *val
          (isfinite(*value) || flesh_key_takes_infinity(key)) && in_range(key->range, *value);
 }
 
-static int read_numbers(const flesh_key *key, const flesh_node *list, int count, double *values)
+static int read_vector(const flesh_key *key, const flesh_node *list, double values[3])
 {
-  if (list->kind != FLESH_NODE_LIST || list->count != count) return 0;
+  if (list->kind != FLESH_NODE_LIST || list->count != 3) return 0;
   const flesh_node *child = list->first;
-  for (int i = 0; i < count; i++, child = child->next)
+  for (int i = 0; i < 3; i++, child = child->next)
     if (!read_number(key, child, &values[i])) return 0;
   return 1;
 }
@@ -150,8 +150,7 @@ static int read_integer(const flesh_key *key, const flesh_node *node, int *value
 static int read_box(const flesh_key *key, const flesh_node *node, double box[6])
 {
   if (node->kind != FLESH_NODE_LIST || node->count != 2) return 0;
-  if (!read_numbers(key, node->first, 3, box) || !read_numbers(key, node->last, 3, box + 3))
-    return 0;
+  if (!read_vector(key, node->first, box) || !read_vector(key, node->last, box + 3)) return 0;
   for (int d = 0; d < 3; d++)
     if (box[d] > box[3 + d]) return 0;
   return 1;
@@ -263,7 +262,7 @@ static int read_value(const flesh_key_reader *reader, const flesh_key *key, cons
   case FLESH_KEY_INTEGER: good = read_integer(key, node, value); break;
   case FLESH_KEY_BOOLEAN: good = read_boolean(node, value); break;
   case FLESH_KEY_CHOICE: good = read_choice(key, node, value); break;
-  case FLESH_KEY_VECTOR: good = read_numbers(key, node, 3, value); break;
+  case FLESH_KEY_VECTOR: good = read_vector(key, node, value); break;
   case FLESH_KEY_BOX: good = read_box(key, node, value); break;
   case FLESH_KEY_SET: good = read_set(key, node, value); break;
   case FLESH_KEY_TEXT:

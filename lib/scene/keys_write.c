@@ -44,9 +44,9 @@ static void write_number(double value, flesh_text *text)
   else flesh_text_print(text, "%s", flesh_number_text(value, digits));
 }
 
-static void write_numbers(const double *values, int count, flesh_text *text)
+static void write_vector(const double values[3], flesh_text *text)
 {
-  for (int i = 0; i < count; i++) {
+  for (int i = 0; i < 3; i++) {
     flesh_text_print(text, i ? ", " : "[");
     write_number(values[i], text);
   }
@@ -132,12 +132,12 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
 {
   switch (key->type) {
   case FLESH_KEY_NUMBER: write_number(*(const double *)value, text); break;
-  case FLESH_KEY_VECTOR: write_numbers(value, 3, text); break;
+  case FLESH_KEY_VECTOR: write_vector(value, text); break;
   case FLESH_KEY_BOX:
     flesh_text_print(text, "[");
-    write_numbers(value, 3, text);
+    write_vector(value, text);
     flesh_text_print(text, ", ");
-    write_numbers((const double *)value + 3, 3, text);
+    write_vector((const double *)value + 3, text);
     flesh_text_print(text, "]");
     break;
   case FLESH_KEY_INTEGER: flesh_text_print(text, "%d", *(const int *)value); break;
