@@ -131,8 +131,8 @@ FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 /* Writes a mesh in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or .mesh
  * (Medit). A .msh has the named sets as physical groups of points and volumes; the other formats have no sets. A
  * partial file is never left. Numbers have 17 significant digits, so that reading gives the same mesh.
- * FLESH_ERR_ARGUMENT for another suffix, and in a .msh for a set whose name has a quotation mark; FLESH_ERR_FILE when
- * writing fails. */
+ * FLESH_ERR_ARGUMENT for another suffix, for a mesh with tets of four nodes and of ten, and in a .msh for a set whose
+ * name has a quotation mark; FLESH_ERR_FILE when writing fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */

@@ -192,6 +192,7 @@ int flesh_sensitivity_gradient(flesh_sensitivity *self, const flesh_quantity *qu
                                const flesh_parameter *parameters, double *gradient)
 {
   FLESH_NEED({self, "sensitivity"}, {quantity, "quantity"}, {parameters, "parameters"}, {gradient, "gradient"});
+  if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "the number of parameters is %d; it must be at least 0", count);
   const size_t n = (size_t)self->n;
   double *force = self->room + n, *moves = force + n, *lambda = moves + n, *const all[3] = {moves, lambda + n, lambda + 2 * n};
   int status = flesh_sensitivity_adjoint(self, quantity, lambda);

@@ -284,6 +284,8 @@ int flesh_trajectory_gradient(flesh_trajectory *self, const flesh_motion_quantit
   flesh_motion_pass p = flesh_pass_of(self, self->vectors);
   p.gradient = gradient;
   int status = flesh_trajectory_check(self);
+  if (!status && (unsigned)quantity->over > FLESH_MEAN)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "quantity->over is number %d; it must be 0 to %d", (int)quantity->over, FLESH_MEAN);
   if (!status) status = flesh_pass_take_parameters(&p, count, parameters);
   if (status) return status;
   memset(gradient, 0, (size_t)count * sizeof *gradient);

@@ -2,6 +2,7 @@
  * alone, so that one residual of the body torn into its tets, which share no node, has the changes of all tets. */
 #include "sensitivity/tets.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -43,6 +44,9 @@ int flesh_varied_tets_open(const flesh_tet_parameter *parameter, const flesh_sys
   const flesh_mesh *moves = effects ? flesh_system_mesh(effects) : mesh;
   if (flesh_mesh_tet_count(moves) != mesh->tets || flesh_mesh_node_count(moves) != mesh->nodes)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the bodies of a parameter by tets have another mesh than the motion");
+  for (int t = 0; t < mesh->tets; t++)
+    if (!isfinite(parameter->difference[t]))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "difference[%d] is %g; it must be finite", t, parameter->difference[t]);
   int status = flesh_torn_body_open(mesh, &self->torn_body);
   for (int k = 0; k < 2 && !status; k++) {
     self->r[k] = self->torn_body.room + (size_t)(10 + k) * (size_t)self->torn_body.n;
@@ -83,6 +87,9 @@ int flesh_tet_forces(const flesh_tet_parameter *parameter, const flesh_state *st
   flesh_point point = flesh_point_at(state->t, state->x, state->x, state->x); /* elasticity reads neither v nor a */
   point.multipliers = state->multipliers;
   int status = flesh_varied_tets_open(parameter, NULL, &varied);
+  const int own = status ? 0 : flesh_system_multiplier_count(varied.systems[0]);
+  if (!status && state->multipliers && state->multiplier_count != own)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the state has %d multipliers; the body has %d", state->multiplier_count, own);
   if (!status) status = flesh_varied_tets_set(&varied, &point);
   const flesh_mesh *torn = varied.torn_body.mesh;
   const size_t size = status ? 0 : flesh_mesh_order(torn) == 2 ? 30 : 12;

@@ -144,6 +144,8 @@ static void try_case(const equilibrium_case *c)
     }
     CHECK_OK(flesh_sensitivity_gradient(sensitivity, &(flesh_quantity){.by_x = by_x}, 1, &p.parameter, &by_adjoint[0]));
     CHECK_OK(flesh_sensitivity_gradient(sensitivity, &(flesh_quantity){.of_residual = held}, 1, &p.parameter, &by_adjoint[1]));
+    CHECK(flesh_sensitivity_gradient(sensitivity, &(flesh_quantity){0}, -1, &p.parameter, by_adjoint) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "the number of parameters is -1");
     CHECK_OK(flesh_sensitivity_tangent(sensitivity, &p.parameter, dx));
     for (int d = 0; d < s.n; d++) by_tangent += by_x[d] * dx[d];
     const double Q[] = {place(&s, node), reaction(&s, c->x, 2)};

@@ -367,6 +367,9 @@ static void what_has_no_gradient_is_refused(void)
   CHECK_TEXT(flesh_error_text(), "recorded no step");
   run(&m);
   CHECK(flesh_trajectory_gradient(m.trajectory, &quantity, -1, &young.parameter, &gradient, NULL) == FLESH_ERR_ARGUMENT);
+  const flesh_motion_quantity odd = {.by_x = dx, .over = (flesh_over)3};
+  CHECK(flesh_trajectory_gradient(m.trajectory, &odd, 1, &young.parameter, &gradient, NULL) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "quantity->over is number 3");
   for (int k = 0; k < 3; k++) { /* without any system, and without one on either side */
     flesh_parameter lacking = young.parameter;
     for (int j = 0; j < 4; j++) lacking.systems[j] = k && j == 3 - k ? young.parameter.systems[j] : NULL;

@@ -256,7 +256,31 @@ static void maps_go_to_refined_tets(void)
   flesh_scene_destroy(&scene);
 }
 
+/* Pressures of another number of tets, and a difference that is no number, are refused. */
+static void what_does_not_fit_the_tets_is_refused(void)
+{
+  flesh_scene *scene = scene_with("tet10-mean", "0.5", "young", 1e5, -1);
+  const int tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  flesh_state state = solve(scene);
+  double *difference = calloc(31 * (size_t)tets, sizeof *difference), *forces = difference + tets;
+  const flesh_tet_parameter parameter = {{flesh_scene_body(scene), flesh_scene_body(scene)}, difference};
+  CHECK(state.multiplier_count == tets);
+  CHECK_OK(flesh_tet_forces(&parameter, &state, forces));
+  state.multiplier_count--;
+  CHECK(flesh_tet_forces(&parameter, &state, forces) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "multipliers; the body has");
+  state.multiplier_count++;
+  difference[3] = NAN;
+  CHECK(flesh_tet_forces(&parameter, &state, forces) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "difference[3] is nan; it must be finite");
+  free(state.x);
+  free(state.multipliers);
+  free(difference);
+  flesh_scene_destroy(&scene);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(forces_of_tets_are_those_of_scenes), TEST(motions_have_derivatives_by_tets), TEST(maps_go_to_refined_tets));
+  return RUN_TESTS(argc, argv, TEST(what_does_not_fit_the_tets_is_refused), TEST(forces_of_tets_are_those_of_scenes),
+                   TEST(motions_have_derivatives_by_tets), TEST(maps_go_to_refined_tets));
 }
