@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 
+#include "flesh/observer.h"
 #include "incompressible.h"
 #include "methods.h"
 #include "time/method.h"
@@ -251,6 +252,32 @@ static void states_go_on(void)
   destroy(&b);
 }
 
+static int see_energies(void *data, const flesh_step_record *record)
+{
+  *(double *)data = record->energies[0];
+  return FLESH_OK;
+}
+
+/* The energies of states that leave the pressures to the integrator are known, also in runs. */
+static void states_need_no_pressures(void)
+{
+  test_body b;
+  double energy = NAN;
+  throw_block(&b);
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_NEWMARK, 1e-6, 1);
+  flesh_state state = {.x = b.state.x, .v = b.state.v};
+  const flesh_observer observer = {see_energies, &energy};
+  const flesh_run_options options = {.h = 0.01, .end = 0.03, .observer_count = 1, .observers = &observer};
+  CHECK_OK(flesh_integrator_step(integrator, &state, 0.01, NULL));
+  const double *known = flesh_integrator_energies(integrator, &state);
+  CHECK(known && known[0] > 0);
+  CHECK(!flesh_integrator_energies(integrator, &(flesh_state){state.t, state.x, state.v, state.x, 1, NULL, 0}));
+  CHECK_OK(flesh_run(b.system, integrator, &options, &state, NULL));
+  CHECK(energy > 0 && state.t == 0.03);
+  flesh_integrator_destroy(&integrator);
+  destroy(&b);
+}
+
 /* Equilibria along a prescribed motion: a run that is stopped and resumed from its file has the bits of an
  * uninterrupted one. */
 static void equilibria_go_on_with_the_same_bits(void)
@@ -362,6 +389,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(flight_is_free), TEST(methods_have_their_orders),
                    TEST(velocities_lose_their_divergence), TEST(fixed_steps_lose_it), TEST(gaps_at_the_start_throw_nothing),
-                   TEST(rounded_events_throw_nothing), TEST(sudden_motions_are_followed),
+                   TEST(rounded_events_throw_nothing), TEST(sudden_motions_are_followed), TEST(states_need_no_pressures),
                    TEST_OF_THREADS(states_go_on), TEST(equilibria_go_on_with_the_same_bits));
 }
