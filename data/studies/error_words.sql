@@ -3,8 +3,9 @@
 CREATE TEMP TABLE ends AS
 SELECT q.id AS id, tab, name, unit, iif(unit = '', '', ' ' || unit) AS in_unit, c.number AS value, no_mesh_bar, no_step_bar,
   m.bar AS mesh, s.bar AS step, (SELECT value FROM differences JOIN judges j USING (aspect)
-    WHERE own = q.id AND differences.number = 0 AND better AND no_mesh_bar IS NULL AND value IS NOT NULL
-    ORDER BY row DESC LIMIT 1) AS better
+    WHERE own = q.id AND no_mesh_bar IS NULL AND value IS NOT NULL AND (better AND differences.number = 0 OR
+      differences.number = 'smooth' AND (header LIKE '%.stress_%' OR header LIKE '%.J [%'))
+    ORDER BY row DESC LIMIT 1) AS better, (SELECT better FROM judges WHERE aspect = 0) AS by_element
 FROM quantities q JOIN cells c USING (id)
 LEFT JOIN made m ON m.id = q.id AND m.row = rows - 1 AND m.aspect = 0
 LEFT JOIN made s ON s.id = q.id AND s.row = rows - 1 AND s.aspect = 1
@@ -34,7 +35,7 @@ SELECT 'error bars of the ' || name || ': ' || iif(count, 'by ', 'none, as ') ||
 -- to stdout
 SELECT name || ' = ' || number(shown, value) || in_unit || iif(mesh IS NULL, '', ' +/- ' || number('%.2g', mesh) || ' (mesh)') ||
   iif(step IS NULL, '', ' +/- ' || number('%.2g', step) || ' (step)') ||
-  iif(better IS NULL, '', '; tet10-mean gives ' || number(shown, better) || in_unit) ||
+  iif(better IS NULL, '', iif(by_element, '; tet10-mean gives ', '; smoothed ') || number(shown, better) || in_unit) ||
   coalesce('; no bar (mesh): ' || no_mesh_bar, '') || coalesce('; no bar (step): ' || no_step_bar, '')
 FROM (SELECT *, printf('%%.%dg', coalesce(max(5, min(17, 1 + length(CAST(
   abs(value) / min(coalesce(mesh, step), coalesce(step, mesh)) AS INTEGER)))), 5)) AS shown FROM ends)

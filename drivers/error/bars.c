@@ -1,6 +1,7 @@
 /* bars.c: makes the error bars of a complete run. */
 #include "error/error.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -58,7 +59,7 @@ static int is_stiff(const flesh_scene *scene)
   return stiff;
 }
 
-/* Fills tables for the SQL with how the run is judged, and with the probes at pins. */
+/* Fills tables for the SQL with how the run is judged, and with the probes at points. */
 static int fill(bars *b)
 {
   flesh_study_store *store = &b->store;
@@ -66,7 +67,7 @@ static int fill(bars *b)
   int status = flesh_study_store_execute(store, "CREATE TABLE judges (aspect INTEGER PRIMARY KEY, name, count, factor, better, "
                                                 "coarser, doubled, adds, data);"
                                                 "CREATE TABLE companions (source INTEGER PRIMARY KEY, aspect, number);"
-                                                "CREATE TABLE pinned (probe); CREATE TABLE asked (result);"
+                                                "CREATE TABLE points (probe, is_pinned); CREATE TABLE asked (result);"
                                                 "CREATE TABLE same_mesh (is_stiff)");
   if (!status && b->judges[FLESH_ERROR_MESH].better && !b->scene->keys.body.refine)
     status = flesh_study_store_execute(store, "INSERT INTO same_mesh VALUES (%d)", is_stiff(b->scene));
@@ -83,18 +84,24 @@ static int fill(bars *b)
   const flesh_probe *probes = flesh_scene_probes(b->scene, &count);
   for (int k = 0; k < count && !status; k++) {
     status = flesh_probe_is_at_pin(b->scene, &probes[k], 0, &held);
-    if (!status && held) status = flesh_study_store_execute(store, "INSERT INTO pinned VALUES (%Q)", probes[k].name);
+    if (!status && !isnan(probes[k].point[0]))
+      status = flesh_study_store_execute(store, "INSERT INTO points VALUES (%Q, %d)", probes[k].name, held);
   }
   return status;
 }
 
-/* Prints the table with its bars, which the query returns as rows and fields; bars that the table already has are
- * replaced. */
+static int is_for_bars(const char *column)
+{
+  return strstr(column, "_error_mesh") || strstr(column, "_error_step") || strstr(column, "_smooth [");
+}
+
+/* Prints the table with its bars, which the query returns as rows and fields; they replace those that the table already has
+ * and smoothed values. */
 static void print_table(FILE *stream, const flesh_csv *csv, sqlite3_stmt *query)
 {
   for (int row = -1; row < csv->rows; row++) {
     for (int c = 0; c < csv->columns; c++) {
-      if (strstr(csv->names[c], "_error_mesh") || strstr(csv->names[c], "_error_step")) continue;
+      if (is_for_bars(csv->names[c])) continue;
       if (c) putc(',', stream);
       flesh_csv_print(stream, row < 0 ? csv->names[c] : flesh_csv_cell(csv, row, c));
     }

@@ -17,6 +17,7 @@
 #include "output/skin_frames.h"
 #include "run/provenance.h"
 #include "run/running.h"
+#include "scene/scene.h"
 #include "time/integrator.h"
 
 /* The files that a run writes into its folder, and how they begin, by which an older run's file is told from other
@@ -143,9 +144,10 @@ int flesh_running_open_probes(flesh_running *r)
   const char *path = r->options->out ? flesh_running_path(r, "probes.csv") : NULL;
   if (!from && path && flesh_ranks_first(ranks)) flesh_path_unlink(path); /* an older run's file does not belong to this one */
   if (!count) return FLESH_OK;
-  int status = from || !r->options->out ? flesh_probes_open(body, system, method, count, probes, &r->probes)
-                                        : flesh_probes_create(path, body, system, method, count, probes, &r->probes);
-  if (!status && from) status = flesh_probes_resume(&r->probes, path, (long)from->head.probes);
+  int status = flesh_probes_open(body, system, method, count, probes, &r->probes);
+  if (!status && !ranks && r->scene->keys.output.error_bars) status = flesh_probes_smooth(&r->probes);
+  if (!status && path)
+    status = from ? flesh_probes_resume(&r->probes, path, (long)from->head.probes) : flesh_probes_begin(&r->probes, path);
   if (!status) flesh_probes_note(r->probes, r->figures->probes);
   return status;
 }

@@ -108,6 +108,30 @@ int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k)
   return !team || probe->nodes[k] < team->own;
 }
 
+/* Returns whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
+static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
+{
+  const double *w = p->weights;
+  const int has_tet = p->tet < 0 ? team != NULL : p->tet < tets && fabs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6;
+  return p->name && p->quantities && (!isnan(p->point[0]) ? has_tet : (team || p->node_count > 0) && p->nodes);
+}
+
+int flesh_probes_check(const flesh_mesh *mesh, int count, const flesh_probe *probes, const flesh_team *team)
+{
+  for (int k = 0; k < count; k++) {
+    const flesh_probe *p = &probes[k];
+    if (!is_prepared(p, team, mesh->tets))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] is not prepared for this body; flesh_probe_prepare does that", k);
+    const int status = !isnan(p->point[0]) ? FLESH_OK : flesh_probe_check_nodes(p, mesh->nodes);
+    if (status) return status;
+    for (int j = 0; j < k; j++)
+      if (!strcmp(probes[j].name, p->name))
+        return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] and probes[%d] are both named %s; names must differ", j, k,
+                          p->name);
+  }
+  return FLESH_OK;
+}
+
 static int check_nodes(flesh_probe *probe, const flesh_body *body, const flesh_team *team)
 {
   const double *X = flesh_mesh_positions(body->mesh);

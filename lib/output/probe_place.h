@@ -17,6 +17,8 @@ int flesh_probe_find_tets(const flesh_mesh *mesh, const flesh_probe *probe, int 
 
 /* Fails with FLESH_ERR_ARGUMENT if a node is not in a mesh with `total` nodes. */
 int flesh_probe_check_nodes(const flesh_probe *probe, int total);
+/* Checks that probes [count] are prepared for the mesh and have different names. FLESH_ERR_ARGUMENT. */
+int flesh_probes_check(const flesh_mesh *mesh, int count, const flesh_probe *probes, const flesh_team *team);
 /* Returns whether this rank counts the probe's k-th node; 1 if `team` is NULL. */
 int flesh_probe_counts(const flesh_probe *probe, const flesh_team *team, int k);
 

@@ -12,6 +12,7 @@
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
 #include "output/node_forces.h"
+#include "output/probe_patch.h"
 #include "output/probe_place.h"
 #include "output/resume.h"
 #include "output/rows.h"
@@ -59,7 +60,8 @@ enum { COLUMNS = sizeof columns / sizeof *columns, VOLUME_AT = COLUMNS, NUMBERS 
 typedef struct place {
   flesh_probe probe; /* with its own name and nodes */
   char *name;
-  int *nodes, *tets; /* NULL for a point, whose tet is in the probe */
+  int *nodes, *tets; /* NULL for a point that is not smoothed, whose tet is in the probe */
+  double *weights;   /* [4*tet_count] of the quadrature points by which a point is smoothed; NULL: no place of that kind */
   int tet_count;
   double node_count; /* over all ranks */
 } place;
@@ -71,8 +73,8 @@ struct flesh_probes {
   flesh_tet_stress stress;
   flesh_node_forces forces;
   int count;
-  place *places;   /* [count] */
-  double *numbers; /* [count*NUMBERS] numbers of a row */
+  place *places;   /* [count], of twice the room, for smoothed ones */
+  double *numbers; /* [count*NUMBERS] numbers of a row; the same */
   double *figures; /* borrowed; NULL: not wanted */
 };
 
@@ -114,33 +116,10 @@ static void print_header(const flesh_probes *probes)
   for (int k = 0; k < probes->count; k++) {
     const int count = flesh_probe_columns(&probes->places[k].probe, found);
     for (int c = 0; c < count; c++)
-      fprintf(stream, ",%s.%s [%s]", probes->places[k].probe.name, found[c].name, found[c].unit);
+      fprintf(stream, ",%s.%s%s [%s]", probes->places[k].probe.name, found[c].name, probes->places[k].weights ? "_smooth" : "",
+              found[c].unit);
   }
   putc('\n', stream);
-}
-
-/* Returns whether flesh_probe_prepare has been called; on a part of a body, a probe may have no node or tet here. */
-static int is_prepared(const flesh_probe *p, const flesh_team *team, int tets)
-{
-  const double *w = p->weights;
-  const int has_tet = p->tet < 0 ? team != NULL : p->tet < tets && fabs(w[0] + w[1] + w[2] + w[3] - 1) < 1e-6;
-  return p->name && p->quantities && (is_point(p) ? has_tet : (team || p->node_count > 0) && p->nodes);
-}
-
-static int check_probes(const flesh_mesh *mesh, int count, const flesh_probe *probes, const flesh_team *team)
-{
-  for (int k = 0; k < count; k++) {
-    const flesh_probe *p = &probes[k];
-    if (!is_prepared(p, team, mesh->tets))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] is not prepared for this body; flesh_probe_prepare does that", k);
-    const int status = is_point(p) ? FLESH_OK : flesh_probe_check_nodes(p, mesh->nodes);
-    if (status) return status;
-    for (int j = 0; j < k; j++)
-      if (!strcmp(probes[j].name, p->name))
-        return flesh_fail(FLESH_ERR_ARGUMENT, "probes[%d] and probes[%d] are both named %s; names must differ", j, k,
-                          p->name);
-  }
-  return FLESH_OK;
 }
 
 /* Makes the probes, without communication between ranks. */
@@ -149,12 +128,12 @@ static int create_here(const flesh_body *body, const flesh_system *system, int c
 {
   const flesh_team *team = flesh_system_team(system);
   int status = flesh_mesh_check_counts(flesh_system_mesh(system), "the body", "", body->mesh->nodes, body->mesh->tets);
-  if (!status) status = check_probes(body->mesh, count, probes, team);
+  if (!status) status = flesh_probes_check(body->mesh, count, probes, team);
   if (status) return status;
   flesh_probes *made = *result = calloc(1, sizeof *made);
   if (made)
-    *made = (flesh_probes){.mesh = body->mesh, .team = team, .places = calloc((size_t)count + 1, sizeof *made->places),
-                           .numbers = calloc((size_t)count * NUMBERS + 1, sizeof *made->numbers)};
+    *made = (flesh_probes){.mesh = body->mesh, .team = team, .places = calloc(2 * (size_t)count + 1, sizeof *made->places),
+                           .numbers = calloc(2 * (size_t)count * NUMBERS + 1, sizeof *made->numbers)};
   if (!made || !made->places || !made->numbers) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d probes", count);
   unsigned wanted = 0;
   for (int k = 0; k < count && !status; k++) {
@@ -194,6 +173,34 @@ static int settle(int status, flesh_probes **probes)
   return status;
 }
 
+int flesh_probes_smooth(flesh_probes **probes)
+{
+  flesh_probes *p = *probes;
+  int status = FLESH_OK;
+  for (int k = 0, count = p->count; k < count && !status; k++) {
+    flesh_probe probe = p->places[k].probe;
+    place *made = &p->places[p->count];
+    probe.quantities &= FLESH_PROBE_OF_TETS;
+    if (!is_point(&probe) || !probe.quantities || !flesh_mesh_is_quadratic(p->mesh, probe.tet)) continue;
+    p->count++;
+    status = copy_place(p->mesh, &probe, made);
+    if (!status) status = flesh_patch_find(&p->stress, probe.tet, probe.point, &made->tet_count, &made->tets, &made->weights);
+  }
+  if (status) flesh_probes_close(probes);
+  return status;
+}
+
+int flesh_probes_begin(flesh_probes **probes, const char *path)
+{
+  int status = FLESH_OK;
+  if (writes(*probes)) status = flesh_rows_open(path, &(*probes)->rows);
+  if (writes(*probes) && !status) {
+    print_header(*probes);
+    status = flesh_rows_flush(&(*probes)->rows);
+  }
+  return settle(status, probes);
+}
+
 int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
                         int count, const flesh_probe *probes, flesh_probes **result)
 {
@@ -201,14 +208,8 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
   *result = NULL;
   FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
   if (count < 0) return flesh_fail(FLESH_ERR_ARGUMENT, "count is %d probes; it must not be negative", count);
-  int status = flesh_probes_open(body, system, method, count, probes, result);
-  if (status) return status;
-  if (writes(*result)) status = flesh_rows_open(path, &(*result)->rows);
-  if (writes(*result) && !status) {
-    print_header(*result);
-    status = flesh_rows_flush(&(*result)->rows);
-  }
-  return settle(status, result);
+  const int status = flesh_probes_open(body, system, method, count, probes, result);
+  return status ? status : flesh_probes_begin(result, path);
 }
 
 int flesh_probes_resume(flesh_probes **probes, const char *path, long length)
@@ -231,6 +232,7 @@ int flesh_probes_close(flesh_probes **probes)
     free(p->places[k].name);
     free(p->places[k].nodes);
     free(p->places[k].tets);
+    free(p->places[k].weights);
   }
   free(p->places);
   free(p->numbers);
@@ -296,7 +298,11 @@ static void add_point(const flesh_strain_point *p, double volume, int stretches,
 static int find_points(const flesh_probes *probes, const place *at, const flesh_state *state, int k, flesh_strain_point points[4])
 {
   const flesh_probe *probe = &at->probe;
-  if (!is_point(probe)) return flesh_tet_stress_points(&probes->stress, state, at->tets[k], points);
+  if (at->tets) {
+    const int count = flesh_tet_stress_points(&probes->stress, state, at->tets[k], points);
+    for (int q = 0; q < count && at->weights; q++) points[q].volume = at->weights[count * k + q];
+    return count;
+  }
   flesh_tet_stress_at(&probes->stress, state, probe->tet, probe->weights, points);
   points->volume = 1;
   return 1;
@@ -358,7 +364,7 @@ static void put_row(flesh_probes *probes, const place *at, double *values, doubl
   }
   for (int c = 0; c < COLUMNS; c++) {
     if (!(probe->quantities & columns[c].quantity)) continue;
-    if (*figures) note(*figures, values[c]), *figures += FLESH_PROBE_FIGURES;
+    if (*figures && !at->weights) note(*figures, values[c]), *figures += FLESH_PROBE_FIGURES;
     if (!probes->rows.stream) continue;
     putc(',', probes->rows.stream);
     flesh_number_print(probes->rows.stream, values[c]);

@@ -16,9 +16,14 @@ int flesh_history_resume(const char *path, const flesh_system *system, long leng
 /* Gives probes made by flesh_probes_open the file, with its first `length` bytes. The probes are closed if that fails:
  * FLESH_ERR_FILE if it has fewer. */
 int flesh_probes_resume(flesh_probes **probes, const char *path, long length);
-/* Makes probes without a file, for their figures. Every rank calls it. */
+/* Makes probes without a file, for their figures. Every rank calls this and the following. */
 int flesh_probes_open(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
                       const flesh_probe *probes, flesh_probes **result);
+/* Adds columns named "..._smooth" of what tets give at points in ten-node tets, smoothed over the tets around; not on
+ * ranks, and before the file. The probes are closed if this or the next fails: FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
+int flesh_probes_smooth(flesh_probes **probes);
+/* Gives the probes a new file with a header. */
+int flesh_probes_begin(flesh_probes **probes, const char *path);
 
 /* Part of a column's name in probes.csv after the probe's name, such as "position_x", and the column's unit. */
 typedef struct flesh_probe_column {

@@ -1,5 +1,6 @@
 // TEST quick seconds=20
-/* test_probe_slopes.c: derivatives of tets' probes agree with differences, with means of J and muscles. */
+/* test_probe_slopes.c: derivatives of tets' probes agree with differences, with means of J and muscles; smoothed values keep
+ * quadratic ones, up to where another region begins. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -103,11 +104,56 @@ static void slopes_are_those_of_differences(void)
   for (int e = 0; e < 3; e++) check_element(elements[e]);
 }
 
+/* Strains that are quadratic on both sides of x = 2, where region 7 begins, and another one there. */
+static void smoothing_keeps_quadratic_strains_of_a_region(void)
+{
+  static const char text[] =
+      "body:\n  mesh: bar.node\n  element: tet10\n  refine: 1\n  density: 1000\n  material: {energy: M, constants: raw, mu: 1e5, lambda: 0}\n"
+      "  regions: [{tags: [7], material: {energy: M, constants: raw, mu: 3e5, lambda: 0}}]\n"
+      "effects:\n  - elasticity: {}\n"
+      "output:\n  probes: [{name: p, point: [1.93, 0.4, 0.7], quantities: [position, J, energy]},\n"
+      "    {name: q, point: [2.2, 0.99, 0.02], quantities: [J, energy]}, {name: all, box: [[-1, -1, -1], [5, 2, 2]],\n"
+      "    quantities: [J]}]\n";
+  flesh_scene *scene;
+  flesh_probes *probes;
+  int count, all;
+  CHECK_OK(read_scene("smooth.yaml", text, 0, NULL, &scene));
+  const flesh_system *system = flesh_scene_system(scene);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  flesh_state state = {.x = calloc(n, sizeof(double)), .v = calloc(n, sizeof(double))};
+  flesh_scene_start(scene, &state);
+  for (size_t i = 0; i < n; i += 3) {
+    const double X = state.x[i], Y = state.x[i + 1];
+    state.x[i] += 0.03 * X * X + 0.2 * fmax(X - 2, 0);
+    state.x[i + 1] -= 0.1 * Y * Y;
+  }
+  const flesh_probe *given = flesh_scene_probes(scene, &count);
+  CHECK_OK(flesh_probes_open(flesh_scene_body(scene), system, FLESH_METHOD_STATIC, count, given, &probes));
+  CHECK_OK(flesh_probes_smooth(&probes));
+  CHECK_OK(flesh_probes_begin(&probes, file_path("smooth.csv")));
+  CHECK_OK(flesh_probes_observe(probes, &(flesh_step_record){.system = system, .state = &state, .stage = &state}));
+  CHECK_OK(flesh_probes_close(&probes));
+  char *table = read_text(file_path("smooth.csv")), *row = strchr(table, '\n');
+  CHECK(strstr(table, ",all.J_mean [1],p.J_smooth [1],p.energy_smooth [J/m^3],q.J_smooth [1],q.energy_smooth [J/m^3]\n"));
+  double values[14];
+  for (all = 0; row && all < 13; row = strchr(row + 1, ',')) values[all++] = strtod(row + 1, NULL);
+  CHECK(all == 13 && !row);
+  /* t, three positions, J and energy of p, of q, J of all; then the smoothed. */
+  CHECK_NEAR(values[4], (1 + 0.06 * 1.93) * (1 - 0.2 * 0.4), 1e-12);
+  CHECK_NEAR(values[6], (1.2 + 0.06 * 2.2) * (1 - 0.2 * 0.99), 1e-12);
+  for (int k = 0; k < 4; k++) CHECK_NEAR(values[9 + k] / values[4 + k], 1, 1e-11);
+  free(table);
+  flesh_scene_destroy(&scene);
+  free(state.x);
+  free(state.v);
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_bar();
-  int failed = RUN_TESTS(argc, argv, TEST(slopes_are_those_of_differences));
+  int failed = RUN_TESTS(argc, argv, TEST(slopes_are_those_of_differences),
+                         TEST(smoothing_keeps_quadratic_strains_of_a_region));
   test_folder_remove(folder);
   return failed;
 }
