@@ -18,8 +18,8 @@ typedef struct flesh_state {
   double *multipliers;
   int multiplier_count;
   /* [internal_count] internal variables of the effects, which remember the path that led here, one effect after the
-   * other (flesh_system_internal_count). NULL, with a count of 0: the integrator keeps its own, and observers see
-   * them as 0. */
+   * other (flesh_system_internal_count). NULL, with a count of 0: the integrator keeps its own, which are 0 at
+   * first. */
   double *internal;
   int internal_count;
 } flesh_state;

@@ -306,8 +306,7 @@ int flesh_integrator_arrive(flesh_integrator *self, const flesh_state *state, in
   return end_of_following(status, state);
 }
 
-/* Sets view = *state, with the integrator's own multipliers and internal variables if it has none. FLESH_ERR_ARGUMENT. */
-static int view_state(const flesh_integrator *self, const flesh_state *state, flesh_state *view)
+int flesh_integrator_view(const flesh_integrator *self, const flesh_state *state, flesh_state *view)
 {
   const int status = flesh_multipliers_view(&self->multipliers, state, view);
   return status ? status : flesh_internals_view(&self->internals, view);
@@ -317,7 +316,7 @@ const double *flesh_integrator_energies(const flesh_integrator *integrator, cons
 {
   const flesh_energy_watch *watch = &integrator->watch;
   flesh_state view;
-  const int known = watch->t == state->t && flesh_energy_watch_knows(watch) && !view_state(integrator, state, &view);
+  const int known = watch->t == state->t && flesh_energy_watch_knows(watch) && !flesh_integrator_view(integrator, state, &view);
   return known && flesh_evaluation_is_at(integrator->evaluation, &view, 0) ? watch->energies : NULL;
 }
 
@@ -376,7 +375,7 @@ static int step_alone(flesh_integrator *self, flesh_state *state, double h, fles
   if (!(state->t + h < INFINITY && (h == 0 || state->t + h > state->t)))
     return flesh_fail(FLESH_ERR_ARGUMENT, "a step of %g s from t = %g s ends at %g s; it must end later, and at a finite time",
                       h, state->t, state->t + h);
-  int status = view_state(self, state, &view);
+  int status = flesh_integrator_view(self, state, &view);
   if (status) return status;
   const double rounding = flesh_rounding_of_time(view.t, h);
   const int moved = !flesh_evaluation_is_at(self->evaluation, &view, rounding) || (self->ahead.shown && self->tape);

@@ -85,6 +85,10 @@ struct flesh_integrator {
   flesh_tape *tape; /* borrowed; NULL: no tape */
 };
 
+/* Sets view = *state, with the integrator's own multipliers and internal variables if it has none. FLESH_ERR_ARGUMENT for
+ * a wrong number of them. */
+int flesh_integrator_view(const flesh_integrator *integrator, const flesh_state *state, flesh_state *view);
+
 /* Takes in that the run is at this state, from which a step will start. FLESH_ERR_NONFINITE, FLESH_ERR_MEMORY. */
 int flesh_integrator_begin(flesh_integrator *integrator, const flesh_state *state);
 

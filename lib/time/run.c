@@ -105,15 +105,18 @@ static void find_reports(const watch *w, const flesh_step_record *record)
 }
 
 static int call_observers(watch *w, const flesh_integrator *integrator, int step, int last, double h,
-                          const flesh_state *state, const flesh_solve_stats *stats)
+                          const flesh_state *given, const flesh_solve_stats *stats)
 {
   if (!w->options->observer_count) return FLESH_OK;
+  flesh_state state;
+  int status = flesh_integrator_view(integrator, given, &state);
+  if (status) return status;
   flesh_step_record record = {.step = step,
                               .last = last,
                               .h = h,
                               .system = w->system,
-                              .state = state,
-                              .stage = step ? flesh_integrator_stage(integrator, state) : state,
+                              .state = &state,
+                              .stage = step ? flesh_integrator_stage(integrator, &state) : &state,
                               .stats = stats,
                               .energies = w->energies,
                               .rest_energies = w->rest_energies,
@@ -122,17 +125,16 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .tet_J_min = w->J_min,
                               .proximity = w->environment->proximity,
                               .reports = w->reports};
-  const flesh_point point = point_of(w, state, state);
+  const flesh_point point = point_of(w, &state, &state);
   int effects = flesh_system_effect_count(w->system);
-  const double *known = flesh_integrator_energies(integrator, state);
-  int status = FLESH_OK;
+  const double *known = flesh_integrator_energies(integrator, &state);
   if (known) memcpy(w->energies, known, (size_t)effects * sizeof *known);
   else status = flesh_system_energies(w->system, &point, w->energies);
   if (status < 0) return status;
   /* A state may be accepted where an energy has no value (a start with J <= 0): the record then has none. */
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
-  look_at_shape(w, state, &record);
+  look_at_shape(w, &state, &record);
   if (w->reports) find_reports(w, &record);
   status = FLESH_OK;
   for (int o = 0; o < w->options->observer_count && status >= 0; o++) {

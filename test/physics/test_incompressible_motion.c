@@ -255,10 +255,12 @@ static void states_go_on(void)
 static int see_energies(void *data, const flesh_step_record *record)
 {
   *(double *)data = record->energies[0];
+  CHECK(record->state->multiplier_count == flesh_mesh_tet_count(flesh_system_mesh(record->system)));
+  CHECK(!record->step || record->state->multipliers[0] != 0);
   return FLESH_OK;
 }
 
-/* The energies of states that leave the pressures to the integrator are known, also in runs. */
+/* The energies of states that leave the pressures to the integrator are known, also in runs, whose observers see both. */
 static void states_need_no_pressures(void)
 {
   test_body b;
