@@ -190,7 +190,8 @@ class Integrator(Handle):
 
 def equilibrium(system: System, start: Optional[State] = None, options: Optional[SolverOptions] = None,
                 t: float = 0.0) -> State:
-    """Returns the equilibrium of a system at t s, a new state; the solve begins at `start`, by default the rest shape.
+    """Returns the equilibrium of a system at t s, a new state with the system's multipliers and internal variables; the
+    solve begins at `start`, by default the rest shape.
 
     Raises:
         SolveError: none was found.
@@ -198,5 +199,9 @@ def equilibrium(system: System, start: Optional[State] = None, options: Optional
     state = State.at_rest(system.mesh) if start is None else start.copy()
     if t < state.t:
         raise ArgumentError(f"t is {t:g} s; it must be at least that of the start, {state.t:g} s")
+    if state.multipliers is None and system.multiplier_count:
+        state.multipliers = np.zeros(system.multiplier_count)
+    if state.internal is None and system.internal_count:
+        state.internal = np.zeros(system.internal_count)
     Integrator(system, "static", options).step(state, t - state.t)
     return state

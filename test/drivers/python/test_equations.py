@@ -53,6 +53,16 @@ def test_tangents_and_adjoints_of_a_stage(mild, rng):
         problem.solve(u, np.zeros(3))
 
 
+def test_equilibria_have_pressures():
+    mesh = flesh.Mesh.box((2, 1, 1), (2, 1, 1)).raise_order()
+    body = flesh.Body(mesh, flesh.Material("S", young=1e5, poisson=0.5), density=1000)
+    system = flesh.System(mesh, [flesh.Elasticity(body), flesh.Gravity(body)])
+    system.pin(mesh.nodes_in_box((0, 0, 0), (0, 1, 1)))
+    state = flesh.equilibrium(system, options=flesh.SolverOptions(newton_tolerance=1e-8))
+    assert state.multipliers.shape == (mesh.tet_count,) and state.multipliers.any() and state.internal is None
+    assert np.isfinite(flesh.Sensitivity(system, state).respond(system.load(state.x))).all()
+
+
 def test_gradients_of_an_equilibrium(mesh, body, held):
     def system(young=1e5, gravity=-1.0):
         body = flesh.Body(mesh, flesh.Material("S", young=young, poisson=0.45), 1000)
