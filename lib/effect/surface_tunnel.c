@@ -46,9 +46,9 @@ static int find_touching(near *self, const double *x, flesh_surface_touching *to
   return FLESH_OK;
 }
 
-/* Adds the pairs of pieces that touch each other at x_from; also finds those at x_to, where the next step starts if
- * this one is accepted. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
-static int add_touching(near *self, const double *x_from, const double *x_to, uint64_t *pairs)
+/* Adds the pairs of pieces that touch each other at x_from to `pairs`, and those at x_to, where the next step starts if
+ * this one is accepted, to `after`. FLESH_UNDEFINED, FLESH_ERR_MEMORY. */
+static int add_touching(near *self, const double *x_from, const double *x_to, uint64_t *pairs, uint64_t *after)
 {
   flesh_surface_touching *ends = self->touching;
   if (ends[1].known && flesh_surface_near_is_at(self, x_from, ends[1].x)) {
@@ -58,7 +58,10 @@ static int add_touching(near *self, const double *x_from, const double *x_to, ui
   }
   int status = find_touching(self, x_from, &ends[0]);
   if (!status) status = find_touching(self, x_to, &ends[1]);
-  for (int a = 0; a < self->pieces && !status; a++) pairs[a] |= ends[0].pieces[a];
+  for (int a = 0; a < self->pieces && !status; a++) {
+    pairs[a] |= ends[0].pieces[a];
+    after[a] |= ends[1].pieces[a];
+  }
   return status;
 }
 
@@ -134,17 +137,22 @@ static int meet(near *self, const uint64_t *pairs, double portion, const double 
   return found;
 }
 
-/* Ignores pieces that touched before the step: they may have slid on, around corners that their straight path cuts. */
+/* Ignores pieces that touch before the step and after it: they may have slid on, around corners that their straight path
+ * cuts. */
 int flesh_surface_near_tunnelled(void *memory, const flesh_team *team, const double *internal, const double *x_from,
                                  const double *x_to)
 {
   near *self = memory;
   const flesh_contact_surface *s = &self->contact->surface;
-  piece_pairs pairs = {0};
+  piece_pairs pairs = {0}, after;
   flesh_surface_near_take(self, internal);
   if (self->pieces < 2) return 0;
   add_apart(self, x_from, x_to, pairs);
-  if (!unite(self, team, add_touching(self, x_from, x_to, pairs), pairs)) return 0;
+  memcpy(after, pairs, sizeof after);
+  const int status = add_touching(self, x_from, x_to, pairs, after);
+  const int others = unite(self, team, status, pairs), others_after = unite(self, team, status, after);
+  if (!others && !others_after) return 0;
+  for (int a = 0; a < self->pieces; a++) pairs[a] &= after[a];
   if (flesh_team_least(team, flesh_surface_near_feasible_step(self, x_from, x_to)) == 1) return 0;
   const double *to = flesh_surface_near_without_mean(self, x_from, x_to);
   double longest = 0, portion = 1;

@@ -166,7 +166,7 @@ static int is_tunnelled(const test_body *b, flesh_integrator *integrator, double
 }
 
 /* A body beside the path, or touched only at its end, is no obstacle to it; one that is touched from the other side is.
- * A body touched where the path begins may be slid along. */
+ * A body touched where the path begins and where it ends may be slid along. */
 static void what_is_passed_is_told(void)
 {
   const flesh_solver_options options = test_options(1e-4);
@@ -183,6 +183,7 @@ static void what_is_passed_is_told(void)
   CHECK(!is_tunnelled(&b, integrator, 0, 0, 0.15 - 1e-5)); /* touched as hard as possible */
   CHECK(is_tunnelled(&b, integrator, 0, 0, 0.253) && is_tunnelled(&b, integrator, 30, 0, 30.253));
   CHECK(!is_tunnelled(&b, integrator, -0.253, 0, 0.5) && !is_tunnelled(&b, integrator, -0.149, 0, 0.104));
+  CHECK(is_tunnelled(&b, integrator, -0.149, 0, 0.5)); /* touched only where the path begins */
   CHECK(is_tunnelled(&b, integrator, 0, 0, 0.8)); /* whatever was asked before */
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);

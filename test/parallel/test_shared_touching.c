@@ -283,11 +283,12 @@ static void a_step_does_not_lead_around_what_is_in_its_way(void)
   check_pieces(&shared);
   const double start[3] = {0}, down[3] = {0, 0, -0.8}, past[3] = {1, 0, -0.8}, under[3] = {0, 0, -0.253},
                touching[3] = {-0.17, 0.02, -0.149},
-               above[3] = {-0.17, 0.02, -0.14};
+               above[3] = {-0.17, 0.02, -0.14}, along[3] = {-0.33, -0.27, -0.504};
   CHECK(is_tunnelled(&shared, 0, start, down) && !is_tunnelled(&shared, 0, start, past));
   CHECK(is_tunnelled(&shared, 0, start, under)); /* and touches from below */
   CHECK(is_tunnelled(&shared, 0.5, above, down));
-  CHECK(!is_tunnelled(&shared, 0.5, touching, down)); /* with one corner, which one rank owns */
+  CHECK(is_tunnelled(&shared, 0.5, touching, down));
+  CHECK(!is_tunnelled(&shared, 0.5, touching, along)); /* at each end with one corner, which one rank owns */
   for (int s = 0; s < 2; s++) CHECK_OK(advance(&shared));
   const int n = flesh_system_unknowns(flesh_scene_system(shared.scene));
   double *v = gather(&shared, n, shared.state.v), lower = 0, upper = 0;
