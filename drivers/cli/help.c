@@ -182,7 +182,7 @@ static void print_text_list(const char *command, const char *about, const char *
 {
   const char *blank = *command ? " " : "";
   printf("Usage: flesh%s%s COMMAND [ARGUMENT]...\n%s\nCommands:\n", blank, command, about);
-  for (; list->name; list++) printf("  %-10s %s\n", list->name, list->summary);
+  for (; list->name; list++) printf("  %-11s %s\n", list->name, list->summary);
   printf("\n`flesh%s%s COMMAND --help` describes a command.%s%s\n\n", blank, command, more ? " " : "", more ? more : "");
   flesh_help_print_exits(*command ? 0 : FLESH_EXITS_ALL);
 }

@@ -301,14 +301,15 @@ static int read_and_run(given *g, int argc, char **argv)
        "go on with the run in DIR from its last checkpoint, with the scene and options that it began with (instead of "
        "SCENE); on the same number of ranks, bitwise identical"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
-       "stop in order after S seconds, reading the scene and the time before --resume included; the step under way is given up"},
+       "stop in order after S seconds, reading the scene and the time before --resume included; the step under way is given "
+       "up, or with --checkpoint has up to 10 s to end"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},
       {"error", NULL, FLESH_OPTION_SWITCH, &g->error,
        "add error bars of mesh and step, by further runs (--set output.error_bars=true); with --resume also to a run that "
        "is complete"},
       {"to", "TOLERANCE:COLUMN", FLESH_OPTION_TEXT, &g->to,
-       "refine the mesh of an equilibrium until a column of the probes has an error bar within TOLERANCE, as in "
-       "1%:tip.position_z; of ten-node tets"},
+       "refine the mesh of an equilibrium, as ten-node tets, until a column of the probes has an error bar within "
+       "TOLERANCE, as in 1%:tip.position_z"},
       {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
        "print each effect's CPU time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},

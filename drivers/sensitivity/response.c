@@ -147,7 +147,8 @@ int flesh_response_find(const flesh_scene *scene, const char *name, double t, fl
   snprintf(column, sizeof column, "%.*s", (int)find_over(name, &response->over), name);
   const flesh_probe *probe = flesh_probe_of(scene, column);
   if (!probe)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "it must be PROBE.COLUMN for a probe of output.probes, such as tip.position_z");
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "it must be PROBE.COLUMN, a column of a probe that the scene has in output.probes");
   if (response->over && !*flesh_scene_tangents_refused(scene))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "means and integrals over time are of motions, and of equilibria that depend on those before");
