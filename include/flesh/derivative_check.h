@@ -33,7 +33,8 @@ typedef struct flesh_derivative_report {
  * lengths. An effect with a memory of nearness is checked with one, and with the matrix that solves use, which must
  * be bitwise the same when it is made again after one at another point. x [3*nodes] should be generic (not the rest
  * state, where gradients vanish). Returns the effect's status where it cannot be evaluated (FLESH_UNDEFINED: choose
- * another x). FLESH_ERR_ARGUMENT for a mesh with other counts of nodes or tets than the effect's mesh. */
+ * another x). FLESH_ERR_ARGUMENT for a mesh with other counts of nodes or tets than the effect's mesh. Further
+ * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

@@ -156,9 +156,11 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * impact_steps). Backward Euler extrapolates its last steps for the first iterates of a slow motion; another integrator
  * that continues from a state therefore agrees to the solver's tolerance, not bitwise.
  *
- * On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. So ends a start within an obstacle;
- * flesh_system_check, which flesh_run calls first, says where. FLESH_ERR_NONFINITE, with the node, for a state that is
- * not finite and is not the one returned last. */
+ * On failure (FLESH_ERR_SOLVE; of error control and IDA also FLESH_ERR_INTEGRATOR) the state is that of the last
+ * success, t included. A start within an obstacle fails so; flesh_system_check, which flesh_run calls first, says
+ * where. FLESH_ERR_NONFINITE, with the node, for a state that is not finite and is not the one returned last.
+ * FLESH_ERR_ENERGY: see flesh_integrator_set_max_energy_gain. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
+ * FLESH_ERR_SUNDIALS, fatal ones of effects, and what `stop` and `observe` return. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 

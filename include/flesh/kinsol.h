@@ -115,7 +115,8 @@ FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_V
  * it. K is symmetric: p is an adjoint as well as a tangent. On constrained dofs b is not read, and p is 0. Each solve
  * goes on until ||b - K p||_2 <= tolerance ||b||_2, tolerance in [1e-13, 1), by the options' linear solver; if K is
  * indefinite, or conjugate gradients do not reach the tolerance, by KLU. u NULL: uses the K of the previous call and
- * its factors. FLESH_ERR_ARGUMENT; FLESH_ERR_SOLVE if K is singular; FLESH_UNDEFINED, FLESH_NONFINITE. */
+ * its factors. FLESH_ERR_SOLVE if K is singular. Further errors: FLESH_ERR_ARGUMENT,
+ * FLESH_ERR_MEMORY, FLESH_UNDEFINED, FLESH_NONFINITE. */
 FLESH_API int flesh_problem_solve(flesh_problem *problem, const double *u, int count, double *b, double tolerance);
 
 /* Creates the library's block matrix as a SUNMatrix with all operations except SUNMatMatvecSetup (products need

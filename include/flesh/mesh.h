@@ -47,7 +47,7 @@ typedef struct flesh_mesh_info {
  * Inverted tets are flipped (their last two nodes swapped) and counted. FLESH_ERR_ARGUMENT, with the index, for a
  * flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding hides the sign of V), a node out of range or repeated in
  * a tet, a tet given twice, a face of more than two tets, a non-finite coordinate, or an empty mesh. Positions are
- * compared without tolerance. Returns new. */
+ * compared without tolerance. Returns new. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
@@ -114,25 +114,25 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
                              flesh_mesh **mesh);
 
 /* Reads a mesh. These formats are recognised by the file's name: Abaqus's and CalculiX's .inp, VTK's .vtu (one piece;
- * ASCII, base 64 or raw, also deflated by zlib), VegaFEM's .veg (text). Others are recognised by their content:
- * TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in either byte
- * order), Medit .mesh (ASCII), a plain list (`nodes N`, rows `x y z`, `tets T`, rows `a b c d` from 0, or `tets10 T`,
- * rows of ten), and the index of a split mesh (`flesh mesh split`), whose parts are joined. Tets have 4 nodes, or all
- * 10: C3D10, VTK_QUADRATIC_TETRA, Gmsh's type 11, TetGen's -o2, Medit's TetrahedraP2. Other elements are ignored;
- * tets of order 3 and above are refused. The regions are: in .inp the number of the *SOLID SECTION, from 1, or else
- * of the ELSET that the *ELEMENT names; in .vtu the cell array `region`, `regions`, `MaterialIds`, `gmsh:physical` or
- * `medit:ref`, or else the only cell array of integers with one component; the number of VegaFEM's *REGION; TetGen's
- * first attribute; Gmsh's physical tag or else the tag of the volume; Medit's reference; else 0. The mesh keeps named
- * sets, by which scenes select (flesh_mesh_set_at): *NSET, *ELSET and *SURFACE (the nodes of its faces), *SET, Gmsh's
- * physical groups that have names. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise. Independent of
- * the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
+ * ASCII, base 64 or raw, also deflated by zlib), VegaFEM's .veg (text). Others are recognised by their content: TetGen
+ * .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in either byte order), Medit
+ * .mesh (ASCII), a plain list (`nodes N`, rows `x y z`, `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten),
+ * and the index of a split mesh (`flesh mesh split`), whose parts are joined. Tets have 4 nodes, or all 10: C3D10,
+ * VTK_QUADRATIC_TETRA, Gmsh's type 11, TetGen's -o2, Medit's TetrahedraP2. Points, lines and faces are ignored; other
+ * solids, and tets of order 3 and above, are refused. The regions are: in .inp the number of the *SOLID SECTION, from
+ * 1, or else of the ELSET that the *ELEMENT names; in .vtu the cell array `region`, `regions`, `MaterialIds`,
+ * `gmsh:physical` or `medit:ref`, or else the only cell array of integers with one component; the number of VegaFEM's
+ * *REGION; TetGen's first attribute; Gmsh's physical tag or else the tag of the volume; Medit's reference; else 0. The
+ * mesh keeps named sets, by which scenes select (flesh_mesh_set_at): *NSET, *ELSET and *SURFACE (the nodes of its
+ * faces), *SET, Gmsh's physical groups that have names. FLESH_ERR_FILE with file and line (byte in binary parts)
+ * otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
 /* Writes a mesh in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or .mesh
  * (Medit). A .msh has the named sets as physical groups of points and volumes; the other formats have no sets. A
  * partial file is never left. Numbers have 17 significant digits, so that reading gives the same mesh.
  * FLESH_ERR_ARGUMENT for another suffix, for a mesh with tets of four nodes and of ten, and in a .msh for a set whose
- * name has a quotation mark; FLESH_ERR_FILE when writing fails. */
+ * name has a quotation mark; FLESH_ERR_FILE when writing fails. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */

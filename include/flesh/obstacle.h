@@ -11,8 +11,8 @@ extern "C" {
 
 typedef struct flesh_obstacle flesh_obstacle;
 
-/* Constructors of obstacles in their rest position. Each returns new; FLESH_ERR_ARGUMENT if a number is not finite, a
- * radius not positive, or a normal zero. */
+/* Constructors of obstacles in their rest position; lengths in m. Each returns new. FLESH_ERR_ARGUMENT if a number is
+ * not finite, a radius not positive, or a normal zero. Further errors: FLESH_ERR_MEMORY. */
 
 /* Creates the half-space below a plane through `point`; `normal` points towards the body. Errors: FLESH_ERR_ARGUMENT,
  * FLESH_ERR_MEMORY. */

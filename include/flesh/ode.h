@@ -114,7 +114,8 @@ FLESH_API int flesh_ode_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *prob
 /* A CVLsJacFn and ARKLsJacFn: writes df/dy into a matrix of flesh_ode_sunmatrix_create, for any mass, or into a 2*3*n
  * square SUNSparseMatrix (CSC) with room for flesh_ode_entries() entries, for SUNLinSol_KLU. FLESH_ERR_ARGUMENT for a
  * SUNSparseMatrix if the mass couples dofs (consistent mass), as df/dy is then full. The entries are -1 if they are
- * too many for SUNDIALS' 32-bit indices. fy, w1, w2 and w3 are not used. */
+ * too many for SUNDIALS' 32-bit indices. fy, w1, w2 and w3 are not used. Further errors: FLESH_UNDEFINED,
+ * FLESH_NONFINITE, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
                                  N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);

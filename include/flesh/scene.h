@@ -27,7 +27,8 @@ typedef struct flesh_scene flesh_scene;
  * A material takes one pair of constants, mu and lambda or young and poisson; when overrides complete a second pair,
  * the pair that was given last counts. Paths in the scene are relative to its file, paths in overrides to the working
  * directory. FLESH_ERR_ARGUMENT for a bad scene or override ("file:line:column: key is value; what is valid", "--set
- * path=value: ..."), FLESH_ERR_FILE for a bad file or mesh. Returns new. */
+ * path=value: ..."), FLESH_ERR_FILE for a bad file or mesh. Returns new. Further errors: FLESH_ERR_MEMORY, and the
+ * status of flesh_scene_set_stop's function. */
 FLESH_API int flesh_scene_read(const char *path, int count, const char *const *overrides,
                                flesh_scene **scene);
 /* Reads a scene from `text` in memory: `path` is its name in messages, and relative paths in it are relative to the

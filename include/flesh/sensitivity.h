@@ -49,7 +49,7 @@ FLESH_API void flesh_sensitivity_destroy(flesh_sensitivity **sensitivity);
  * `lagged` is the lagged state of the equilibrium's solve (for friction, the state before the step), which counts as
  * constant. NULL: the equilibrium itself, as in statics that repeat a solve for follower loads. FLESH_ERR_ARGUMENT if
  * the free forces are more than a hundredth of the largest effect's, so that it is no equilibrium; FLESH_ERR_SOLVE if
- * K is singular. */
+ * K is singular or the residual has no value. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sensitivity_set(flesh_sensitivity *sensitivity, const flesh_state *state,
                                     const flesh_lagged *lagged);
 

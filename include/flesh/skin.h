@@ -58,7 +58,7 @@ FLESH_API void flesh_skin_apply(const flesh_skin *skin, int components, int clam
 FLESH_API int flesh_skin_write(const flesh_skin *skin, const char *path);
 /* Reads a binding for this mesh and surface. FLESH_ERR_FILE, with file and line, for anything else:
  * another mesh or surface, a tet out of range, weights that are not finite or do not sum to one.
- * Returns new. Further errors: FLESH_ERR_ARGUMENT. */
+ * Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_skin_read(const char *path, const flesh_mesh *mesh,
                               const flesh_surface *surface, flesh_skin **skin);
 

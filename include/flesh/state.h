@@ -29,10 +29,11 @@ typedef struct flesh_state {
  * multipliers, read if state->multipliers is not NULL, and 0 if the file has none; `# internal <count>` and `#
  * <number>` likewise give the internal variables. Fills the caller's state->x, v [3*nodes]. FLESH_ERR_FILE, with file
  * and line, when a number is missing, wrong or not finite, or when the count of rows, multipliers or internal
- * variables is wrong. Further errors: FLESH_ERR_ARGUMENT. */
+ * variables is wrong, and when the file cannot be opened. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_state_read(const char *path, int nodes, flesh_state *state);
 /* Writes a state file that reads back bitwise the same; a partial file is never left. FLESH_ERR_NONFINITE, with
- * nothing written, when a number is not finite. Further errors: FLESH_ERR_ARGUMENT. */
+ * nothing written, when a number is not finite; FLESH_ERR_FILE when writing fails. Further errors:
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_state_write(const char *path, int nodes, const flesh_state *state);
 
 #ifdef __cplusplus

@@ -27,12 +27,12 @@ FLESH_API int flesh_surface_create(int vertices, const double *positions, int fa
  * PLY: x, y, z of `vertex` and the list `vertex_indices` or `vertex_index` of `face`; everything else is ignored.
  * STL: triangles, whose corners at exactly the same place become one vertex; normals and attributes are ignored.
  * FLESH_ERR_FILE with file and line (byte in binary parts) otherwise. Independent of the locale. Returns new. Further
- * errors: FLESH_ERR_ARGUMENT. */
+ * errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
 
 /* Writes .obj or .ply (binary, little endian) by the suffix, with the vertices at `x` [3*vertices] (NULL: at the
  * surface's own positions). A partial file is never left. Numbers have 9 digits in OBJ and are floats in PLY.
- * FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. */
+ * FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_surface_write(const flesh_surface *surface, const double *x, const char *path);
 
 /* Makes the surface of a mesh: its boundary triangles and the nodes that they use, in the mesh's order. Returns new.

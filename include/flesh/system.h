@@ -2,7 +2,8 @@
  *
  * A system is built by create, add..., finalize, and const from then on, so that several runs and threads can share
  * it. All nodes are unknowns in the mesh's numbering; the solvers treat constrained dofs as identity rows. Functions
- * that return no status cannot fail. */
+ * that evaluate effects also return an effect's fatal status, such as FLESH_ERR_MEMORY of contact between bodies.
+ * Functions that return no status cannot fail. */
 #ifndef FLESH_SYSTEM_H
 #define FLESH_SYSTEM_H
 
@@ -30,7 +31,8 @@ FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effec
 
 /* Constrains `axes` of `nodes` [count] to their rest positions while from <= t < until. If several pins and prescribed
  * motions constrain a component at the same time, the one added last counts. Copies its arguments. FLESH_ERR_ARGUMENT
- * for no node, no axis, a node out of range, or an `until` that is not after `from`. */
+ * for no node, no axis, a node out of range, or an `until` that is not after `from`. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                                    double from, double until);
 
