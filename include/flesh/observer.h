@@ -33,8 +33,9 @@ typedef struct flesh_step_record {
   double J_min;   /* smallest J of all quadrature points */
   double J_bound; /* smallest bound of flesh_mesh_jacobian_bounds; J_min for four-node tets */
   int J_min_tet, inverted; /* tet with J_min; number of tets with J <= 0 at a quadrature point */
-  const struct flesh_proximity *proximity; /* the run's data on nodes near each other (effect.h), or NULL */
-  /* On a part of a body, each effect's report for the whole body [effects*FLESH_RANK_SUMS]; else NULL. */
+  const struct flesh_proximity *proximity; /* for the library's own observers; NULL: none */
+  /* On a part of a body, four numbers of each effect for the whole body [4*effects], for the library's own observers;
+   * else NULL. */
   const double *reports;
 } flesh_step_record;
 
@@ -48,10 +49,10 @@ typedef struct flesh_observer {
  * Columns: t, step, h, internal_steps, newton, linear, assemblies, projections, backtracks, residual, residual_target
  * [N], energy_<effect> per effect and energy_total [J] (elasticity relative to rest; a second effect of a name is
  * energy_<effect>_2), volume [m^3], volume_ratio, J_min, J_min_tet, J_bound, inverted, and the columns of effects:
- * contact_gap [m] (the smallest distance, at most the thickness), contact_nodes (number closer than the thickness),
- * contact_force [N] (size of the sum of their normal forces), all three at the step's stage; for a weld that can
- * break, weld_broken (fraction of its area), weld_released [J] and weld_traction [Pa] (the largest value of its
- * criterion over unbroken parts). Numbers read back exactly. */
+ * contact_gap [m] (the smallest distance, at most the thickness), contact_nodes (number closer than the thickness; of
+ * contact between bodies contact_pairs), contact_force [N] (size of the sum of their normal forces), all at the step's
+ * stage; for a weld that can break, weld_broken (fraction of its area), weld_released [J] and weld_traction [Pa] (the
+ * largest value of its criterion over unbroken parts); muscle_activation. Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
 /* Opens the file; borrows `system`. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_history_create(const char *path, const flesh_system *system,
