@@ -48,7 +48,7 @@ static int unknown(const char *section, const char *word, const flesh_schema_par
                     flesh_suggestion_text(&suggestion, text));
 }
 
-/* Finds the part for "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The arena
+/* Finds the part for "body.material", "solver.threads", "effects.pin", or "pin"; NULL or "": everything. The arena
  * holds the texts. FLESH_ERR_ARGUMENT with the nearest name. */
 static int find(flesh_arena *arena, const char *section, flesh_schema_part *part)
 {
