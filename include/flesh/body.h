@@ -80,6 +80,7 @@ typedef struct flesh_cells {
 /* Fills *cells with a cell for each tet of the mesh: its 4 or 10 nodes ascending, padded where the mesh has both
  * kinds. For operations->cells. Free it with flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
+/* Frees the arrays of *cells, which is then all zeros. */
 FLESH_API void flesh_cells_clear(flesh_cells *cells);
 
 #ifdef __cplusplus

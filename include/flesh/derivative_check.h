@@ -27,8 +27,8 @@ typedef struct flesh_derivative_report {
 
 /* Checks by finite differences that an effect's residual is the gradient of its potential and that its Jacobian is
  * the derivative of its residual; for the library's own effects also that residual and potential in one pass, and
- * the Jacobian that overwrites a matrix, are the same. The check is at (t, x) with random velocities and
- * accelerations (zero for statics), lagged.x near x, lagged.v random and a frozen state on the line, along random
+ * the Jacobian that overwrites a matrix, are the same. The check is at (t, x) with velocities and accelerations at
+ * random by `seed` (zero for statics), lagged.x near x, lagged.v random and a frozen state on the line, along random
  * directions that move nodes by a small part of the mesh's mean edge; each error is the smallest of several step
  * lengths. An effect with a memory of nearness is checked with one, and with the matrix that solves use, which must
  * be bitwise the same when it is made again after one at another point. x [3*nodes] should be generic (not the rest
