@@ -86,7 +86,8 @@ typedef struct flesh_solver_options {
    * the first iterate, but at most the largest ||r_e||_2 at the current one: of the load (over the free dofs) and of
    * each other effect e, inertia included (over the free dofs; over all dofs for an effect that couples nodes, so that
    * reactions count). If no load acts and that maximum is less than ten times ||r||_2, so that nothing balances, `first`
-   * is at most the larger of the maximum and the force that strains an edge by its own length.
+   * is at most the larger of the maximum and the force that strains an edge by its own length. With error control, and
+   * with FLESH_METHOD_IDA, the residual follows from flesh_adaptive_options.tolerance instead.
    * At the end of a step the mean of J of an incompressible tet is within a hundredth of newton_tolerance of 1, or
    * within newton_tolerance if a further correction changes no force by more than that. */
   double newton_tolerance;

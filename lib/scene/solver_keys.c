@@ -32,10 +32,10 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-4",
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
-            "the applied load and the first iterate's residual; in statics, and if obstacles, prescribed positions "
-            "or springs may have jumped, that residual counts at most as much as the largest force at the current "
-            "iterate: of loads, contact, inertia, elements and reactions; for incompressible tets (poisson 0.5) the "
-            "mean of J is within 0.01 times this of 1"},
+            "the applied load and the first iterate's residual, which counts at most as much as the largest force at the "
+            "current iterate: of loads, contact, inertia, elements and reactions; for incompressible tets (poisson 0.5) the "
+            "mean of J is within 0.01 times this of 1. If errors choose the steps, the residual follows from "
+            "time.tolerance instead"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
