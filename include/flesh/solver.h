@@ -91,7 +91,8 @@ typedef struct flesh_solver_options {
    * At the end of a step the mean of J of an incompressible tet is within a hundredth of newton_tolerance of 1, or
    * within newton_tolerance if a further correction changes no force by more than that. */
   double newton_tolerance;
-  double linear_tolerance; /* residual reduction of each linear solve */
+  /* Largest ratio of the residual after a linear solve to that before it; FLESH_TECHNIQUE_FORCING_TERMS lowers it. */
+  double linear_tolerance;
   /* Maximum number of iterations per solve. A solve ends earlier when 300 iterations (100 in a motion of bodies that
    * touch each other) lower the potential by less than a tenth of the whole decrease so far. */
   int max_newton;

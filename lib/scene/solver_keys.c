@@ -41,7 +41,8 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, linear_tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-2",
-     .doc = "residual reduction of each iterative linear solve"},
+     .doc = "largest ratio of the residual after an iterative linear solve to that before it; forcing_terms of "
+            "techniques makes it smaller as Newton's iteration converges"},
     {.name = "max_newton",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, max_newton),

@@ -31,8 +31,9 @@ def method_order(method: str) -> int:
 class SolverOptions(Options):
     """Options of the solve of a step or an equilibrium: SolverOptions(newton_tolerance=1e-8, threads=2)."""
     _ctype = "flesh_solver_options"
-    newton_tolerance: float = Field("converged when |r| <= this times the larger of the load and the first residual")
-    linear_tolerance: float = Field("residual reduction of each linear solve")
+    newton_tolerance: float = Field("converged when |r| <= this times the larger of the load and the first residual; not "
+                                    "used with error control")
+    linear_tolerance: float = Field("largest ratio of the residual after a linear solve to that before it")
     max_newton: int = Field("maximum number of iterations of a solve")
     max_linear: int = Field("maximum number of iterations of a linear solve")
     max_cutbacks: int = Field("how often a failed step or load increment may be halved")
@@ -42,7 +43,7 @@ class SolverOptions(Options):
     line_search: str = Field("line search that sets the length of a step", _LINE_SEARCH)
     accept_unconverged: int = Field("1: a solve that ends at max_newton without convergence is accepted")
     techniques: tuple = Field("techniques for steps on which plain Newton is slow, as a tuple of", _TECHNIQUES)
-    threads: int = Field("0: one for each processor; results do not depend on it")
+    threads: int = Field("number of threads, 0: one for each processor; results do not depend on it")
     lag_iterations: int = Field("maximum number of solves of a step, each with the lagged quantities of the last one")
 
     def _default(self):
