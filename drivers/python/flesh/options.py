@@ -31,8 +31,8 @@ def method_order(method: str) -> int:
 class SolverOptions(Options):
     """Options of the solve of a step or an equilibrium: SolverOptions(newton_tolerance=1e-8, threads=2)."""
     _ctype = "flesh_solver_options"
-    newton_tolerance: float = Field("converged when |r| <= this times the larger of the load and the first residual; not "
-                                    "used with error control")
+    newton_tolerance: float = Field("converged when |r| <= this times the larger of the load and the first residual; "
+                                    "not used with error control")
     linear_tolerance: float = Field("largest ratio of the residual after a linear solve to that before it")
     max_newton: int = Field("maximum number of iterations of a solve")
     max_linear: int = Field("maximum number of iterations of a linear solve")
