@@ -1,6 +1,7 @@
 /* rigid_guess.c: continues the velocities of free parts as rigid motions; parts that are far too large shrink. */
 #include "time/rigid_guess.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "geometry/motion.h"
@@ -136,14 +137,22 @@ static void add_fit(const flesh_rigid_parts *parts, int part, motion *m)
   }
 }
 
+/* Returns whether the moments of x + h v with x are symmetric but for rounding, as without rotation. */
+static int is_symmetric(const double S[9])
+{
+  const double least = 16 * DBL_EPSILON * flesh_mat3_trace(S);
+  return fabs(S[1] - S[3]) <= least && fabs(S[2] - S[6]) <= least && fabs(S[5] - S[7]) <= least;
+}
+
 /* Finds the rotation that leads nearest to x + h v (Kabsch 1976), to which the inertia of backward Euler draws a rigid
  * body. */
 static void turn_nearest(const motion *m, double turn[9])
 {
   double U[9], sigma[3], V[9];
+  flesh_mat3_identity(turn);
+  if (is_symmetric(m->sums)) return; /* rounding of U V^T would strain the body, step by step */
   flesh_svd3(m->sums, U, sigma, V);
-  if (sigma[1] > 1e-9 * sigma[0]) flesh_mat3_multiply_transposed(U, V, turn);
-  else flesh_mat3_identity(turn); /* keeps points on a line on it */
+  if (sigma[1] > 1e-9 * sigma[0]) flesh_mat3_multiply_transposed(U, V, turn); /* else points on a line stay on it */
 }
 
 /* Returns the factor by which a part of this extent shrinks about its centre; 1 if it is not far larger than at rest. */

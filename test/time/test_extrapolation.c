@@ -282,10 +282,31 @@ static void bodies_far_too_large_shrink(void)
   test_body_destroy(&b);
 }
 
+/* All nodes of a strained body that flies on without turning move by the same amount, to the last bit. */
+static void flights_leave_no_rounding(void)
+{
+  test_body b;
+  flesh_rigid_parts parts;
+  CHECK_OK(test_body_create(test_box(4, 4, 4, 0.1, 0.1, 0.1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 1,
+                            &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_rigid_parts_create(b.system, FLESH_OK, &parts));
+  double *u = malloc(sizeof *u * (size_t)b.n);
+  for (int way = 0; way < 2; way++) {
+    if (way) test_jitter(b.n, 0.01, 3, b.state.x);
+    for (int d = 0; d < b.n; d++) b.state.v[d] = (double[]){1, 0.5, 0.25}[d % 3];
+    CHECK(flesh_rigid_guess(&parts, NULL, &b.state, 1. / 60, 1, u) == 1);
+    for (int d = 0; d < b.n; d++) CHECK(u[d] == u[d % 3] && fabs(u[d] - b.state.v[d] / 60) < 1e-15);
+  }
+  free(u);
+  flesh_rigid_parts_clear(&parts);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(vibrations_are_predicted),
                    TEST(calm_swings_take_fewer_iterations), TEST(free_bodies_turn_on),
-                   TEST(bodies_far_too_large_shrink),
+                   TEST(bodies_far_too_large_shrink), TEST(flights_leave_no_rounding),
                    TEST(a_preconditioner_serves_in_stages_that_go_on));
 }
