@@ -62,7 +62,8 @@ static void jelly_tumbles_at_a_tenth(void)
     CHECK_BELOW(seen.gain, 0.05 * seen.fastest);
     flesh_integrator_destroy(&integrator);
   }
-  CHECK_BELOW(newton / RUNS, 1300); /* more with only the tangent of friction */
+  /* 1283 to 1424 for five sets of tolerances close by; 1769 with only the tangent of friction */
+  CHECK_BELOW(newton / RUNS, 1500);
   CHECK(seen.inside == 0);
   free(x);
   flesh_scene_destroy(&scene);
