@@ -310,8 +310,7 @@ static int read_and_run(given *g, int argc, char **argv)
       {"to", "TOLERANCE:COLUMN", FLESH_OPTION_TEXT, &g->to,
        "refine the mesh of an equilibrium, as ten-node tets, until a column of the probes has an error bar within "
        "TOLERANCE, as in 1%:tip.position_z"},
-      {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
-       "print each effect's CPU time, beside its calls and memory"},
+      {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile, "print each effect's CPU time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {
