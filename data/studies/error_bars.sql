@@ -63,7 +63,7 @@ CREATE TEMP TABLE judged AS
 SELECT id, kind, of_probe, rows, tab, aspect, coalesce(p.of_element, 0.3) AS of_element, coalesce(p.of_vector, 0.3) AS of_vector,
   iif(smooth, 0.62, m.factor) * coalesce(p.factor, 1) AS factor, adds AND NOT smooth AS sums, adds OR smooth AS adds,
   smooth
-FROM (SELECT q.*, j.*, NOT aspect AND id IN (SELECT own FROM others WHERE number = 'smooth') AS smooth
+FROM (SELECT q.*, j.*, NOT aspect AND coarser AND smoothed IS NOT NULL AS smooth
   FROM quantities q JOIN judges j ON count AND iif(aspect, no_step_bar, no_mesh_bar) IS NULL) m
 LEFT JOIN parts p ON header GLOB p.pattern AND p.judge = CASE WHEN smooth THEN 'smooth' WHEN coarser AND NOT adds THEN 'motion'
   WHEN NOT aspect AND EXISTS (SELECT * FROM same_mesh) THEN 'same mesh' END;

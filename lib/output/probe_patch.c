@@ -43,19 +43,18 @@ static void place_samples(const samples *s, const flesh_tet_stress *stress, cons
   const flesh_mesh *mesh = stress->body->mesh;
   double *rest = mesh->positions, far = 0, weights[10];
   int nodes[10];
+  flesh_strain_point points[FLESH_TET10_POINTS];
   for (int k = 0; k < s->count; k++) {
-    const int tet = tets[k / FLESH_TET10_POINTS];
+    const int tet = tets[k / FLESH_TET10_POINTS], q = k % FLESH_TET10_POINTS;
     double *y = s->y + 3 * (size_t)k;
-    flesh_strain_point points[FLESH_TET10_POINTS];
-    flesh_tet_stress_points(stress, &(flesh_state){.x = rest}, tet, points);
-    const flesh_strain_point *p = &points[k % FLESH_TET10_POINTS];
-    const int size = flesh_tet_weights(mesh, tet, p->L, nodes, weights);
+    if (!q) flesh_tet_stress_points(stress, &(flesh_state){.x = rest}, tet, points);
+    const int size = flesh_tet_weights(mesh, tet, points[q].L, nodes, weights);
     for (int d = 0; d < 3; d++) {
       y[d] = -X[d];
       for (int a = 0; a < size; a++) y[d] += weights[a] * rest[3 * (size_t)nodes[a] + (size_t)d];
       far = fmax(far, fabs(y[d]));
     }
-    s->weight[k] = p->volume;
+    s->weight[k] = points[q].volume;
   }
   for (int k = 0; k < s->count; k++) {
     double *y = s->y + 3 * (size_t)k;

@@ -129,12 +129,7 @@ static flesh_integrator *expanding(flesh_method method, double tolerance, test_b
   CHECK_OK(flesh_system_finalize(b->system));
   for (int d = 0; d < b->n; d += 3) b->state.v[d] = b->state.x[d] / 2;
   flesh_integrator *integrator = integrator_of(b, method, tolerance > 0 ? 1e-4 : 1e-9, 1);
-  if (!(tolerance > 0)) return integrator;
-  flesh_adaptive_options adaptive;
-  flesh_adaptive_options_default(&adaptive);
-  adaptive.control = 1;
-  adaptive.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  if (tolerance > 0) test_control(integrator, tolerance);
   return integrator;
 }
 

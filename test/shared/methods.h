@@ -1,8 +1,19 @@
-/* methods.h: the methods of the registry, for tests that apply to all of them. */
+/* methods.h: the methods of the registry, for tests that apply to all of them, and steps that errors choose. */
 #ifndef FLESH_TEST_METHODS_H
 #define FLESH_TEST_METHODS_H
 
 #include "flesh/integrator.h"
+#include "test.h"
+
+/* Lets errors choose an integrator's steps. */
+static inline void test_control(flesh_integrator *integrator, double tolerance)
+{
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.control = 1;
+  adaptive.tolerance = tolerance;
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+}
 
 /* Kinds of methods, combined with |. */
 typedef enum test_methods {

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "methods.h"
 #include "test.h"
 
 typedef struct motion_reference {
@@ -114,11 +115,7 @@ static inline flesh_integrator *motion_integrator(const test_body *body, flesh_m
 static inline flesh_integrator *motion_controlled(const test_body *body, flesh_method method, double residual, double tolerance)
 {
   flesh_integrator *integrator = motion_integrator(body, method, residual);
-  flesh_adaptive_options options;
-  flesh_adaptive_options_default(&options);
-  options.control = 1;
-  options.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
+  test_control(integrator, tolerance);
   return integrator;
 }
 

@@ -22,12 +22,7 @@ static flesh_integrator *controlled(const test_body *b, flesh_method method, fle
   flesh_method_options_default(&options);
   options.table = table;
   CHECK_OK(flesh_integrator_set_method_options(integrator, &options));
-  if (!(tolerance > 0)) return integrator;
-  flesh_adaptive_options adaptive;
-  flesh_adaptive_options_default(&adaptive);
-  adaptive.control = 1;
-  adaptive.tolerance = tolerance;
-  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  if (tolerance > 0) test_control(integrator, tolerance);
   return integrator;
 }
 
