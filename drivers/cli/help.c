@@ -17,7 +17,7 @@ const flesh_exit_row flesh_exit_rows[] = {
     {FLESH_ERR_FILE, "3", "bad or unwritable file, or bad mesh", 0},
     {FLESH_ERR_SOLVE, "4", "a solve failed", FLESH_EXITS_OF_SOLVES},
     {FLESH_ERR_INTEGRATOR, "5", "the time integrator failed", FLESH_EXITS_OF_SOLVES},
-    {FLESH_ERR_BUDGET, "6", "the budget (--max-seconds) is spent", FLESH_EXITS_OF_BUDGETS},
+    {FLESH_ERR_BUDGET, "6", "a budget (--max-seconds, the meshes of --to) is spent", FLESH_EXITS_OF_BUDGETS},
     {FLESH_ERR_NONFINITE, "7", "a number became non-finite", FLESH_EXITS_OF_SOLVES},
     {FLESH_ERR_ENERGY, "8", "the energy grew beyond the work put in (time.max_energy_gain)", FLESH_EXITS_OF_SOLVES},
     {FLESH_ERR_INTERRUPTED, "130/143", "interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid",

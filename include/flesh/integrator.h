@@ -52,10 +52,10 @@ FLESH_API int flesh_method_order(flesh_method method);
   ROW(alpha, -0.1, -1. / 3, 0, "[-1/3, 0]",                                                        \
       "parameter of hht (Hilber, Hughes & Taylor 1977), in [-1/3, 0]: a smaller value damps fast " \
       "oscillations more; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4")                            \
-  ROW(beta, 1/4, options->gamma / 2, 1, "[gamma/2, 1]",                                            \
-      "parameter of newmark, in [gamma/2, 1]")                                                     \
   ROW(gamma, 1/2, 0.5, 1, "[1/2, 1]",                                                              \
       "parameter of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")               \
+  ROW(beta, 1/4, options->gamma / 2, 1, "[gamma/2, 1]",                                            \
+      "parameter of newmark, in [gamma/2, 1]")                                                     \
   ROW(spectral_radius, 0.8, 0, 1, "[0, 1]",                                                        \
       "parameter of generalized-alpha (Chung & Hulbert 1993), in [0, 1]: fraction of infinitely "  \
       "fast oscillations that remains after a step; 1: no damping")

@@ -101,11 +101,12 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
   snprintf(body, sizeof body, "%s[%d]", list_key()->name, k);
-  if (!status) status = flesh_scene_fit_mesh(scene, body, element_of(scene, other), &other->curved, &mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
+  if (status) status = flesh_fail_within(status, "%s.mesh: ", body);
+  else status = flesh_scene_fit_mesh(scene, body, element_of(scene, other), &other->curved, &mesh);
   if (status) {
     flesh_mesh_destroy(&mesh);
-    return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+    return flesh_node_fail_within(status, place, "%s", "");
   }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
   status = append(j, mesh, other) ? flesh_no_memory_for(scene->path) : FLESH_OK;

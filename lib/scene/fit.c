@@ -35,8 +35,8 @@ int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element ele
 {
   if (element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "tet4 needs a mesh of four-node tets, and these have ten nodes; the element must be tet10 or "
-                      "tet10-mean, or convert the mesh by `flesh mesh convert --order 1`");
+                      "%s.element is tet4, and the mesh's tets have ten nodes; it must be tet10 or tet10-mean, or convert "
+                      "the mesh by `flesh mesh convert --order 1`", body);
   int status = check_refine(scene, element, *mesh);
   /* The faces on surfaces are found on the mesh as it was read: a mesh with such faces is refined when it is put on
    * them. */
@@ -47,7 +47,9 @@ int flesh_scene_fit_mesh(flesh_scene *scene, const char *body, flesh_element ele
     flesh_mesh_destroy(mesh);
     *mesh = next;
   }
-  return status ? status : flesh_scene_curve_mesh(scene, body, curved, mesh);
+  if (status) return status;
+  status = flesh_scene_curve_mesh(scene, body, curved, mesh);
+  return status ? flesh_fail_within(status, "%s.", body) : FLESH_OK;
 }
 
 /* Interpolates the state from the nodes of *mesh, through all meshes on the way, to the scene's mesh; replaces *mesh by

@@ -79,11 +79,11 @@ static int read_mesh(flesh_scene *scene)
 {
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, body));
   int status = flesh_scene_read_body_mesh(scene, &scene->mesh);
-  if (!status)
-    status = flesh_scene_fit_mesh(scene, "body", (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
-                                  &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
-  return status ? flesh_node_fail_within(status, place, "body.mesh: ") : FLESH_OK;
+  if (status) return flesh_node_fail_within(status, place, "body.mesh: ");
+  status = flesh_scene_fit_mesh(scene, "body", (flesh_element)scene->keys.body.element, &scene->keys.body.curved,
+                                &scene->mesh);
+  return status ? flesh_node_fail_within(status, place, "%s", "") : FLESH_OK;
 }
 
 static int read_start(flesh_scene *scene)

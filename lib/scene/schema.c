@@ -44,6 +44,7 @@ static int unknown(const char *section, const char *word, const flesh_schema_par
     flesh_suggestion_offer(&suggestion, key->name);
   for (int i = 0; i < count && (at_top || above->value == effects_key()); i++)
     flesh_suggestion_offer(&suggestion, rows[i]->name);
+  if (at_top) flesh_suggestion_offer(&suggestion, "results");
   return flesh_fail(FLESH_ERR_ARGUMENT, "%.80s is no section of the schema; %s", section,
                     flesh_suggestion_text(&suggestion, text));
 }

@@ -55,7 +55,7 @@ END
 
 what_does_not_fit_is_refused() {
   scene coarse.yaml "$meshes/bar_8x2x2.mesh" 11
-  expect 2 "$flesh" run coarse.yaml && has stderr.txt 'body.refine is 11; it must be 0 to 10' || return 1
+  expect 2 "$flesh" run coarse.yaml && has stderr.txt '^flesh run: coarse.yaml:[0-9]*:[0-9]*: body.refine is 11; it must be 0 to 10' || return 1
   for refine in 8 10; do
     scene coarse.yaml "$meshes/bar_8x2x2.mesh" $refine
     expect 2 timeout 1800 "$flesh" run coarse.yaml && has stderr.txt "body.refine is $refine; the mesh's 192 tets become" || return 1

@@ -223,6 +223,7 @@ static void bad_constants_are_refused(void)
   flesh_fibre fibre, bad;
   double tension[3];
   CHECK(flesh_fibre_default((flesh_fibre_curve)9, 1, &fibre) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_fibre_default(FLESH_FIBRE_BLEMKER, NAN, &fibre) == FLESH_ERR_ARGUMENT);
   CHECK(!flesh_fibre_curve_name((flesh_fibre_curve)9) && !strcmp(flesh_fibre_curve_name(FLESH_FIBRE_THELEN), "thelen"));
   CHECK_OK(flesh_fibre_default(FLESH_FIBRE_BLEMKER, 1, &fibre));
   const struct {

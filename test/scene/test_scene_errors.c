@@ -94,6 +94,7 @@ static const bad_scene scenes[] = {
      {"bad.yaml:4:23: output.camera.up is zero; it must be a direction, such as [0, 1, 0]"}},
     {BODY GRAVITY "time:\n  end: 1\n  gamma: 0.4\n", {"bad.yaml:5:10: time.gamma is 0.4; it must be in [1/2, 1]"}},
     {BODY GRAVITY "time: {end: 1, gamma: 0.7}\n", {"time.beta is 0.25; it must be in [gamma/2, 1] = [0.35, 1]"}},
+    {BODY GRAVITY "time: {end: 1, method: newmark, gamma: 5}\n", {"bad.yaml:3:40: time.gamma is 5; it must be in [1/2, 1]"}},
     {BODY GRAVITY "time: {end: 1, beta: 0}\n", {"time.beta is 0; it must be in [gamma/2, 1] = [0.25, 1]"}},
     {BODY GRAVITY "time: {end: -1}\n", {"time.end is -1; it must be a number >= 0 [s]"}},
     {BODY GRAVITY "solver: {newton_tolerance: 1}\n",

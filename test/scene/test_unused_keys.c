@@ -3,7 +3,7 @@
  * not. */
 #include "scene_files.h"
 
-enum { SETS = 3 };
+enum { SETS = 4 };
 
 #define OWN "material: {energy: E, young: 2, poisson: 0.3}"
 #define MUSCLE(peak, keys) "effects[1]={muscle: {fibres: {direction: [1, 0, 0]}, peak_stress: " peak ", " keys "}}"
@@ -35,7 +35,9 @@ static const struct {
     {{"time.method=ida", "time.adaptive=true", "time.max_step=0.01"}, NULL},
     {{"time.method=ida", "time.adaptive=false"}, "time.adaptive has no effect: ida always chooses its steps"},
     {{"time.method=ida", "solver.max_newton=7"}, "solver.max_newton has no effect: ida has its own Newton iteration"},
-    {{"time.method=ida", "solver.newton_tolerance=1e-6"}, "solver.newton_tolerance has no effect: ida ends"},
+    {{"time.method=ida", "solver.newton_tolerance=1e-6"}, "solver.newton_tolerance has no effect: time.tolerance ends"},
+    {{"time.method=adaptive", "solver.newton_tolerance=1e-6"}, "solver.newton_tolerance has no effect: time.tolerance ends"},
+    {{"time.method=adaptive", "solver.newton_tolerance=1e-6", "body.element=tet10-mean", "body.material.poisson=0.5"}, NULL},
     {{"time.method=ida", "solver.linear_tolerance=1e-6"}, NULL},
     {{"solver.linear_solver=klu", "solver.linear_tolerance=1e-6"}, "solver.linear_tolerance has no effect"},
     {{"solver.linear_solver=klu", "solver.max_linear=7"}, "solver.max_linear has no effect: it is for linear_solver pcg"},
