@@ -101,8 +101,9 @@ enum { FLESH_TRAJECTORY_STATES = 40 };
  * Borrows the integrator, whose options must not change; it may be destroyed before the trajectory if all parts of the
  * steps are kept. With error control, steps are repeated with the lengths first chosen, and momenta of free bodies are
  * not corrected, as they are without a record. A step ends with FLESH_ERR_ARGUMENT if it has no sensitivities: a
- * tangle was removed; internal variables change other than by something that breaks; the state is not the last step's
- * end. Returns new. FLESH_ERR_ARGUMENT also for ida. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
+ * tangle was removed; contact is still ignored between bodies that intersect at the start; internal variables change
+ * other than by something that breaks; the state is not the last step's end. Returns new. FLESH_ERR_ARGUMENT also for
+ * ida. Further errors: FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_trajectory_create(flesh_integrator *integrator, double tolerance, int states,
                                       flesh_trajectory **trajectory);
 FLESH_API void flesh_trajectory_destroy(flesh_trajectory **trajectory);

@@ -92,6 +92,9 @@ static int check_part(const flesh_trajectory *self, const flesh_taken_part *take
   if (self->tape.untangled)
     return flesh_fail(FLESH_ERR_ARGUMENT, "before t = %g s a tangle was removed, which is no step and has no sensitivities",
                       taken->begin);
+  if (flesh_integrator_separation(self->integrator).ignored)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "before t = %g s contact is still ignored between bodies that intersect at the start, "
+                                          "and has no sensitivities; start with bodies that are apart", taken->end);
   return self->total && self->internal ? check_internal(self, taken->from->internal) : FLESH_OK;
 }
 

@@ -176,6 +176,13 @@ bad_requests_are_refused() {
     cmp bar.yaml kept.yaml && expect 3 "$flesh" sensitivity none.yaml --of tip.position_z $by
 }
 
+# Steps in which blocks that begin in each other ignore contact have no derivatives.
+contact_that_is_ignored_is_refused() {
+  refused 'before t = 0.02 s contact is still ignored between bodies that intersect at the start' --set 'bodies=[{name: on, mesh: bar.mesh, translation: [0.1, 0.2, 0.95]}]' \
+    --set 'effects[3]={contact: {between: all, intersecting: separate}}' --set 'time={method: backward-euler, step: 0.02, end: 0.04}' \
+    --of tip.position_z --to body.material.young
+}
+
 # Derivatives by a component that is far smaller than others of its vector, or than the body, are exact: here a clamp moves
 # the whole body.
 small_components_have_wide_differences() {
@@ -298,5 +305,5 @@ END
 }
 
 run_tests damping_by_a_stiff_shape_agrees_with_differences the_wall_carries_the_weight little_is_left_of_what_the_weight_holds keys_that_are_not_given_have_derivatives the_start_has_derivatives \
-  equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused \
+  equilibria_agree_with_differences what_tets_have_agrees_with_differences forces_agree_with_differences motions_agree_with_differences equilibria_with_friction_agree_with_differences bad_requests_are_refused contact_that_is_ignored_is_refused \
   small_components_have_wide_differences places_have_differences_of_the_size_of_the_body narrow_keys_have_small_differences ends_of_ranges_have_differences
