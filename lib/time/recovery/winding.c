@@ -49,6 +49,18 @@ static void edges_from_first(const double *x, const int node[4], double D[9])
     for (int a = 0; a < 3; a++) D[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
 }
 
+/* Marks the pieces of inverted tets alone as tangled. A thin tet of ten nodes that bends has inverted pieces, though J
+ * is positive in all of it. */
+static void mark_inverted(flesh_winding *self, const double *x)
+{
+  for (int p = 0, own; p < flesh_mesh_piece_count(self->mesh); p += own) {
+    const int t = flesh_mesh_piece_tet(self->mesh, p);
+    own = flesh_mesh_is_quadratic(self->mesh, t) ? 8 : 1;
+    memset(self->tangled + p, !(flesh_mesh_tet_jacobian_bound(self->mesh, x, t) > 0), (size_t)own);
+  }
+}
+
+/* Sums the angles at the edges; `tangled` marks the pieces of inverted tets. */
 static void sum_angles(const flesh_winding *self, const double *x, double *sums)
 {
   memset(sums, 0, sizeof(double) * (size_t)self->edges.count);
@@ -58,7 +70,7 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
     flesh_mesh_piece(self->mesh, t, node);
     edges_from_first(x, node, D);
     /* An inverted tet winds backwards. */
-    double sign = flesh_mat3_determinant(D) < 0 ? -1 : 1;
+    const double sign = self->tangled[t] && flesh_mat3_determinant(D) < 0 ? -1 : 1;
     for (int k = 0; k < 6; k++) {
       const int *at = flesh_edge_corners[k], *other = flesh_edge_corners[opposite[k]];
       sums[self->edges.tet_edges[6 * (size_t)t + k]] +=
@@ -183,24 +195,16 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
   const double pi = 3.14159265358979323846;
   const int pieces = flesh_mesh_piece_count(self->mesh);
   int count = 0;
+  mark_inverted(self, x);
   sum_angles(self, x, self->now);
   for (int t = 0; t < pieces; t++) {
     double F[9];
-    int node[4];
-    flesh_mesh_piece(self->mesh, t, node);
     deformation(self->mesh, x, t, F);
-    self->tangled[t] = !tells_nothing(self->mesh, t) &&
-                       (flesh_tet_volume(x, node) <= 0 || flesh_mat3_norm2(F) < collapsed);
+    if (!tells_nothing(self->mesh, t) && flesh_mat3_norm2(F) < collapsed) self->tangled[t] = 1;
     for (int k = 0; k < 6; k++) {
       const int e = self->edges.tet_edges[6 * (size_t)t + k];
       if (fabs(self->now[e] - self->rest[e]) > pi) self->tangled[t] = 1;
     }
-  }
-  /* inverted, although no piece shows it */
-  for (int p = 0; flesh_mesh_order(self->mesh) == 2 && p < pieces;) {
-    const int t = flesh_mesh_piece_tet(self->mesh, p), own = flesh_mesh_is_quadratic(self->mesh, t) ? 8 : 1;
-    if (flesh_mesh_tet_jacobian_bound(self->mesh, x, t) <= 0) memset(self->tangled + p, 1, (size_t)own);
-    p += own;
   }
   for (int t = 0; t < pieces; t++) count += self->tangled[t];
   *tangled = self->tangled;
