@@ -9,17 +9,19 @@
  * frequency w goes through w times as many radians. The shorter steps are, the faster motions they resolve, and errors would
  * fall by less than the tolerance. So an error counts hypot(1, lasting w' P) times, P being the body's period over 2 pi and
  * w' = w/(1 + g^2 w^2), w the frequency of the filtered error: what a step does not resolve is damped before it adds up.
- * Errors count once where something touches, as what contact turns around has no such frequency.
+ * Errors count once where something touches, as what contact turns around has no such frequency, and where those of free
+ * parts count as momentum, below: a bounce hardly feels fast vibrations.
  *
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
  *
  * Contact turns a node around within its own period, which the filter takes for a motion that need not be resolved. But
  * what the node's momentum is off by stays in the body. So the error e of nodes that touch something counts once more,
- * unfiltered, as the velocity e/h, by which the body goes astray for its own period. Such errors have no higher order to
- * fall with: they add up to tolerance with tolerance^((q + 1)/q), down to `local`, where the residuals of the stages show. As
- * errors of what is held do not count more often, its impulses count further down, by a quarter of what lies between the two:
- * with `local` a cantilever that falls onto a plane errs by 24 tolerances at 1e-4, so by 10.
+ * unfiltered, as the velocity e/h, by which the part goes astray for its own period, or if it is free for as long as
+ * part_weights.c says. Such errors have no higher order to fall with: they add up to tolerance with tolerance^((q + 1)/q),
+ * down to `local`, where the residuals of the stages show. As errors of what is held do not count more often, its impulses
+ * count further down, by a quarter of what lies between the two: with `local` a cantilever that falls onto a plane errs by 24
+ * tolerances at 1e-4, so by 10.
  *
  * Errors of parts that nothing holds count as often as part_weights.c says, as they become momentum. A method of order 1 errs
  * by h^2 a/2 in positions even if the acceleration a is constant and its velocities are exact: only the error of its
@@ -331,7 +333,7 @@ static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed,
 static double times_of(const flesh_error_control *self, double product, const flesh_shift *shift)
 {
   const double resolved = shift->a * mass_square(self, self->filtered) / product; /* 1/(1 + g^2 w^2) */
-  if (self->touches || !(resolved < 1)) return 1;
+  if (self->touches || self->largest > 1 || !(resolved < 1)) return 1;
   return hypot(1, lasting * sqrt(1 / resolved - 1) * resolved * self->period * sqrt(shift->a));
 }
 

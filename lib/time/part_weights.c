@@ -13,9 +13,9 @@
  * others, by forces that cancel each other: g is the acceleration by these forces, where that is larger. A bounce lasts for
  * half a period, within which its speed is remembered.
  *
- * Errors count at most 20 times, as a stiff part's vibrations need not be resolved. But errors by residuals and friction are
- * momentum all the same, and count for T if the part flies on for hundreds of its periods, or turns on for as long about the
- * pins that hold it. */
+ * Errors of positions count at most 20 times, as a stiff part's vibrations need not be resolved. But errors of impulses are
+ * momentum all the same, and lead the part astray for T; so do those by residuals and friction if it flies on for hundreds of
+ * its periods, or turns on for as long about the pins that hold it. */
 #include "time/part_weights.h"
 
 #include <math.h>
@@ -29,7 +29,7 @@
 #include "system/system.h"
 #include "system/velocity_scale.h"
 
-static const double most_times = 20; /* that errors count */
+static const double most_times = 20; /* that errors of positions count */
 static const double stiff = 200;     /* periods over 2 pi that a stiff part flies on for at least */
 static const double lengths = 3;     /* own lengths that a stiff part flies on for at least if nothing may touch it */
 static const double most_steps = 1000; /* steps whose residuals add up, at most */
@@ -93,9 +93,10 @@ static void bend(flesh_part_weights *weights, const flesh_system *system, double
   flesh_team_largest(parts->team, SUMS * weights->count, weights->sums);
   for (int k = 0; k < SUMS * weights->count; k++)
     if (k % SUMS < 3) weights->sums[k] *= -1;
-  for (int p = 0; p < weights->count; p++)
-    for (int c = 0; c < 3; c++)
-      weights->of[p].length = fmax(weights->of[p].length, weights->sums[SUMS * p + 3 + c] - weights->sums[SUMS * p + c]);
+  for (int p = 0; p < weights->count; p++) {
+    const double *box = weights->sums + SUMS * p;
+    weights->of[p].length = fmax(box[3] - box[0], fmax(box[4] - box[1], box[5] - box[2]));
+  }
   for (int i = 0; i < nodes; i++) {
     const int part = flesh_part_of(weights, i);
     for (int c = 0; c < 3; c++) u[3 * i + c] = 0;
@@ -148,7 +149,7 @@ void flesh_part_weights_measure(flesh_part_weights *weights, const flesh_system 
   static const double little = 1e-6; /* strain */
   const double scale = little / length;
   double *u = room[0], *r = room[2];
-  const flesh_part_weight like_all = {.length = length, .period = period, .lasts = period, .times = 1};
+  const flesh_part_weight like_all = {.length = length, .period = period, .lasts = period, .times = 1, .drifts = period};
   for (int p = 0; p < weights->count; p++) weights->of[p] = like_all;
   if (weights->count == 1) return;
   tie(weights, system);
@@ -320,9 +321,9 @@ static double find_press(const figures *f)
   return fmax(pull, (pull + f->pushes - sqrt(flesh_vec3_dot(all, all))) / 2) / f->mass;
 }
 
-/* Returns the weight of a part's errors in a step that may err by `allowed`, m, and within h s of which the part begins
+/* Finds the weights of a part's errors in a step that may err by `allowed`, m, and within h s of which the part begins
  * to fall. */
-static double times_of(flesh_part_weight *part, const figures *f, double h, double forget, double allowed, int touches)
+static void weigh(flesh_part_weight *part, const figures *f, double h, double forget, double allowed, int touches)
 {
   double speed, along;
   find_speeds(f, &speed, &along);
@@ -332,9 +333,10 @@ static double times_of(flesh_part_weight *part, const figures *f, double h, doub
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
   const double flight = fmax(0, fmin(far, low) - stiff * part->period);
   const int held = part->held > part->turns;
+  const int seen = (part->fastest + press * h) * part->period > unseen * allowed;
   part->flies = held || !(part->fastest > 0) ? 0 : touches ? flight : lengths * flight;
-  if (held || !((part->fastest + press * h) * part->period > unseen * allowed)) return 1;
-  return fmax(1, fmin(most_times, fmin(far, low) / part->period));
+  part->drifts = fmax(part->period, held || !seen ? 0 : fmin(far, low));
+  part->times = fmin(most_times, part->drifts / part->period);
 }
 
 /* Finds the velocity that counts as rest: 0, or the mean of all parts if these may touch only each other. */
@@ -361,6 +363,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
   weights->flies = 0;
   for (int p = 0; p < weights->count; p++) {
     weights->of[p].times = 1; /* what it counted before it was held, if it is, is over */
+    weights->of[p].drifts = weights->of[p].period;
     weights->of[p].flies = 0;
     held = fmin(held, weights->of[p].held - weights->of[p].turns);
   }
@@ -377,8 +380,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
     for (int k = 0; k < 4; k++) weights->sums[SUMS * p + 4 + k] = weights->of[p].push[k] / weights->stages;
   flesh_team_sum(weights->parts->team, SUMS * weights->count, weights->sums);
   for (int p = 0; p < weights->count; p++) {
-    weights->of[p].times = times_of(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget,
-                                     allowed, touches);
+    weigh(&weights->of[p], (const figures *)(weights->sums + SUMS * p), h, weights->forget, allowed, touches);
     weights->flies = fmax(weights->flies, weights->of[p].flies);
     if (!touches && !flights) weights->of[p].flies = 0;
     if (touches) largest = fmax(largest, weights->of[p].times);
@@ -391,7 +393,7 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
 {
   for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh); i++) {
     const int p = flesh_part_of(weights, i);
-    const double times = p < 0 ? 0 : weights->of[p].times * (velocities ? weights->of[p].period : 1);
+    const double times = p < 0 ? 0 : velocities ? weights->of[p].drifts : weights->of[p].times;
     for (int c = 0; c < 3; c++) weighted[3 * i + c] = times * e[3 * i + c];
   }
 }

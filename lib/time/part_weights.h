@@ -14,7 +14,8 @@ typedef struct flesh_part_weight {
   double fastest;        /* m/s, largest root mean square speed so far */
   double lately;         /* m/s, likewise, along its load if there is one, and of recent steps only */
   double push[4];        /* N, sums over the last step's stages of this rank's contact forces, and of their sizes */
-  double times;          /* weight of the part's errors */
+  double times;          /* weight of the part's errors of positions */
+  double drifts;         /* s, time for which an error of its velocity leads the part astray: at least its period */
   double flies;          /* s, time for which a stiff part flies on; 0: it is not stiff, or flights do not count */
 } flesh_part_weight;
 
@@ -56,7 +57,7 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
 void flesh_part_weights_clear_contact(flesh_part_weights *weights);
 void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces);
 /* Computes weighted [3*nodes] = errors e times their weights: of positions, m, or, with `velocities`, m/s, each times
- * its part's period. */
+ * the time for which it leads its part astray. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);
 /* Returns the least time, s, for which residuals of stages by g, s, lead a part astray and, if there are several parts,
  * writes into of [3*nodes] the ratio of each part's time to it. Residuals count up to `most` times as often as errors;

@@ -19,6 +19,7 @@
  * left at their positions, the end would pass through its neighbours, and the step fail. */
 #include <math.h>
 
+#include "time/integrator.h"
 #include "touching.h"
 
 static const char *const plane =
@@ -66,6 +67,12 @@ static const char *const flat =
     "start: {velocity: [0, 0, -2]}\n";
 static const char *const cubes =
     "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 2e4, poisson: 0.4}}\n"
+    "bodies: [{name: other, mesh: ../meshes/cube_3x3x3.mesh, translation: [0.02, 0.01, 0.105], rotation: [0, 0, 0.3],\n"
+    "          velocity: [0, 0, -1]}]\n"
+    "effects: [inertia, contact: {between: all}]\n";
+
+static const char *const stiff =
+    "body: {mesh: ../meshes/cube_3x3x3.mesh, density: 1000, material: {energy: S, young: 2e8, poisson: 0.4}}\n"
     "bodies: [{name: other, mesh: ../meshes/cube_3x3x3.mesh, translation: [0.02, 0.01, 0.105], rotation: [0, 0, 0.3],\n"
     "          velocity: [0, 0, -1]}]\n"
     "effects: [inertia, contact: {between: all}]\n";
@@ -231,6 +238,28 @@ static void errors_of_a_held_bar_follow_the_tolerance(void)
   CHECK_BELOW(error_over_tolerance(curled, "runge-kutta", 1e-5, 1e-6), 40 * 1);
 }
 
+/* An error of the velocity after an impact leads the body astray for as long as it flies, in this case for thousands of
+ * its periods. */
+static void errors_of_stiff_bodies_follow_the_tolerance(void)
+{
+  CHECK_BELOW(error_over_tolerance(stiff, "runge-kutta", 1e-2, 1e-4), 1);
+  CHECK_BELOW(error_over_tolerance(stiff, "runge-kutta", 1e-3, 1e-4), 1);
+}
+
+/* However far apart bodies begin, each flies for the time in which it goes its own length. */
+static void parts_have_their_own_lengths(void)
+{
+  char text[2048];
+  touching m;
+  snprintf(text, sizeof text, "%stime: {method: adaptive, step: 0.05, end: 0.05}\n", cubes);
+  CHECK_OK(touching_begin(text, NULL, 1000, &m));
+  const flesh_part_weights *weights = &m.integrator->control.weights;
+  CHECK(weights->count == 2);
+  CHECK_NEAR(weights->of[0].length, 0.1, 1e-12);
+  CHECK_NEAR(weights->of[1].length, 0.1 * (cos(0.3) + sin(0.3)), 1e-12);
+  touching_end(&m);
+}
+
 /* The ends of steps of HHT and generalized-alpha are not their stages, and may lie behind the plane. */
 static void rebounds_are_resolved_by_every_method(void)
 {
@@ -326,7 +355,8 @@ int main(int argc, char **argv)
                    TEST(positions_of_first_order_err_without_impulses),
                    TEST_LONG(errors_seen_from_afar_follow_the_tolerance),
                    TEST(errors_of_a_held_bar_follow_the_tolerance),
-                   TEST(parts_are_held_by_what_they_are_welded_to),
+                   TEST(errors_of_stiff_bodies_follow_the_tolerance),
+                   TEST(parts_have_their_own_lengths), TEST(parts_are_held_by_what_they_are_welded_to),
                    TEST_LONG(errors_of_waves_follow_the_tolerance), TEST(errors_at_incompressibility_follow_the_tolerance),
                    TEST(rebounds_are_resolved_by_every_method),
                    TEST(rebounds_gain_no_more_energy_than_the_tolerance), TEST(gaps_are_no_errors_of_what_touches),
