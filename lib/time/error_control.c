@@ -7,10 +7,10 @@
  *
  * An error adds up in the phase of the motion that it is of: while the body goes through a period, a motion of angular
  * frequency w goes through w times as many radians. The shorter steps are, the faster motions they resolve, and errors would
- * fall by less than the tolerance. So an error counts hypot(1, lasting w' P) times, P being the body's period over 2 pi and
- * w' = w/(1 + g^2 w^2), w the frequency of the filtered error: what a step does not resolve is damped before it adds up.
- * Errors count once where something touches, as what contact turns around has no such frequency, and where those of free
- * parts count as momentum, below: a bounce hardly feels fast vibrations.
+ * fall by less than the tolerance. So an error counts hypot(W, lasting w' P) times, P being the body's period over 2 pi and
+ * w' = w/(1 + g^2 w^2), w the frequency of the filtered error: what a step does not resolve is damped before it adds up. W
+ * is 1, or where nothing holds a part what part_weights.c says, as errors become momentum; bounces hardly feel fast
+ * vibrations. Where something touches, w' counts as 0, as what contact turns around has no such frequency.
  *
  * local = share tolerance^((q + 1)/p): the estimate falls with h^(q+1), q = min(p, 2), and what the errors of a method of
  * order p add up to with h^p, so that this is in proportion to the tolerance. `share` is measured (README.md).
@@ -23,9 +23,8 @@
  * count further down, by a quarter of what lies between the two: with `local` a cantilever that falls onto a plane errs by 24
  * tolerances at 1e-4, so by 10.
  *
- * Errors of parts that nothing holds count as often as part_weights.c says, as they become momentum. A method of order 1 errs
- * by h^2 a/2 in positions even if the acceleration a is constant and its velocities are exact: only the error of its
- * velocities, times h, counts so, and as an impulse.
+ * A method of order 1 errs by h^2 a/2 in positions even if the acceleration a is constant and its velocities are exact: only
+ * the error of its velocities, times h, counts W times, and as an impulse.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
  * of it. Their impulse counts like that of contact.
@@ -297,11 +296,11 @@ void flesh_error_control_touch(flesh_error_control *self, const double *forces)
   flesh_part_weights_touch(&self->weights, forces);
 }
 
-/* Returns the size of e [n] multiplied by the weights of its parts; of velocities, times their parts' periods.
- * Overwrites `force`. */
-static double counted(const flesh_error_control *self, const double *e, int velocities)
+/* Returns the size of e [n] multiplied by the weights of its parts, unless that is `done`; of velocities, times how long they
+ * lead these astray. Overwrites `force`. */
+static double counted(const flesh_error_control *self, const double *e, int velocities, int done)
 {
-  if (!velocities && self->largest <= 1) return size_of(self, e);
+  if (done || (!velocities && self->largest <= 1)) return size_of(self, e);
   flesh_part_weights_count(&self->weights, e, velocities, self->force);
   return size_of(self, self->force);
 }
@@ -314,27 +313,21 @@ static void count_momentum(flesh_error_control *self, const double *momentum)
   for (int d = 0; d < self->n; d++) self->e[d] += self->force[d] - momentum[d];
 }
 
-/* Returns the size of an error e [n] of positions, whose momentum has been counted if it is told. Overwrites `force`. */
-static double counted_positions(const flesh_error_control *self, const double *e, const double *momentum)
-{
-  return momentum ? size_of(self, e) : counted(self, e, 0);
-}
-
 /* Returns how far the velocity error e/h of the nodes that touch something, and are not fixed, leads astray. Overwrites
  * `filtered`. */
 static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
 {
   for (int d = 0; d < self->n; d++) self->filtered[d] = self->touching[d / 3] && !(fixed && fixed[d]) ? self->e[d] / h : 0;
-  return counted(self, self->filtered, 1);
+  return counted(self, self->filtered, 1, 0);
 }
 
-/* Returns the factor of a filtered error: from its frequency w by Rayleigh's quotient, f.(K + M/g^2) f = (w^2 + 1/g^2)
- * f.M f, the left side being `product`. */
-static double times_of(const flesh_error_control *self, double product, const flesh_shift *shift)
+/* Returns in how many radians a filtered error adds up, or 0, from its frequency w by Rayleigh's quotient, f.(K + M/g^2) f =
+ * (w^2 + 1/g^2) f.M f, the left side being `product`. */
+static double radians_of(const flesh_error_control *self, double product, const flesh_shift *shift)
 {
   const double resolved = shift->a * mass_square(self, self->filtered) / product; /* 1/(1 + g^2 w^2) */
-  if (self->touches || self->largest > 1 || !(resolved < 1)) return 1;
-  return hypot(1, lasting * sqrt(1 / resolved - 1) * resolved * self->period * sqrt(shift->a));
+  if (self->touches || !(resolved < 1)) return 0;
+  return lasting * sqrt(1 / resolved - 1) * resolved * self->period * sqrt(shift->a);
 }
 
 static flesh_refusal refusal_of(const flesh_error_control *self)
@@ -353,13 +346,18 @@ flesh_refusal flesh_error_control_judge(flesh_error_control *self, const uint8_t
   self->times = 1;
   self->swings = 0;
   if (momentum && self->largest > 1) count_momentum(self, momentum);
-  self->error = counted_positions(self, self->e, momentum) / allowed;
+  self->error = counted(self, self->e, 0, momentum != NULL) / allowed;
   if (self->error > negligible && filter_error(self, fixed, shift, &product, stats)) {
-    self->times = times_of(self, product, shift);
+    const double radians = radians_of(self, product, shift);
     for (int d = 0; d < self->n && fixed; d++)
       if (fixed[d]) self->filtered[d] = self->e[d];
-    const double filtered = counted_positions(self, self->filtered, momentum) / allowed;
+    const double filtered = counted(self, self->filtered, 0, momentum != NULL) / allowed;
     self->swings = !self->touches && self->error > fmax(swung, swung_ratio * filtered);
+    self->times = hypot(1, radians);
+    if (self->largest > 1 && filtered > 0) {
+      flesh_part_weights_add_up(&self->weights, self->filtered, momentum != NULL, radians, self->force);
+      self->times = size_of(self, self->force) / (filtered * allowed);
+    }
     if (filtered < self->error) self->error = self->times * filtered;
   }
   if (self->touches && momentum) memcpy(self->e, momentum, (size_t)self->n * sizeof *momentum);
@@ -382,7 +380,7 @@ flesh_refusal flesh_error_control_judge_change(flesh_error_control *self, const 
   for (int d = 0; d < self->n; d++)
     self->force[d] = fixed && fixed[d] ? 0 : sqrt(shift->a) * h * (self->force[d] - self->e[d]);
   if (!status && filter(self, &product, stats)) {
-    const double drift = sqrt(shift->a) * counted(self, self->filtered, 1);
+    const double drift = sqrt(shift->a) * counted(self, self->filtered, 1, 0);
     self->error = hypot(self->error, drift / (self->impulses * self->length));
   }
   return refusal_of(self);

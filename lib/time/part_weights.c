@@ -398,6 +398,15 @@ void flesh_part_weights_count(const flesh_part_weights *weights, const double *e
   }
 }
 
+void flesh_part_weights_add_up(const flesh_part_weights *weights, const double *e, int counted, double radians, double *sums)
+{
+  for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh); i++) {
+    const int p = flesh_part_of(weights, i);
+    const double times = p < 0 ? 1 : weights->of[p].times, factor = p < 0 ? 0 : hypot(times, radians) / (counted ? times : 1);
+    for (int c = 0; c < 3; c++) sums[3 * i + c] = factor * e[3 * i + c];
+  }
+}
+
 /* Returns for how long the velocity that a residual causes in a stage by g leads a part astray. If something may touch,
  * residuals add up like impulses, by up to `most` times as much as errors; elsewhere (0), in free flight, less
  * coherently. Residuals of stiff parts add up for as long as these fly. */

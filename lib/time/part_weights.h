@@ -59,6 +59,10 @@ void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
 /* Computes weighted [3*nodes] = errors e times their weights: of positions, m, or, with `velocities`, m/s, each times
  * the time for which it leads its part astray. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);
+/* Computes sums [3*nodes] of errors e of positions, m, which a vibration makes again in each of so many radians; `counted`:
+ * e has its weights. */
+void flesh_part_weights_add_up(const flesh_part_weights *weights, const double *e, int counted, double radians,
+                               double *sums);
 /* Returns the least time, s, for which residuals of stages by g, s, lead a part astray and, if there are several parts,
  * writes into of [3*nodes] the ratio of each part's time to it. Residuals count up to `most` times as often as errors;
  * 0: errors have no weights. */
