@@ -402,7 +402,8 @@ void flesh_part_weights_add_up(const flesh_part_weights *weights, const double *
 {
   for (int i = 0; i < flesh_mesh_node_count(weights->parts->mesh); i++) {
     const int p = flesh_part_of(weights, i);
-    const double times = p < 0 ? 1 : weights->of[p].times, factor = p < 0 ? 0 : hypot(times, radians) / (counted ? times : 1);
+    const double times = p < 0 ? 1 : weights->of[p].times, all = hypot(times, sqrt(times) * radians);
+    const double factor = p < 0 ? 0 : counted ? all / times : all;
     for (int c = 0; c < 3; c++) sums[3 * i + c] = factor * e[3 * i + c];
   }
 }
