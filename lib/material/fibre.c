@@ -27,7 +27,7 @@ int flesh_fibre_default(flesh_fibre_curve curve, double peak_stress, flesh_fibre
     return flesh_fail(FLESH_ERR_ARGUMENT, "curve %d of a fibre does not exist; it must be below %d", (int)curve,
                       (int)FLESH_FIBRE_CURVE_COUNT);
   if (!(peak_stress >= 0 && peak_stress < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "peak_stress is %g Pa; it must not be negative", peak_stress);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "peak_stress is %g Pa; it must be finite and not negative", peak_stress);
   *fibre = (flesh_fibre){.curve = curve,
                          .peak_stress = peak_stress,
                          .optimal_stretch = 1,

@@ -59,8 +59,8 @@ void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
 /* Computes weighted [3*nodes] = errors e times their weights: of positions, m, or, with `velocities`, m/s, each times
  * the time for which it leads its part astray. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);
-/* Computes sums [3*nodes] of errors e of positions, m, which a vibration makes again in each of so many radians; `counted`:
- * e has its weights. */
+/* Computes sums [3*nodes] of errors e of positions, m, that add up through so many radians, each times hypot(W, sqrt(W)
+ * radians), W being its part's weight; `counted`: e has been multiplied by W. */
 void flesh_part_weights_add_up(const flesh_part_weights *weights, const double *e, int counted, double radians,
                                double *sums);
 /* Returns the least time, s, for which residuals of stages by g, s, lead a part astray and, if there are several parts,
