@@ -20,14 +20,20 @@ static int is_curve(flesh_fibre_curve curve) { return (unsigned)curve < FLESH_FI
 
 const char *flesh_fibre_curve_name(flesh_fibre_curve curve) { return is_curve(curve) ? curves[curve].name : NULL; }
 
+static int check_peak(double stress)
+{
+  if (stress >= 0 && stress < INFINITY) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "peak_stress is %g Pa; it must be finite and not negative", stress);
+}
+
 int flesh_fibre_default(flesh_fibre_curve curve, double peak_stress, flesh_fibre *fibre)
 {
   FLESH_NEED({fibre, "fibre"});
   if (!is_curve(curve))
     return flesh_fail(FLESH_ERR_ARGUMENT, "curve %d of a fibre does not exist; it must be below %d", (int)curve,
                       (int)FLESH_FIBRE_CURVE_COUNT);
-  if (!(peak_stress >= 0 && peak_stress < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "peak_stress is %g Pa; it must be finite and not negative", peak_stress);
+  const int status = check_peak(peak_stress);
+  if (status) return status;
   *fibre = (flesh_fibre){.curve = curve,
                          .peak_stress = peak_stress,
                          .optimal_stretch = 1,
@@ -42,8 +48,8 @@ static int check(const flesh_fibre *fibre)
   if (!is_curve(fibre->curve))
     return flesh_fail(FLESH_ERR_ARGUMENT, "curve %d of a fibre does not exist; it must be below %d", (int)fibre->curve,
                       (int)FLESH_FIBRE_CURVE_COUNT);
-  if (!(fibre->peak_stress >= 0 && fibre->peak_stress < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "peak_stress is %g Pa; it must not be negative", fibre->peak_stress);
+  const int status = check_peak(fibre->peak_stress);
+  if (status) return status;
   if (!(fibre->optimal_stretch > 0 && fibre->optimal_stretch < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "optimal_stretch is %g; it must be positive", fibre->optimal_stretch);
   if (!(fibre->passive_stress >= 0 && fibre->passive_stress < INFINITY))
