@@ -184,6 +184,7 @@ static void bent_plates_are_no_tangles(void)
     x[i] = s * (along + bent), x[i + 1] = s * (along - bent), x[i + 2] = r * cos(across / radius);
   }
   CHECK(flesh_mesh_jacobian_bounds(mesh, x, NULL, NULL, NULL) > 0.9);
+  CHECK(!flesh_mesh_may_be_tangled(mesh, x));
   CHECK(flesh_winding_find(winding, x, &tangled) == 0);
   free(x);
   flesh_winding_destroy(&winding);

@@ -42,11 +42,21 @@ static double dihedral(const double *x, int a, int b, int c, int d)
   return atan2(sqrt(flesh_vec3_dot(cross, cross)), flesh_vec3_dot(n, m));
 }
 
-/* Sets the columns of D to a tet's edges from its first corner. */
-static void edges_from_first(const double *x, const int node[4], double D[9])
+/* Sets the columns of D to the edges of a tet of four or ten nodes that meet at a corner; a curved edge is replaced by
+ * its tangent there. */
+static void tangents(const double *x, const int *node, int count, int corner, double D[9])
 {
-  for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 3; a++) D[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
+  for (int k = 0, column = 0; k < 6; k++) {
+    const int *ends = flesh_edge_corners[k];
+    if (ends[0] != corner && ends[1] != corner) continue;
+    const int far = ends[0] == corner ? ends[1] : ends[0];
+    for (int c = 0; c < 3; c++) {
+      const double along = x[3 * node[far] + c] - x[3 * node[corner] + c];
+      const double half = count == 10 ? x[3 * node[4 + k] + c] - x[3 * node[corner] + c] : along / 2;
+      D[3 * c + column] = 4 * half - along;
+    }
+    column++;
+  }
 }
 
 /* Marks the pieces of inverted tets alone as tangled. A thin tet of ten nodes that bends has inverted pieces, though J
@@ -68,7 +78,7 @@ static void sum_angles(const flesh_winding *self, const double *x, double *sums)
     int node[4];
     double D[9];
     flesh_mesh_piece(self->mesh, t, node);
-    edges_from_first(x, node, D);
+    tangents(x, node, 4, 0, D);
     /* An inverted tet winds backwards. */
     const double sign = self->tangled[t] && flesh_mat3_determinant(D) < 0 ? -1 : 1;
     for (int k = 0; k < 6; k++) {
@@ -133,15 +143,21 @@ void flesh_winding_destroy(flesh_winding **winding)
   *winding = NULL;
 }
 
-static void deformation(const flesh_mesh *mesh, const double *x, int t, double F[9])
+/* Sets F to the deformation gradient at a corner of a tet with these nodes. */
+static void deformation(const flesh_mesh *mesh, const double *x, const int *node, int count, int corner, double F[9])
 {
-  int node[4];
   double D[9], d[9], inverse[9];
-  flesh_mesh_piece(mesh, t, node);
-  edges_from_first(flesh_mesh_positions(mesh), node, D);
-  edges_from_first(x, node, d);
+  tangents(flesh_mesh_positions(mesh), node, count, corner, D);
+  tangents(x, node, count, corner, d);
   flesh_mat3_inverse(D, inverse);
   flesh_mat3_multiply(d, inverse, F);
+}
+
+static void piece_deformation(const flesh_mesh *mesh, const double *x, int piece, double F[9])
+{
+  int node[4];
+  flesh_mesh_piece(mesh, piece, node);
+  deformation(mesh, x, node, 4, 0, F);
 }
 
 /* A piece between the nodes of a curved tet can be flat or inverted at rest, and then tells nothing. */
@@ -157,18 +173,20 @@ static int tells_nothing(const flesh_mesh *mesh, int piece)
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
 {
   /* If F, with kappa the ratio of its largest to its least singular value, takes an angle theta to theta', then
-   * tan(theta'/2) <= kappa tan(theta/2). An edge that winds once more has a tet whose angle at least doubles, hence
-   * kappa >= 2; among all F of that ratio tr(F^T F) / J^(2/3) is least, 7.5 / 10^(1/3), for (2, sqrt 2.5, 1). */
+   * tan(theta'/2) <= kappa tan(theta/2). An edge that winds once more has a tet whose angle at its end at least doubles,
+   * hence kappa >= 2; among all F of that ratio tr(F^T F) / J^(2/3) is least, 7.5 / 10^(1/3), for (2, sqrt 2.5, 1). */
   const double least = 7.5 / cbrt(10);
-  for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
-    double F[9];
-    if (tells_nothing(mesh, t)) continue;
-    deformation(mesh, x, t, F);
-    double J = flesh_mat3_determinant(F), I_C = flesh_mat3_norm2(F);
-    if (!(J > 0) || !(I_C * I_C * I_C < least * least * least * J * J) || I_C < collapsed) return 1;
+  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
+    int node[10];
+    const int count = flesh_mesh_tet_nodes(mesh, t, node);
+    for (int corner = 0; corner < (count == 10 ? 4 : 1); corner++) {
+      double F[9];
+      deformation(mesh, x, node, count, corner, F);
+      const double J = flesh_mat3_determinant(F), I_C = flesh_mat3_norm2(F);
+      if (!(J > 0) || !(I_C * I_C * I_C < least * least * least * J * J) || I_C < collapsed) return 1;
+    }
+    if (count == 10 && !(flesh_mesh_tet_jacobian_bound(mesh, x, t) > 0)) return 1;
   }
-  for (int t = 0; flesh_mesh_order(mesh) == 2 && t < flesh_mesh_tet_count(mesh); t++)
-    if (!(flesh_mesh_tet_jacobian_bound(mesh, x, t) > 0)) return 1;
   return 0;
 }
 
@@ -182,7 +200,7 @@ int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x)
   for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
     double F[9], C[9];
     if (tells_nothing(mesh, t)) continue;
-    deformation(mesh, x, t, F);
+    piece_deformation(mesh, x, t, F);
     flesh_mat3_cofactor(F, C);
     double I_C = flesh_mat3_norm2(F);
     if (!(flesh_mat3_norm2(C) <= 1e-18 * I_C * I_C)) return 0;
@@ -199,7 +217,7 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
   sum_angles(self, x, self->now);
   for (int t = 0; t < pieces; t++) {
     double F[9];
-    deformation(self->mesh, x, t, F);
+    piece_deformation(self->mesh, x, t, F);
     if (!tells_nothing(self->mesh, t) && flesh_mat3_norm2(F) < collapsed) self->tangled[t] = 1;
     for (int k = 0; k < 6; k++) {
       const int e = self->edges.tet_edges[6 * (size_t)t + k];
