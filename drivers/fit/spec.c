@@ -101,13 +101,14 @@ static int set_own(flesh_fit *fit, flesh_fit_experiment *e)
   status = flesh_scene_read(e->scene, given.count, given.texts, &scene);
   if (status) return flesh_node_fail_within(status, e->scene_node, "%s", "");
   flesh_number_text(fmin(flesh_scene_solver(scene)->newton_tolerance, newton_tolerance), number);
+  const int first = !flesh_scene_uses_newton_tolerance(scene), count = 3 - first;
   flesh_scene_destroy(&scene);
-  e->set.values = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + 3));
+  e->set.values = flesh_arena_take(&fit->arena, sizeof(char *) * (size_t)(given.count + count));
   const char *tolerance = flesh_arena_print(&fit->arena, "solver.newton_tolerance=%s", number);
   if (!e->set.values || !tolerance) return flesh_no_memory();
   const char *const own[] = {tolerance, "output.frame_interval=0", "output.error_bars=false"};
-  for (; e->set.count < given.count + 3; e->set.count++)
-    e->set.values[e->set.count] = e->set.count < 3 ? own[e->set.count] : given.texts[e->set.count - 3];
+  for (; e->set.count < given.count + count; e->set.count++)
+    e->set.values[e->set.count] = e->set.count < count ? own[first + e->set.count] : given.texts[e->set.count - count];
   return FLESH_OK;
 }
 

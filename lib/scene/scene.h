@@ -111,6 +111,8 @@ void flesh_scene_visit_files(const flesh_scene *scene, void (*visit)(void *data,
 
 /* Returns whether some effect has a positive number under this key. */
 int flesh_scene_has_positive(const flesh_scene *scene, const char *name);
+/* Returns whether solves end by the solver's newton_tolerance, not by the tolerance of the time steps. */
+int flesh_scene_uses_newton_tolerance(const flesh_scene *scene);
 /* Returns why the scene's results are not equilibria that depend only on its parameters, or "". */
 const char *flesh_scene_tangents_refused(const flesh_scene *scene);
 

@@ -24,7 +24,7 @@ static int uses_order(const flesh_scene *s) { return s->time.method == FLESH_MET
 static int has_pcg(const flesh_scene *s) { return s->keys.solver.linear_solver == FLESH_LINEAR_PCG; }
 static int has_newton(const flesh_scene *s) { return !uses_order(s); }
 static int errors_choose(const flesh_scene *s) { return s->time.adaptive.control || uses_order(s); }
-static int ends_solves(const flesh_scene *s)
+int flesh_scene_uses_newton_tolerance(const flesh_scene *s)
 {
   return !errors_choose(s) || (has_newton(s) && flesh_system_multiplier_count(s->system) > 0);
 }
@@ -84,7 +84,7 @@ static const struct {
     {"start", {"velocity"}, moves, "an equilibrium has no velocities"},
     {"start", {"velocity"}, has_start_velocity, "start.state has velocities"},
     {"solver", {"linear_tolerance", "max_linear", "preconditioner"}, has_pcg, "it is for linear_solver pcg"},
-    {"solver", {"newton_tolerance"}, ends_solves, "time.tolerance ends the solves of steps that errors choose"},
+    {"solver", {"newton_tolerance"}, flesh_scene_uses_newton_tolerance, "time.tolerance ends the solves of steps that errors choose"},
     {"solver", {"max_newton", "lag_iterations", "line_search", "techniques", "accept_unconverged"}, has_newton,
      "ida has its own Newton iteration"},
     {"solver", {"max_cutbacks"}, has_newton, "ida chooses its steps"},

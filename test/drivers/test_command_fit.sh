@@ -94,6 +94,18 @@ an_equilibrium_at_the_start_counts() {
   result at_start 'abs(p["young"]["value"] / 1e5 - 1) < 1e-5 and abs(p["poisson"]["value"] - 0.4) < 1e-5'
 }
 
+# Where errors choose the steps, a fit sets no newton_tolerance, which would not be used.
+a_fit_sets_what_is_used() {
+  sed 's/^effects:/&\n  - inertia: {}/; s|^time.*|time: {method: adaptive, tolerance: 1e-3, step: 1/20, end: 1/20}|' pull.yaml >swing.yaml
+  expect 0 "$flesh" run swing.yaml --out swing --quiet || return 1
+  cat >swings.yaml <<'END'
+experiments: [{name: swing, scene: swing.yaml, measured: [{probes: swing/probes.csv, deviation: 1e-5}]}]
+parameters: [{key: body.material.young, start: 9e4}]
+END
+  expect 0 "$flesh" fit swings.yaml --out swings --quiet || return 1
+  result swings/runs/swing '"newton_tolerance" not in (r["warning"] or "")'
+}
+
 # Covariance, intervals and correlation are those of a linear model that is computed here, from differences of runs.
 errors_are_those_of_the_linear_model() {
   sed "s/pulled.csv, columns: .*/noisy.csv, deviation: 2e-3}, {positions: noisy_shape.csv, deviation: 2e-3}]/; /shear/,/sheared/d" two.yaml >noisy.yaml
@@ -464,7 +476,7 @@ what_does_not_fit_is_not_called_determined() {
     result unfit 'any("times the stated" in s and "another start" in s for s in r["identifiability"])'
 }
 
-run_tests constants_come_back_without_noise an_equilibrium_at_the_start_counts errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
+run_tests constants_come_back_without_noise an_equilibrium_at_the_start_counts a_fit_sets_what_is_used errors_are_those_of_the_linear_model what_does_not_fit_is_not_called_determined bounds_hold not_determined_is_said \
   a_killed_fit_resumes an_interrupted_fit_says_so a_run_that_fails_cuts_the_step bad_specs_are_refused \
   measurements_of_all_kinds_count points_of_another_mesh_count \
   tangents_are_derivatives tangents_are_exact_near_incompressibility many_parameters_take_few_equilibria ${long:+worked_examples_find_the_truth}
