@@ -203,10 +203,10 @@ static int is_complete(const char *folder)
   const char *status = json_string_value(json_object_get(result, "status"));
   const int complete = status && !strcmp(status, "complete");
   const json_t *figures = json_object_get(result, "figures");
+  const int steps = (int)json_integer_value(json_object_get(figures, "steps"));
   if (complete)
-    printf("%s: this run is complete, %d steps to t = %g s; there is nothing to go on with\n", folder,
-           (int)json_integer_value(json_object_get(figures, "steps")),
-           json_number_value(json_object_get(figures, "t_end")));
+    printf("%s: this run is complete, %d step%s to t = %g s; there is nothing to go on with\n", folder, steps,
+           steps == 1 ? "" : "s", json_number_value(json_object_get(figures, "t_end")));
   json_decref(result);
   return complete;
 }

@@ -196,7 +196,9 @@ what_cannot_go_on_is_refused() {
 
 a_complete_run_says_so() {
   expect 0 "$flesh" run bar.yaml --quiet --no-frames --checkpoint 3steps --out out || return 1
-  expect 0 "$flesh" run --resume out && has stdout.txt 'out: this run is complete, 12 steps to t = 0.2 s'
+  expect 0 "$flesh" run --resume out && has stdout.txt 'out: this run is complete, 12 steps to t = 0.2 s' || return 1
+  expect 0 "$flesh" run bar.yaml --set time.end=1/60 --quiet --no-frames --out out &&
+    expect 0 "$flesh" run --resume out && has stdout.txt 'complete, 1 step to'
 }
 
 a_new_run_drops_an_old_checkpoint() {
