@@ -225,7 +225,8 @@ const char *flesh_ranks_preconditioner(const flesh_ranks *ranks, const flesh_sce
       (ranks ? ranks->takes_volumes_out : takes_volumes_out(scene, flesh_scene_system(scene)))
           ? FLESH_PRECONDITIONER_VOLUME_PROJECTION
           : flesh_preconditioner_choose(solver->preconditioner,
-                                        mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh)));
+                                        mesh->split ? mesh->split->whole_nodes : flesh_mesh_node_count(mesh),
+                                        flesh_mesh_order(mesh)));
 }
 
 int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)

@@ -1,7 +1,6 @@
 /* preconditioner.c: makes block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
 #include "linear/preconditioner.h"
 
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -96,7 +95,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   const flesh_team *team = flesh_threads_team(threads);
   const double nodes = flesh_team_all(team, A->rows);
   flesh_bisection bisection = {0};
-  kind = flesh_preconditioner_choose(kind, (int)fmin(nodes, INT_MAX));
+  kind = flesh_preconditioner_choose(kind, nodes, 1);
   int status = create_here(kind, A, threads, &bisection, preconditioner);
   flesh_preconditioner_data *self = *preconditioner;
   if (status) {

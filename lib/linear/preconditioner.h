@@ -11,8 +11,8 @@
 #include "flesh/threads.h"
 #include "linear/overlap.h"
 
-/* Returns the kind that AUTO means for a mesh with `nodes` nodes; any other kind is itself. */
-flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
+/* Returns the kind that AUTO means for a mesh with `nodes` nodes, of order 1 or 2; any other kind is itself. */
+flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, double nodes, int order);
 /* Whether the kind projects stiff rows out of the matrix: on request, or with AUTO where it pays off. `inertia`: the
  * modulus [Pa] that inertia gives the body as a whole, 0 in statics. */
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia);

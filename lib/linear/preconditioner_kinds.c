@@ -5,8 +5,8 @@
 
 #include "linear/preconditioner.h"
 
-/* Number of nodes from which on there is a coarse level. */
-enum { FEWEST_NODES = 600 };
+/* Number of nodes from which on there is a coarse level, for four-node tets and for ten-node ones. */
+enum { FEWEST_NODES = 600, FEWEST_QUADRATIC = 400 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
 /* Stiffness ratios of rows from which on they are projected out: those of nu = 0.489 and 0.493. An equilibrium takes as
@@ -22,8 +22,10 @@ enum { MANY_ROWS = 12000, ROWS_OF_RATIO = 170 };
 
 /* Nodes per vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster than
  * the number of vertices: from MANY_NODES on the nodes per vertex rise with the square root of the nodes. Where rows are
- * long, as with ten-node tets, all else costs more, and they rise from MORE_NODES on. */
-enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
+ * long, as with ten-node tets, all else costs more: they rise from MORE_NODES on, and small bodies have SMALL sqrt(nodes)
+ * vertices, but no fewer than FEWEST nodes for each, without which slender ones do not bend. */
+enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 9, FEWEST = 8 };
+static const double SMALL = 3.3;
 /* Size of the level that all ranks share, and all of them factor. With SAME nodes^POWER vertices, for the nodes of one
  * rank, that takes as long as everything else that the rank does in a Newton iteration; with TENFOLD, ten times as long.
  * FEW vertices, whose factor takes a tenth of a second, may take up to that (data/results/scaling.md). */
@@ -39,10 +41,10 @@ const char *flesh_preconditioner_name(flesh_preconditioner kind)
   return (unsigned)kind <= FLESH_PRECONDITIONER_VOLUME_PROJECTION ? flesh_preconditioner_names[kind] : NULL;
 }
 
-flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)
+flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, double nodes, int order)
 {
   if (kind != FLESH_PRECONDITIONER_AUTO && kind != FLESH_PRECONDITIONER_VOLUME_PROJECTION) return kind;
-  return nodes >= FEWEST_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
+  return nodes >= (order == 2 ? FEWEST_QUADRATIC : FEWEST_NODES) ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
 }
 
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia)
@@ -59,8 +61,9 @@ int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows)
 
 flesh_levels flesh_levels_for(double nodes, double blocks, int ranks)
 {
-  const int many = blocks >= LONG * (nodes + 1) ? MORE_NODES : MANY_NODES;
-  const double vertices = nodes / VERTEX_NODES * (nodes > many ? sqrt(many / nodes) : 1);
+  const int is_long = blocks >= LONG * (nodes + 1), many = is_long ? MORE_NODES : MANY_NODES;
+  const double usual = nodes / VERTEX_NODES * (nodes > many ? sqrt(many / nodes) : 1),
+               vertices = is_long ? fmax(usual, fmin(nodes / FEWEST, SMALL * sqrt(nodes))) : usual;
   const double each = nodes / ranks, growth = pow(each * many / MANY_NODES, POWER),
                most = fmax(SAME * growth, fmin(FEW, TENFOLD * growth));
   if (ranks == 1 || vertices <= most) return (flesh_levels){.shared = (int)vertices};

@@ -86,12 +86,13 @@ static int create_solver(flesh_ida_problem *self)
 {
   flesh_ida_matrices *J = &self->jacobian;
   const flesh_solver_options *options = &self->options;
-  const double *X = flesh_mesh_positions(flesh_system_mesh(self->evaluation.system));
+  const flesh_mesh *mesh = flesh_system_mesh(self->evaluation.system);
   flesh_ida_solver *solver = &self->solver;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, J->K, &solver->direct);
-  int status = solver->linear->preconditioner_create(options->preconditioner, J->K, X, self->threads,
-                                                     &solver->preconditioner);
+  int status = solver->linear->preconditioner_create(
+      flesh_preconditioner_choose(options->preconditioner, J->K->rows, flesh_mesh_order(mesh)), J->K,
+      flesh_mesh_positions(mesh), self->threads, &solver->preconditioner);
   return status ? status : solver->linear->pcg_space_create(J->K, 0, self->threads, &solver->pcg);
 }
 

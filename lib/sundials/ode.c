@@ -257,9 +257,10 @@ int flesh_ode_make_condensed(flesh_ode_problem *self, int damping)
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, c->A, &c->direct);
   const flesh_ida_problem *motion = self->motion;
-  return motion->solver.linear->preconditioner_create(options->preconditioner, c->A,
-                                                      flesh_mesh_positions(flesh_system_mesh(motion->evaluation.system)),
-                                                      motion->threads, &c->preconditioner);
+  const flesh_mesh *mesh = flesh_system_mesh(motion->evaluation.system);
+  return motion->solver.linear->preconditioner_create(
+      flesh_preconditioner_choose(options->preconditioner, c->A->rows, flesh_mesh_order(mesh)), c->A,
+      flesh_mesh_positions(mesh), motion->threads, &c->preconditioner);
 }
 
 int flesh_ode_factor(flesh_ode_problem *self)

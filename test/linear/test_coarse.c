@@ -366,18 +366,32 @@ static void threads_give_the_same_bits(void)
   }
 }
 
+/* The coarse level of a slender body of ten-node tets has enough cells along it. */
+static void slender_bodies_bend(void)
+{
+  double sum;
+  flesh_mesh *straight = test_box(12, 2, 2, 12, 1, 1), *slender = NULL;
+  CHECK_OK(flesh_mesh_raise_order(straight, &slender));
+  flesh_mesh_destroy(&straight);
+  const int count = iterations(slender, 0.45, FLESH_PRECONDITIONER_TWO_LEVEL, 1, &sum);
+  printf("# a slender bar of ten-node tets: %d iterations\n", count);
+  CHECK(count < 60);
+}
+
 static void the_choice_goes_by_the_size(void)
 {
-  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 599) == FLESH_PRECONDITIONER_IC);
-  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 600) == FLESH_PRECONDITIONER_TWO_LEVEL);
-  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_JACOBI, 600) == FLESH_PRECONDITIONER_JACOBI);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 599, 1) == FLESH_PRECONDITIONER_IC);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 600, 1) == FLESH_PRECONDITIONER_TWO_LEVEL);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 399, 2) == FLESH_PRECONDITIONER_IC);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 400, 2) == FLESH_PRECONDITIONER_TWO_LEVEL);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_JACOBI, 600, 1) == FLESH_PRECONDITIONER_JACOBI);
 }
 
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(unconnected_parts_move_by_themselves),
                    TEST(parts_that_touch_move_by_themselves), TEST(crumbs_share_vertices),
-                   TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
+                   TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow), TEST(slender_bodies_bend),
                    TEST(iterations_hardly_depend_on_numbers), TEST_OF_THREADS(threads_give_the_same_bits),
                    TEST(the_choice_goes_by_the_size));
 }
