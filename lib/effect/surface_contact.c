@@ -105,9 +105,9 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
     flesh_surface_near_expect(self, point->x, flesh_environment_of(point)->tangents);
     flesh_contact_set_hessians(&self->set, point->x, shift->x, shift->filter, point->threads, self->hessians);
     for (int k = 0; k < self->set.count; k++) {
-      const int *nodes = self->set.pairs[k].nodes;
-      if (!flesh_contact_set_owns(&self->set, &self->set.pairs[k])) continue;
-      add_blocks(K, nodes[3] >= 0 ? 4 : nodes[2] >= 0 ? 3 : 2, nodes, self->hessians + 144 * (size_t)k);
+      const flesh_contact_pair *pair = &self->set.pairs[k];
+      if (!flesh_contact_set_owns(&self->set, pair)) continue;
+      add_blocks(K, flesh_contact_kind_nodes(pair->kind), pair->nodes, self->hessians + 144 * (size_t)k);
     }
   }
   if (!status && shift->x != 0)
@@ -122,7 +122,7 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
     flesh_contact_friction_hessians(&self->friction, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
                                     self->hessians);
     for (int k = 0; k < friction_pairs; k++)
-      add_blocks(K, self->friction.pairs[k].count, self->friction.pairs[k].nodes, self->hessians + 144 * (size_t)k);
+      add_blocks(K, 4, self->friction.pairs[k].nodes, self->hessians + 144 * (size_t)k);
   }
   return close_near(self, own, status);
 }

@@ -213,13 +213,6 @@ static int create(const flesh_effect *effect, flesh_threads *threads, void **mem
   return flesh_surface_near_create(effect->data, threads, (near **)memory);
 }
 
-static int pair_nodes(const flesh_contact_pair *pair)
-{
-  int count = 4;
-  while (pair->nodes[count - 1] < 0) count--;
-  return count;
-}
-
 /* Whether K has the blocks of all pairs that the Jacobian couples at the point. */
 static int covers(near *self, const flesh_point *point, const flesh_block_matrix *K)
 {
@@ -230,10 +223,10 @@ static int covers(near *self, const flesh_point *point, const flesh_block_matrix
                                                                                                                      * here */
   for (int k = 0; k < self->set.count; k++)
     if (flesh_contact_set_owns(&self->set, &self->set.pairs[k]) &&
-        !has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes))
+        !has_blocks(K, flesh_contact_kind_nodes(self->set.pairs[k].kind), self->set.pairs[k].nodes))
       return 0;
   for (int k = 0; k < self->friction.count; k++)
-    if (!has_blocks(K, self->friction.pairs[k].count, self->friction.pairs[k].nodes)) return 0;
+    if (!has_blocks(K, 4, self->friction.pairs[k].nodes)) return 0;
   for (int k = 0; k < self->seat_count; k++)
     if (!has_blocks(K, 4, self->seats[k].nodes)) return 0;
   return 1;
@@ -310,7 +303,7 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   }
   self->cells = (flesh_cells){.nodes_per_cell = 4, .nodes = self->cell_nodes, .padded = 1};
   add_candidates(self, point->x);
-  for (int k = 0; k < self->friction.count; k++) add_cell(self, self->friction.pairs[k].count, self->friction.pairs[k].nodes);
+  for (int k = 0; k < self->friction.count; k++) add_cell(self, 4, self->friction.pairs[k].nodes);
   for (int k = 0; k < self->seat_count; k++) add_cell(self, 4, self->seats[k].nodes);
   *cells = &self->cells;
   return FLESH_OK;

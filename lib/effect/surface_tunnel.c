@@ -40,8 +40,8 @@ static int find_touching(near *self, const double *x, flesh_surface_touching *to
   flesh_surface_near_keep(self, x, touching->x);
   memset(touching->pieces, 0, sizeof touching->pieces);
   for (int k = 0; k < self->set.count; k++) {
-    const int *nodes = self->set.pairs[k].nodes, last = nodes[3] >= 0 ? 3 : nodes[2] >= 0 ? 2 : 1;
-    add(touching->pieces, piece_of(self, nodes[0]), piece_of(self, nodes[last]));
+    const int *nodes = self->set.pairs[k].nodes;
+    add(touching->pieces, piece_of(self, nodes[0]), piece_of(self, nodes[3]));
   }
   return FLESH_OK;
 }

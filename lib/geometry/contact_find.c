@@ -216,6 +216,23 @@ static void add_edges_and_nodes(const job *j, const double p[3], gathered *g)
   }
 }
 
+/* Completes the nodes of an edge or a node by those of its first triangle among the point's candidates. */
+static void add_other_nodes(const job *j, int begin, int end, flesh_contact_pair *pair)
+{
+  const int bearing = flesh_contact_kind_nodes(pair->kind);
+  for (int k = begin, count = bearing; k < end && count < 4; k++) {
+    const int *face = j->set->surface->faces + 3 * j->candidates->point_faces[2 * k + 1];
+    int others[3], other = 0;
+    for (int c = 0; c < 3; c++) {
+      int bears = 0;
+      for (int a = 1; a < bearing; a++) bears |= face[c] == pair->nodes[a];
+      if (!bears) others[other++] = face[c];
+    }
+    if (other > 4 - bearing) continue;
+    for (; count < 4; count++) pair->nodes[count] = others[count - bearing];
+  }
+}
+
 static void pairs_of_point(job *j, int part, int begin, int end, void *scratch)
 {
   const flesh_contact_set *set = j->set;
@@ -238,6 +255,7 @@ static void pairs_of_point(job *j, int part, int begin, int end, void *scratch)
     if (type == NODE) pair.nodes[1] = s->nodes[number];
     else memcpy(pair.nodes + 1, type == EDGE ? s->edges + 2 * number : s->faces + 3 * number,
                 (size_t)(type + 1) * sizeof *pair.nodes);
+    add_other_nodes(j, begin, end, &pair);
     emit(j, part, &pair);
   }
 }

@@ -34,18 +34,45 @@ static void find_directions(const flesh_contact_closest *at, double t[2][3])
   if (at->dimension < 2) flesh_vec3_cross(at->normal, t[0], t[1]);
 }
 
-void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found)
+/* Subtracts the velocity that the rotation of the pair's triangle, of its last three nodes, gives the gap along t. With
+ * the orthonormal vectors e along a side, m in the plane and N normal to it, e and m being the sums of e_a and m_a times
+ * positions, the rates of rotation about e, m and N are N . sum m_a v_a, -N . sum e_a v_a and m . sum e_a v_a. */
+static void subtract_turn(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
+                          const double t[3], double slip[12])
+{
+  const double *A = x + 3 * (size_t)pair->nodes[1], *B = x + 3 * (size_t)pair->nodes[2],
+               *C = x + 3 * (size_t)pair->nodes[3];
+  double e[3], m[3], N[3], axis[3];
+  for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], m[c] = C[c] - A[c];
+  const double side = sqrt(flesh_vec3_dot(e, e)), along = flesh_vec3_dot(e, m) / (side * side);
+  for (int c = 0; c < 3; c++) m[c] -= along * e[c];
+  const double height = sqrt(flesh_vec3_dot(m, m));
+  if (!(height > 1e-10 * side)) return;
+  for (int c = 0; c < 3; c++) e[c] /= side, m[c] /= height;
+  flesh_vec3_cross(e, m, N);
+  flesh_vec3_cross(at->normal, t, axis);
+  const double e_a[3] = {-1 / side, 1 / side, 0}, m_a[3] = {(along - 1) / height, -along / height, 1 / height};
+  const double by_e = flesh_vec3_dot(axis, e), by_m = flesh_vec3_dot(axis, m), by_N = flesh_vec3_dot(axis, N);
+  for (int a = 0; a < 3; a++)
+    for (int c = 0; c < 3; c++)
+      slip[3 + 3 * a + c] -= at->distance * ((by_e * m_a[a] - by_m * e_a[a]) * N[c] + by_N * e_a[a] * m[c]);
+}
+
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
+                             flesh_friction_pair *found)
 {
   double t[2][3];
-  found->count = at->count;
   find_directions(at, t);
-  for (int a = 0; a < at->count; a++) {
-    found->nodes[a] = pair->nodes[at->corner[a]];
-    for (int i = 0; i < 2; i++)
+  memcpy(found->nodes, pair->nodes, sizeof found->nodes);
+  memset(found->slip, 0, sizeof found->slip);
+  for (int i = 0; i < 2; i++) {
+    for (int a = 0; a < at->count; a++)
       for (int c = 0; c < 3; c++) {
-        found->slip[i][3 * a + c] = at->share[a] * t[i][c];
-        if (i < at->dimension) found->slip[i][3 * a + c] += at->distance * at->turn[i][a] * at->normal[c];
+        double *slip = &found->slip[i][3 * at->corner[a] + c];
+        *slip = at->share[a] * t[i][c];
+        if (i < at->dimension) *slip += at->distance * at->turn[i][a] * at->normal[c];
       }
+    if (i >= at->dimension && pair->owner >= 0) subtract_turn(pair, at, x, t[i], found->slip[i]);
   }
 }
 
@@ -65,7 +92,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
       positive += force;
       flesh_friction_pair *found = friction->pairs + friction->count++;
       found->force = force;
-      flesh_contact_slip_find(set->pairs + next, &at, found);
+      flesh_contact_slip_find(set->pairs + next, &at, x, found);
     }
     const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
     for (int i = first; i < friction->count; i++) friction->pairs[i].force *= part;
@@ -78,7 +105,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
 static void slip_of(const flesh_friction_pair *pair, const double *field, double u[2])
 {
   u[0] = u[1] = 0;
-  for (int a = 0; a < pair->count; a++)
+  for (int a = 0; a < 4; a++)
     for (int c = 0; c < 3; c++)
       for (int i = 0; i < 2; i++) u[i] += pair->slip[i][3 * a + c] * field[3 * (size_t)pair->nodes[a] + c];
 }
@@ -108,7 +135,7 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
       if (phi) *phi += share;
       if (size) *size += fabs(share);
     }
-    for (int a = 0; r && a < pair->count; a++)
+    for (int a = 0; r && a < 4; a++)
       for (int c = 0; c < 3; c++)
         r[3 * (size_t)pair->nodes[a] + c] +=
             ratio * (u[0] * pair->slip[0][3 * a + c] + u[1] * pair->slip[1][3 * a + c]);
@@ -129,8 +156,8 @@ void flesh_contact_friction_hessians(const flesh_contact_friction *friction, con
       for (int j = 0; j < 2; j++)
         B[i][j] = scale * pair->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));
     memset(H, 0, 144 * sizeof *H);
-    for (int p = 0; p < 3 * pair->count; p++)
-      for (int q = 0; q < 3 * pair->count; q++)
+    for (int p = 0; p < 12; p++)
+      for (int q = 0; q < 12; q++)
         for (int i = 0; i < 2; i++)
           H[12 * p + q] += pair->slip[i][p] * (B[i][0] * pair->slip[0][q] + B[i][1] * pair->slip[1][q]);
   }

@@ -6,8 +6,9 @@
  *
  * u_i is the sum of c_a t_i . v_a + d alpha_ia n . v_a over the nodes, with shares c, tangents t, turns alpha, normal n
  * and distance d of the nearest points (contact_closest.h). The second term removes the velocity that a rotation of the
- * features gives the gap, so that rigid rotations do not slip and the forces have no moment at the lagged positions. If
- * an edge or a node bears the nearest point, the rotation about it is unknown and this term is left out. */
+ * features gives the gap, so that rigid rotations do not slip and the forces have no moment at the lagged positions. An
+ * edge or a node that a point is near rotates as one of its triangles. Where the end of an edge is near another edge,
+ * the term is left out. */
 #ifndef FLESH_GEOMETRY_CONTACT_FRICTION_H
 #define FLESH_GEOMETRY_CONTACT_FRICTION_H
 
@@ -15,9 +16,9 @@
 #include "linear/block_matrix.h"
 
 typedef struct flesh_friction_pair {
-  int count, nodes[4];  /* 2 to 4 nodes */
+  int nodes[4];
   double force;         /* N, mu times the normal force */
-  double slip[2][12];   /* [2][3*count] u_i is the sum of slip[i] * v over the nodes' components */
+  double slip[2][12];   /* u_i is the sum of slip[i] * v over the nodes' components */
 } flesh_friction_pair;
 
 typedef struct flesh_contact_friction {
@@ -33,8 +34,9 @@ void flesh_contact_friction_clear(flesh_contact_friction *friction);
  * friction of the sum of all normal forces. FLESH_ERR_MEMORY. */
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
 
-/* Computes a pair's slip operator for its nearest points `at`. */
-void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_friction_pair *found);
+/* Computes a pair's slip operator for its nearest points `at` at x [3*n]. */
+void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
+                             flesh_friction_pair *found);
 
 /* Positions and velocities [3*n], and the factors by which a change of the unknown changes x and v. */
 typedef struct flesh_contact_motion {

@@ -15,7 +15,6 @@
 /* A pair on its own nodes, with vectors of all 12 components. */
 typedef struct turned {
   const flesh_contact_pair *pair;
-  int count;        /* number of nodes */
   double x[12], v[12];
   double N, by[12]; /* normal force and its derivative by x */
   double w[12], turn[12][12]; /* w and its derivative by x, [row][column] */
@@ -26,12 +25,10 @@ static double find_slip(const turned *t, flesh_contact_closest *at, double S[2][
 {
   flesh_friction_pair pair;
   flesh_contact_pair local = *t->pair;
-  for (int a = 0; a < t->count; a++) local.nodes[a] = a;
+  for (int a = 0; a < 4; a++) local.nodes[a] = a;
   const double N = flesh_contact_pair_force(&local, t->x, at);
-  flesh_contact_slip_find(&local, at, &pair);
-  memset(S, 0, 24 * sizeof(double));
-  for (int k = 0; k < 3 * pair.count; k++)
-    for (int i = 0; i < 2; i++) S[i][3 * pair.nodes[k / 3] + k % 3] = pair.slip[i][k];
+  flesh_contact_slip_find(&local, at, t->x, &pair);
+  memcpy(S, pair.slip, sizeof pair.slip);
   return N;
 }
 
@@ -69,7 +66,7 @@ static int find(turned *t, double e)
   for (int k = 0; k < 24; k++) u[k / 12] += S[k / 12][k % 12] * t->v[k % 12];
   const double y = hypot(u[0], u[1]), ratio = flesh_slip_ratio(y, e), fall = y > 0 ? flesh_slip_fall(y, e) / (y * y) : 0;
   for (int k = 0; k < 12; k++) t->w[k] = t->N * ratio * (S[0][k] * u[0] + S[1][k] * u[1]);
-  for (int d = 0; d < 3 * t->count && !status && t->N != 0; d++) {
+  for (int d = 0; d < 12 && !status && t->N != 0; d++) {
     double change[2] = {0, 0}, g[2];
     status = differentiate(t, d, &base, turn);
     for (int k = 0; k < 24; k++) change[k / 12] += turn[k / 12][k % 12] * t->v[k % 12];
@@ -84,8 +81,8 @@ static int find(turned *t, double e)
 
 static turned on_own_nodes(const flesh_contact_pair *pair, const double *x, const double *v)
 {
-  turned t = {.pair = pair, .count = flesh_contact_kind_nodes(pair->kind)};
-  for (int d = 0; d < 3 * t.count; d++) {
+  turned t = {.pair = pair};
+  for (int d = 0; d < 12; d++) {
     const size_t from = 3 * (size_t)pair->nodes[d / 3] + (size_t)(d % 3);
     t.x[d] = x[from];
     t.v[d] = v[from];
@@ -98,8 +95,8 @@ static turned on_own_nodes(const flesh_contact_pair *pair, const double *x, cons
 static int add_blocks(const turned *one, const turned *other, double scale, double by, flesh_block_add add, void *to)
 {
   int status = FLESH_OK;
-  for (int a = 0; a < one->count; a++)
-    for (int b = 0; b < other->count && !status; b++) {
+  for (int a = 0; a < 4; a++)
+    for (int b = 0; b < 4 && !status; b++) {
       double block[9];
       for (int k = 0; k < 9; k++) {
         const int row = 3 * a + k / 3, column = 3 * b + k % 3;

@@ -19,7 +19,8 @@
 #include "geometry/contact_closest.h"
 
 typedef struct flesh_contact_pair {
-  int nodes[4]; /* the point or first edge, then the nodes of the other feature; -1 for those not used */
+  int nodes[4]; /* the point or first edge, the nodes of the other feature, then others of one of its triangles, which
+                 * tell how an edge or a node rotates */
   flesh_contact_kind kind;
   int within;       /* see flesh_contact_find_closest */
   int owner;        /* index of its point among the nodes of the flesh_contact_surface; -1 for two edges */

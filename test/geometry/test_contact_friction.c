@@ -25,14 +25,19 @@ static void end(flesh_contact_set *set, flesh_contact_friction *friction)
   facing_clear(&f);
 }
 
-/* Crumpled sheets, near enough for edges to be in contact, too. */
-static void crumple(int cells, flesh_contact_set *set, flesh_contact_friction *friction)
+/* Crumpled sheets. Edges are in contact, too, if nearer than `edges`. */
+static void crumple_with(double edges, int cells, flesh_contact_set *set, flesh_contact_friction *friction)
 {
   facing_add_sheet(&f, cells, 0, 0, 1, 0, 1, 0.3);
   facing_add_sheet(&f, cells - 1, 0.1, -0.05, 1, 0.1, 0, 0.3);
   for (int i = 0; i < f.nodes; i++)
     for (int c = 0; c < 3; c++) f.x[3 * i + c] += 0.03 * uniform();
-  start(0.25, 0.15, set, friction);
+  start(0.25, edges, set, friction);
+}
+
+static void crumple(int cells, flesh_contact_set *set, flesh_contact_friction *friction)
+{
+  crumple_with(0.15, cells, set, friction);
 }
 
 /* Makes a velocity field v = speed (w x x + t) + noise. */
@@ -128,8 +133,8 @@ static void forces_are_the_derivatives_of_the_potential(void)
       terms += fabs(r[0][k] * du[k]);
     }
     for (int k = 0; k < friction.count; k++)
-      for (int i = 0; i < 3 * friction.pairs[k].count; i++)
-        for (int j = 0; j < 3 * friction.pairs[k].count; j++)
+      for (int i = 0; i < 12; i++)
+        for (int j = 0; j < 12; j++)
           image[3 * friction.pairs[k].nodes[i / 3] + i % 3] +=
               hessians[144 * k + 12 * i + j] * du[3 * friction.pairs[k].nodes[j / 3] + j % 3];
     for (int side = 0; side < 2; side++) {
@@ -213,29 +218,24 @@ static void without_velocities_the_force_is_constant(void)
   end(&set, &friction);
 }
 
-/* The forces sum to 0 and, if the nearest points are inside faces or between edges, so do their moments; nothing slips
- * if everything rotates together. About edges and nodes, forces have the moment of their gap. */
+/* Forces sum to 0, and so do their moments; nothing slips if everything rotates together. */
 static void forces_balance(void)
 {
   static double v[3 * FACING_NODES], r[3 * FACING_NODES];
   flesh_contact_set set;
   flesh_contact_friction friction;
   double sums[6] = {0}, size = 0, slip = 0;
-  int full = 0;
-  crumple(6, &set, &friction);
+  crumple_with(1e-4, 6, &set, &friction);
   move(1, 1, 0, v);
-  for (int k = 0; k < friction.count; k++) {
-    const flesh_friction_pair *pair = friction.pairs + k;
-    if (pair->count < 4) continue;
+  for (int k = 0; k < friction.count; k++)
     for (int i = 0; i < 2; i++) {
+      const flesh_friction_pair *pair = friction.pairs + k;
       double u = 0;
       for (int p = 0; p < 12; p++) u += pair->slip[i][p] * v[3 * pair->nodes[p / 3] + p % 3];
       slip = fmax(slip, fabs(u));
     }
-    friction.pairs[full++] = *pair;
-  }
-  CHECK(full > 100 && friction.count - full > 20);
-  friction.count = full;
+  printf("# %d pairs\n", friction.count);
+  CHECK(friction.count > 50);
   move(e, e, e, v);
   memset(r, 0, sizeof r);
   flesh_contact_friction_evaluate(&friction, &(flesh_contact_motion){f.x, f.x, v, 1, 1}, NULL, NULL, r);
