@@ -218,6 +218,32 @@ static void without_velocities_the_force_is_constant(void)
   end(&set, &friction);
 }
 
+/* Returns the larger slip of a pair. */
+static double slip_of(const flesh_friction_pair *pair, const double *v)
+{
+  double u[2] = {0};
+  for (int k = 0; k < 24; k++) u[k / 12] += pair->slip[k / 12][k % 12] * v[3 * pair->nodes[k % 12 / 3] + k % 3];
+  return fmax(fabs(u[0]), fabs(u[1]));
+}
+
+/* Edges that are near each other between their ends do not slip if everything rotates together. */
+static void edges_rotate_together(void)
+{
+  static double v[3 * FACING_NODES];
+  flesh_contact_set set;
+  flesh_contact_friction friction;
+  int together[2];
+  for (int edges = 0; edges < 2; edges++) {
+    crumple_with(edges ? 0.15 : 1e-4, 6, &set, &friction);
+    move(1, 1, 0, v);
+    together[edges] = 0;
+    for (int k = 0; k < friction.count; k++) together[edges] += slip_of(friction.pairs + k, v) < 1e-12;
+    printf("# %d of %d pairs rotate together\n", together[edges], friction.count);
+    end(&set, &friction);
+  }
+  CHECK(together[1] > together[0] + 50);
+}
+
 /* Forces sum to 0, and so do their moments; nothing slips if everything rotates together. */
 static void forces_balance(void)
 {
@@ -227,13 +253,7 @@ static void forces_balance(void)
   double sums[6] = {0}, size = 0, slip = 0;
   crumple_with(1e-4, 6, &set, &friction);
   move(1, 1, 0, v);
-  for (int k = 0; k < friction.count; k++)
-    for (int i = 0; i < 2; i++) {
-      const flesh_friction_pair *pair = friction.pairs + k;
-      double u = 0;
-      for (int p = 0; p < 12; p++) u += pair->slip[i][p] * v[3 * pair->nodes[p / 3] + p % 3];
-      slip = fmax(slip, fabs(u));
-    }
+  for (int k = 0; k < friction.count; k++) slip = fmax(slip, slip_of(friction.pairs + k, v));
   printf("# %d pairs\n", friction.count);
   CHECK(friction.count > 50);
   move(e, e, e, v);
@@ -297,5 +317,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(flat_faces_rub_by_coulombs_law), TEST(signed_sums_rub_by_their_sum),
                    TEST(forces_are_the_derivatives_of_the_potential), TEST(lagged_places_have_their_derivative),
                    TEST(without_velocities_the_force_is_constant),
-                   TEST(forces_balance), TEST(hessians_are_positive));
+                   TEST(edges_rotate_together), TEST(forces_balance), TEST(hessians_are_positive));
 }
