@@ -141,8 +141,8 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     for (int i = 0; i < nodes; i++)
       if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
     flesh_block_fix(b->A, fixed, 1, NULL);
-    status = b->linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, b->point.threads,
-                                              &b->preconditioner);
+    status = b->linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, flesh_mesh_order(bar->mesh),
+                                              b->point.threads, &b->preconditioner);
   }
   flesh_bisection bisection = {0};
   if (!status) status = flesh_bisection_create(b->A, NULL, &bisection);

@@ -10,7 +10,7 @@
 
 typedef struct flesh_linear {
   const flesh_exact_solver *exact;
-  int (*preconditioner_create)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
+  int (*preconditioner_create)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions, int order,
                                flesh_threads *threads, flesh_preconditioner_data **preconditioner);
   int (*preconditioner_create_levels)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
                                       const flesh_levels *levels, flesh_threads *threads,

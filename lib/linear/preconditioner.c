@@ -11,13 +11,6 @@
 #include "linear/diagonal_blocks.h"
 #include "linear/preconditioner_data.h"
 
-/* Returns the numbers of coarse vertices that pay off for this matrix of a body with `nodes` nodes; blocks are counted over
- * the team. */
-static flesh_levels levels_for(const flesh_block_matrix *A, const flesh_team *team, double nodes)
-{
-  return flesh_levels_for(nodes, flesh_team_total(team, A->row_start[A->rows]), team ? team->ranks : 1);
-}
-
 /* Makes the factor of the overlap, which has an order of its own. `own`: nodes per vertex of the rank's own level, 0: there
  * is none. `positions` NULL: there is no coarse level at all. */
 static int create_wide(flesh_preconditioner_data *self, const double *positions, double own)
@@ -52,9 +45,10 @@ static int allocate_room(flesh_preconditioner_data *self)
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
-                                const double *positions, flesh_threads *threads,
+                                const double *positions, int order, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
 {
+  kind = flesh_preconditioner_choose(kind, flesh_team_all(flesh_threads_team(threads), A->rows), order);
   return flesh_preconditioner_create_levels(kind, A, positions, NULL, threads, preconditioner);
 }
 
@@ -93,9 +87,7 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
                                        flesh_preconditioner_data **preconditioner)
 {
   const flesh_team *team = flesh_threads_team(threads);
-  const double nodes = flesh_team_all(team, A->rows);
   flesh_bisection bisection = {0};
-  kind = flesh_preconditioner_choose(kind, nodes, 1);
   int status = create_here(kind, A, threads, &bisection, preconditioner);
   flesh_preconditioner_data *self = *preconditioner;
   if (status) {
@@ -105,7 +97,10 @@ int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_bl
   }
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_levels levels = {0};
-  if (coarse) levels = asked ? *asked : levels_for(A, team, nodes);
+  if (coarse)
+    levels = asked ? *asked
+                   : flesh_levels_for(flesh_team_all(team, A->rows), flesh_team_total(team, A->row_start[A->rows]),
+                                      team ? team->ranks : 1);
   status = flesh_overlap_create(A, self->team, coarse && levels.own > 0 ? positions : NULL, &self->overlap);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = team ? create_wide(self, coarse ? positions : NULL, levels.own)

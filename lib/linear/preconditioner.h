@@ -35,12 +35,14 @@ typedef struct flesh_preconditioner_data flesh_preconditioner_data;
 /* Returns a power of two that takes x to about 1; 1 if there is none. */
 FLESH_PER_ISA double flesh_power_to_one(double x);
 
-/* Analyses the pattern of A and allocates all memory. `positions` [3*rows] at rest are needed by the two-level kind (NULL:
- * it has one level); borrows `threads` (may be NULL). Returns new. */
+/* Chooses the kind for a mesh of this order with the nodes of all ranks, analyses the pattern of A and allocates all
+ * memory. `positions` [3*rows] at rest are needed by the two-level kind (NULL: it has one level); borrows `threads` (may be
+ * NULL). Returns new. */
 FLESH_PER_ISA int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
-                                              const double *positions, flesh_threads *threads,
+                                              const double *positions, int order, flesh_threads *threads,
                                               flesh_preconditioner_data **preconditioner);
-/* Does what flesh_preconditioner_create does, with these coarse levels; NULL: flesh_levels_for the matrix. */
+/* Does what flesh_preconditioner_create does, for a kind that flesh_preconditioner_choose returns, with these coarse
+ * levels; NULL: flesh_levels_for the matrix. */
 FLESH_PER_ISA int flesh_preconditioner_create_levels(flesh_preconditioner kind, const flesh_block_matrix *A,
                                                      const double *positions, const flesh_levels *levels,
                                                      flesh_threads *threads,

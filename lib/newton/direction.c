@@ -38,9 +38,8 @@ static int make_solvers_of_pattern(flesh_direction *self, int before)
   if (self->equations->options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(self->equations->options->linear_solver, K, &self->direct);
   const flesh_team *team = self->equations->team;
-  const flesh_preconditioner kind = flesh_preconditioner_choose(
-      self->equations->options->preconditioner, flesh_team_all(team, K->rows), flesh_mesh_order(mesh));
-  int status = self->linear->preconditioner_create(kind, K, X, self->equations->threads, &self->preconditioner);
+  int status = self->linear->preconditioner_create(self->equations->options->preconditioner, K, X, flesh_mesh_order(mesh),
+                                                   self->equations->threads, &self->preconditioner);
   const int polynomial = (team && team->ranks > 1) || flesh_preconditioner_takes_polynomials(&self->rows);
   if (!status && self->rows.nodes_per_row)
     status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X, polynomial);

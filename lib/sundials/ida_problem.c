@@ -90,10 +90,8 @@ static int create_solver(flesh_ida_problem *self)
   flesh_ida_solver *solver = &self->solver;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_direct_create(options->linear_solver, J->K, &solver->direct);
-  int status = solver->linear->preconditioner_create(
-      flesh_preconditioner_choose(options->preconditioner, flesh_team_all(flesh_threads_team(self->threads), J->K->rows),
-                                  flesh_mesh_order(mesh)), J->K,
-      flesh_mesh_positions(mesh), self->threads, &solver->preconditioner);
+  int status = solver->linear->preconditioner_create(options->preconditioner, J->K, flesh_mesh_positions(mesh),
+                                                     flesh_mesh_order(mesh), self->threads, &solver->preconditioner);
   return status ? status : solver->linear->pcg_space_create(J->K, 0, self->threads, &solver->pcg);
 }
 

@@ -258,10 +258,8 @@ int flesh_ode_make_condensed(flesh_ode_problem *self, int damping)
     return flesh_direct_create(options->linear_solver, c->A, &c->direct);
   const flesh_ida_problem *motion = self->motion;
   const flesh_mesh *mesh = flesh_system_mesh(motion->evaluation.system);
-  return motion->solver.linear->preconditioner_create(
-      flesh_preconditioner_choose(options->preconditioner, flesh_team_all(flesh_threads_team(motion->threads), c->A->rows),
-                                  flesh_mesh_order(mesh)), c->A,
-      flesh_mesh_positions(mesh), motion->threads, &c->preconditioner);
+  return motion->solver.linear->preconditioner_create(options->preconditioner, c->A, flesh_mesh_positions(mesh),
+                                                      flesh_mesh_order(mesh), motion->threads, &c->preconditioner);
 }
 
 int flesh_ode_factor(flesh_ode_problem *self)

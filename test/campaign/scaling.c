@@ -50,7 +50,7 @@ static void make(const flesh_mesh *whole, problem *p)
   flesh_system_fixed(b->system, 0, fixed);
   flesh_block_fix(p->K, fixed, 1e4, NULL);
   flesh_team_add_ghosts(flesh_rank_part_team(p->part), p->load);
-  CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, p->K, flesh_mesh_positions(b->mesh), p->threads,
+  CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, p->K, flesh_mesh_positions(b->mesh), 1, p->threads,
                                          &p->preconditioner));
   CHECK_OK(linear->preconditioner_setup(p->preconditioner, p->K, fixed));
   CHECK_OK(linear->pcg_space_create(p->K, 0, p->threads, &p->space));

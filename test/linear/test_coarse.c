@@ -279,7 +279,7 @@ static int iterations(flesh_mesh *box, double poisson, flesh_preconditioner kind
   flesh_pcg_space *space = NULL;
   flesh_pcg_result result;
   CHECK_OK(flesh_threads_create(threads, &pool));
-  CHECK_OK(linear->preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), pool, &preconditioner));
+  CHECK_OK(linear->preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), 1, pool, &preconditioner));
   CHECK_OK(linear->preconditioner_setup(preconditioner, A, fixed));
   CHECK_OK(linear->pcg_space_create(A, 0, pool, &space));
   const flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,

@@ -27,7 +27,7 @@ static void preconditioners_are_definite(void)
   memset(matrices[4]->values, 0, 9 * (size_t)matrices[4]->row_start[b.n / 3] * sizeof(double));
   for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(linear->preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
     for (int m = 0; m < 5; m++) {
       CHECK_OK(linear->preconditioner_setup(preconditioner, matrices[m], NULL));
       double *P = applied(linear, preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
@@ -66,7 +66,7 @@ static void incomplete_cholesky_leaves_fixed_components_alone(void)
   for (int d = 0; d < b.n; d++) fixed[d] = d % 7 == 1, r[d] = fixed[d] ? 0 : sin(d);
   flesh_block_fix(A, fixed, 100, NULL);
   CHECK_OK(
-      linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+      linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
   CHECK_OK(linear->preconditioner_setup(preconditioner, A, fixed));
   linear->preconditioner_apply(preconditioner, r, z);
   for (int d = 0; d < b.n; d++) CHECK((z[d] == 0) == fixed[d]);
@@ -124,7 +124,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     flesh_block_matrix *A = random_matrix(&b, 1.1);
     flesh_preconditioner_data *preconditioner = NULL;
     CHECK_OK(
-        linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+        linear->preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
     CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     double *inverse = applied(linear, preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     double *P = malloc((size_t)b.n * (size_t)b.n * sizeof *P);
@@ -206,7 +206,7 @@ static void conjugate_gradients(void)
   double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);
   for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
     CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
     flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .b = right,
                                  .tolerance = 1e-12 * test_norm(n, right), .max_iterations = 5000};
@@ -304,7 +304,7 @@ static void conjugate_gradients_in_single_precision(void)
     const int blocks = 9 * A->row_start[A->rows];
     const double norm = test_norm(n, right);
     CHECK_OK(linear->pcg_space_create(A, 1, NULL, &space));
-    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
     flesh_pcg_request request = {.A = A, .preconditioner = preconditioner, .max_iterations = 5000};
     for (int units = -1; units <= 1; units++) { /* scale of the matrix, and the inverse for the right-hand side */
       const double scale = pow(1e25, units), tolerance = request.tolerance = 1e-4 * norm / scale;
@@ -419,7 +419,7 @@ static void saved_bytes_are_those_of_the_set_up(void)
       mallopt(M_PERTURB, fill ? 0x5a : 0xa5);
 #endif
       flesh_preconditioner_data *preconditioner = NULL;
-      CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+      CHECK_OK(linear->preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), 1, NULL, &preconditioner));
       CHECK_OK(linear->preconditioner_setup(preconditioner, A, NULL));
       flesh_archive measured = {0};
       linear->preconditioner_archive(preconditioner, &measured);

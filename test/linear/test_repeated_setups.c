@@ -100,8 +100,8 @@ static int differing(const test_body *b, flesh_preconditioner kind, int count)
   make_matrices(b, fixed, matrices);
   randomise(b->n, r);
   CHECK_OK(flesh_threads_create(2, &threads));
-  CHECK_OK(linear->preconditioner_create(kind, matrices[0], X, NULL, &by_one));
-  CHECK_OK(linear->preconditioner_create(kind, matrices[0], X, threads, &by_two));
+  CHECK_OK(linear->preconditioner_create(kind, matrices[0], X, 1, NULL, &by_one));
+  CHECK_OK(linear->preconditioner_create(kind, matrices[0], X, 1, threads, &by_two));
   for (int k = 0; k < count; k++) { /* shifts settle first */
     const int m = k % MATRICES, known = k >= 4 * MATRICES;
     if (!known) {

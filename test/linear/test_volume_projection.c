@@ -60,7 +60,7 @@ static flesh_preconditioner_data *projection(const ten *t, flesh_preconditioner 
 {
   flesh_preconditioner_data *p = NULL;
   const double *X = flesh_mesh_positions(t->b.mesh);
-  CHECK_OK(linear->preconditioner_create(kind, t->K, X, threads, &p));
+  CHECK_OK(linear->preconditioner_create(kind, t->K, X, 1, threads, &p));
   CHECK_OK(linear->preconditioner_project(p, t->K, &t->rows, X, polynomial));
   CHECK_OK(linear->preconditioner_setup(p, t->K, t->fixed));
   return p;
@@ -270,7 +270,7 @@ static int solve_once(ten *t, int project, double inertia, int state, int filter
   assemble(t, x, inertia, filter);
   flesh_preconditioner_data *p = NULL;
   if (project) p = projection(t, FLESH_PRECONDITIONER_AUTO, project == BY_POLYNOMIALS, NULL);
-  else CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, t->K, flesh_mesh_positions(t->b.mesh), NULL,
+  else CHECK_OK(linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, t->K, flesh_mesh_positions(t->b.mesh), 1, NULL,
                                                &p));
   if (!project) CHECK_OK(linear->preconditioner_setup(p, t->K, t->fixed));
   flesh_pcg_space *space = NULL;

@@ -321,9 +321,9 @@ static void without_a_filter_indefinite_matrices_are_refused(void)
 }
 
 static int no_preconditioner(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
-                             flesh_threads *threads, flesh_preconditioner_data **preconditioner)
+                             int order, flesh_threads *threads, flesh_preconditioner_data **preconditioner)
 {
-  (void)kind, (void)A, (void)positions, (void)threads, (void)preconditioner;
+  (void)kind, (void)A, (void)positions, (void)order, (void)threads, (void)preconditioner;
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
 }
 

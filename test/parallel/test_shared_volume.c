@@ -153,7 +153,7 @@ static void set_up(const bodies *b, int which, solver *s)
   CHECK_OK(flesh_system_jacobian(own->system, &point, &shift, s->K));
   flesh_system_stiff_values(own->system, &point, &shift, &s->rows);
   flesh_block_fix(s->K, fixed, 1e4, NULL);
-  CHECK_OK(s->linear->preconditioner_create(FLESH_PRECONDITIONER_TWO_LEVEL, s->K, X, s->threads, &s->preconditioner));
+  CHECK_OK(s->linear->preconditioner_create(FLESH_PRECONDITIONER_TWO_LEVEL, s->K, X, 1, s->threads, &s->preconditioner));
   CHECK_OK(s->linear->preconditioner_project(s->preconditioner, s->K, &s->rows, X, 1));
   CHECK_OK(s->linear->preconditioner_setup(s->preconditioner, s->K, fixed));
   free(whole);
