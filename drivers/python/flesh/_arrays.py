@@ -24,6 +24,14 @@ def doubles(values, shape, name):
     return _array(values, np.float64, shape, name)
 
 
+def finite(values, shape, name):
+    """Does what `doubles` does; ArgumentError if a number is not finite."""
+    given = doubles(values, shape, name)
+    for place in np.argwhere(~np.isfinite(given))[:1].tolist():
+        raise ArgumentError(f"{name}{place} is {given[tuple(place)]:g}; it must be finite")
+    return given
+
+
 def integers(values, shape, name):
     """Returns a contiguous array of C ints of `shape`; a set is accepted if no order is asked for.
 

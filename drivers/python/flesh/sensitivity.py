@@ -3,7 +3,7 @@ from typing import TYPE_CHECKING, Callable, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from ._arrays import doubles, pointer
+from ._arrays import finite, pointer
 from ._callbacks import Handle, call, create, owned, status_callback
 from ._library import ffi, lib
 from .body import Body
@@ -69,7 +69,7 @@ class Sensitivity(Handle):
         struct = ffi.new("flesh_quantity *")
         for name, values in (("by_x", by_x), ("of_residual", of_residual)):
             if values is not None:
-                kept.append(pointer(doubles(values, shape, name)))
+                kept.append(pointer(finite(values, shape, name)))
                 setattr(struct, name, kept[-1])
         return struct, kept
 
@@ -88,7 +88,7 @@ class Sensitivity(Handle):
 
     def respond(self, force) -> np.ndarray:
         """Returns -K^-1 force [nodes, 3]: the change of the equilibrium for a change `force` of its residual."""
-        return self._vector(lib.flesh_sensitivity_respond, pointer(doubles(force, (self._nodes, 3), "force")))
+        return self._vector(lib.flesh_sensitivity_respond, pointer(finite(force, (self._nodes, 3), "force")))
 
     def adjoint(self, by_x=None, of_residual=None) -> np.ndarray:
         """Returns lambda [nodes, 3], with dQ = -lambda . dr for a change dr of the free forces.
@@ -191,9 +191,9 @@ class Trajectory(Handle):
         gradient, start = np.empty(len(all_of_them)), np.empty((2, *shape))
         structs = ffi.new("flesh_parameter[]", [p._struct[0] for p in all_of_them] or 1)
         overs = {"end": lib.FLESH_AT_END, "integral": lib.FLESH_INTEGRAL, "mean": lib.FLESH_MEAN}
-        if over not in overs:
+        if not isinstance(over, str) or over not in overs:
             raise ArgumentError(f"over is {over!r}; it must be 'end', 'mean' or 'integral'")
-        by = [None if one is None else doubles(one, shape, name) for one, name in ((by_x, "by_x"), (by_v, "by_v"))]
+        by = [None if one is None else finite(one, shape, name) for one, name in ((by_x, "by_x"), (by_v, "by_v"))]
         quantity = ffi.new("flesh_motion_quantity *", (pointer(by[0]), pointer(by[1]), overs[over]))
         call(lib.flesh_trajectory_gradient, self._pointer, quantity, len(all_of_them), structs, pointer(gradient),
              pointer(start))
@@ -211,7 +211,10 @@ class Trajectory(Handle):
         struct, _kept = _by_tet(low, high, difference)
 
         def see(_data, t, by_x, by_v):
-            visit(t, *(np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(self._nodes, 3) for d in (by_x, by_v)))
+            both = [np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(self._nodes, 3) for d in (by_x, by_v)]
+            visit(t, *both)
+            for values, name in zip(both, ("by_x", "by_v")):
+                finite(values, values.shape, name)
 
         visited, gradient = status_callback("int(void *, double, double *, double *)", see), np.empty(low.mesh.tet_count)
         call(lib.flesh_trajectory_tet_gradient, self._pointer, struct, visited, ffi.NULL, pointer(gradient))
@@ -241,7 +244,7 @@ class Trajectory(Handle):
             visit(k, t, np.array([np.frombuffer(ffi.buffer(d, 24 * self._nodes)).reshape(shape[1:]) for d in (dx, dv)]))
 
         visited = status_callback("int(void *, int, double, const double *, const double *)", see)
-        begin = ffi.NULL if start is None else pointer(doubles(start, shape, "start"))
+        begin = ffi.NULL if start is None else pointer(finite(start, shape, "start"))
         call(lib.flesh_trajectory_tangents, self._pointer, len(parameters), structs, begin, visited, ffi.NULL)
 
     def operator(self, parameters: Sequence[Parameter]) -> "scipy.sparse.linalg.LinearOperator":

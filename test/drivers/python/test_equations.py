@@ -94,6 +94,11 @@ def test_gradients_of_an_equilibrium(mesh, body, held):
     assert np.allclose(sensitivity.respond(whole), sensitivity.tangent(parameters[0]), rtol=1e-7, atol=1e-15)
     with pytest.raises(flesh.ArgumentError, match="is no equilibrium"):
         flesh.Sensitivity(system(), flesh.State.at_rest(mesh))
+    weights[-1, 2] = np.nan
+    for refused in (lambda: sensitivity.gradient(parameters, by_x=weights), lambda: sensitivity.respond(weights),
+                    lambda: sensitivity.adjoint(of_residual=weights)):
+        with pytest.raises(flesh.ArgumentError, match=r"\[44, 2\] is nan; it must be finite"):
+            refused()
 
 
 def test_gradients_of_a_motion(mesh, body, held):
@@ -137,6 +142,16 @@ def test_gradients_of_a_motion(mesh, body, held):
     assert mean == pytest.approx((fall(1e5 + 20)[2] - fall(1e5 - 20)[2]) / 40, rel=1e-5)
     with pytest.raises(flesh.ArgumentError, match="over is 'middle'"):
         trajectory.gradient(over="middle")
+    with pytest.raises(flesh.ArgumentError, match="over is \\['mean'\\]"):
+        trajectory.gradient(over=["mean"])
+    weights[-1, 2] = np.inf
+    with pytest.raises(flesh.ArgumentError, match=r"by_v\[44, 2\] is inf; it must be finite"):
+        trajectory.gradient(by_v=weights)
+    with pytest.raises(flesh.ArgumentError, match=r"start\[0, 44, 2\] is inf"):
+        trajectory.tangents(flesh.Parameter(system, 1e5), [weights, 0 * both[45:]])
+    seen.clear()
+    with pytest.raises(flesh.ArgumentError, match=r"by_x\[44, 2\] is inf"):
+        trajectory.tet_gradient(*bodies, 40, at_end)
     with pytest.raises(flesh.ArgumentError, match="ida has no sensitivities"):
         flesh.Trajectory(flesh.Integrator(system(), "ida"))
 
