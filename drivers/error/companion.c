@@ -22,6 +22,10 @@ static const double tolerance_share = 0.25;
 /* A box that ends beyond a node by less than this share of an edge is taken to end at the node's plane; on a mesh
  * refined twice it contains no further nodes. */
 static const double least_end = 0.2;
+/* Indices into flesh_error_folders. */
+enum { MESH, MESH_2, STEP, STEP_2, TWICE, MESH_2_STEPS };
+const char *const flesh_error_folders[] = {"error/mesh",   "error/mesh_2", "error/step",
+                                           "error/step_2", "error/twice",  "error/mesh_2_steps", NULL};
 /* Least number of steps from which an order can be found. */
 enum { LEAST_STEPS = 12 };
 
@@ -45,10 +49,10 @@ static int drop(flesh_error_judge *judge, int k)
 }
 
 /* Adds a companion with key=value, and with time.step=step unless that is 0. */
-static void add(flesh_error_judge *judge, const char *folder, const char *key, double value, double step)
+static void add(flesh_error_judge *judge, int folder, const char *key, double value, double step)
 {
   char number[FLESH_NUMBER_SIZE];
-  snprintf(judge->companions[judge->count].folder, FLESH_ERROR_FOLDER, "error/%s", folder);
+  judge->companions[judge->count].folder = flesh_error_folders[folder];
   char(*set)[sizeof *judge->companions->set] = judge->companions[judge->count++].set;
   snprintf(set[0], sizeof *set, "%s=%s", key, flesh_number_text(value, number));
   if (step > 0) snprintf(set[1], sizeof *set, "time.step=%s", flesh_number_text(step, number));
@@ -60,7 +64,7 @@ static void add_tolerance(const flesh_scene_time *time, flesh_error_judge *judge
 {
   const double tolerance = tolerance_share * time->adaptive.tolerance;
   judge->factor = of_tolerance;
-  add(judge, "step", "time.tolerance", tolerance, time->step / 2);
+  add(judge, STEP, "time.tolerance", tolerance, time->step / 2);
   snprintf(judge->words, sizeof judge->words, "a tolerance of %g and a time.step of %g s", tolerance, time->step / 2);
 }
 
@@ -83,14 +87,14 @@ static void add_coarser(const flesh_scene *scene, int has_twice, flesh_error_jud
   judge->adds = scene->time.method == FLESH_METHOD_STATIC && !has_twice;
   judge->factor = judge->adds ? of_coarser_equilibria : of_coarser_meshes;
   judge->coarser = 1;
-  add(judge, "mesh", "body.refine", refine, 0);
-  if (judge->doubled == 2) add(judge, "twice", "body.refine", refine + 1, 2 * scene->time.step);
+  add(judge, MESH, "body.refine", refine, 0);
+  if (judge->doubled == 2) add(judge, TWICE, "body.refine", refine + 1, 2 * scene->time.step);
   if (judge->doubled) {
     snprintf(words, sizeof words, ", there with steps of %g s", 2 * scene->time.step);
-    add(judge, "mesh_2_steps", "body.refine", refine, 2 * scene->time.step);
+    add(judge, MESH_2_STEPS, "body.refine", refine, 2 * scene->time.step);
   }
   snprintf(judge->companions[judge->count].set[1], sizeof judge->companions->set[1], "body.element=%s", other);
-  add(judge, "mesh_2", "body.refine", refine, 0);
+  add(judge, MESH_2, "body.refine", refine, 0);
   snprintf(judge->words, sizeof judge->words, "the next coarser mesh (body.refine %d)%s, and %s on it", refine, words, other);
 }
 
@@ -100,7 +104,7 @@ static void add_element(int refine, flesh_error_judge *judge)
 {
   judge->better = 1;
   judge->factor = refine ? of_element_on_coarser : of_element;
-  add(judge, "mesh", "body.refine", refine ? refine - 1 : 0, 0);
+  add(judge, MESH, "body.refine", refine ? refine - 1 : 0, 0);
   strcpy(judge->companions[0].set[1], "body.element=tet10-mean");
   snprintf(judge->words, sizeof judge->words, "tet10-mean on the %s the better answer",
            refine ? "next coarser mesh, mostly" : "same mesh, which is");
@@ -136,8 +140,8 @@ static void choose_steps(const flesh_scene *scene, flesh_error_judge *judge)
     return;
   }
   judge->factor = time->method == FLESH_METHOD_BDF2 ? of_shorter_steps_of_bdf2 : of_shorter_steps;
-  add(judge, "step", "time.step", time->step / 2, 0);
-  add(judge, "step_2", "time.step", 2 * time->step, 0);
+  add(judge, STEP, "time.step", time->step / 2, 0);
+  add(judge, STEP_2, "time.step", 2 * time->step, 0);
   snprintf(judge->words, sizeof judge->words, "steps of %g s and of %g s", time->step / 2, 2 * time->step);
 }
 
@@ -149,7 +153,7 @@ static void choose_step(const flesh_scene *scene, flesh_error_judge *judge)
     refuse(judge, "these equilibria do not depend on the steps between them");
   else if (time->method == FLESH_METHOD_BACKWARD_EULER) {
     judge->factor = of_newmark;
-    add(judge, "step", "", 0, 0);
+    add(judge, STEP, "", 0, 0);
     strcpy(judge->companions[0].set[0], "time.method=newmark");
     snprintf(judge->words, sizeof judge->words, "newmark with the same steps");
   } else choose_steps(scene, judge);

@@ -7,7 +7,10 @@
 /* The sources of error. */
 typedef enum flesh_error_kind { FLESH_ERROR_MESH, FLESH_ERROR_STEP, FLESH_ERROR_KINDS } flesh_error_kind;
 
-enum { FLESH_ERROR_COMPANIONS = 4, FLESH_ERROR_FOLDER = 32, FLESH_ERROR_WORDS = 320 };
+enum { FLESH_ERROR_COMPANIONS = 4, FLESH_ERROR_WORDS = 320 };
+
+/* Folders of companions within the run's folder, ended by NULL. */
+extern const char *const flesh_error_folders[];
 
 /* How one source of error of a run is judged. */
 typedef struct flesh_error_judge {
@@ -21,7 +24,7 @@ typedef struct flesh_error_judge {
                         * has that step: of the judge of steps if this is 1, of this judge if it is 2. 0: none */
   int adds;            /* equilibria: the differences of the companions are added */
   struct {
-    char folder[FLESH_ERROR_FOLDER]; /* within the run's */
+    const char *folder; /* one of flesh_error_folders */
     char set[2][64];                 /* key=value in addition to the scene's keys; the second may be empty */
     flesh_scene *scene;
     double cpu_s;

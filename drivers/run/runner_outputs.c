@@ -12,6 +12,7 @@
 #include "cli/json_memory.h"
 #include "cli/output.h"
 #include "cli/path.h"
+#include "error/companion.h"
 #include "mesh/mesh.h"
 #include "output/resume.h"
 #include "output/skin_frames.h"
@@ -113,14 +114,12 @@ static void drop_frames(flesh_running *r)
 /* Removes the companion runs of an older run, which do not belong to this one. */
 static void drop_companions(flesh_running *r)
 {
-  static const char *const folders[] = {"error/mesh", "error/mesh_2",       "error/step", "error/step_2",
-                                        "error/twice", "error/mesh_2_steps", "error"};
-  static const char *const files[] = {"history.csv", "probes.csv", "result.json", "scene.yaml", "state.txt"};
-  for (size_t k = 0; k < sizeof folders / sizeof *folders; k++) {
-    for (size_t f = 0; f < sizeof files / sizeof *files && strchr(folders[k], '/'); f++)
-      flesh_path_unlink(flesh_path("%s/%s/%s", r->options->out, folders[k], files[f]));
-    flesh_path_remove_folder(flesh_running_path(r, folders[k])); /* fails, and the folder stays, if it has other files */
+  for (const char *const *folder = flesh_error_folders; *folder; folder++) {
+    for (int k = 0; k < WRITTEN; k++)
+      flesh_path_unlink(flesh_path("%s/%s/%s", r->options->out, *folder, written[k].name));
+    flesh_path_remove_folder(flesh_running_path(r, *folder)); /* fails, and the folder stays, if it has other files */
   }
+  flesh_path_remove_folder(flesh_running_path(r, "error"));
 }
 
 int flesh_running_set_fields(const flesh_running *r, flesh_frames *frames, const flesh_body *body,
