@@ -97,8 +97,11 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
   if (is_static && holds_nothing_of_a_body(scene))
-    return "a body that no pin holds slides or falls where nothing stops it, and statics does not find where to: pin it, or "
-           "let it come to rest by inertia and time.method=backward-euler";
+    return figures->separation.ignored
+               ? "bodies that intersect at the start do not touch, and nothing else holds one of them: start them apart, pin "
+                 "each, or let them come apart by inertia and time.method=backward-euler"
+               : "a body that no pin holds slides or falls where nothing stops it, and statics does not find where to: pin it, or "
+                 "let it come to rest by inertia and time.method=backward-euler";
   if (is_static)
     return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more pins, a larger "
            "solver.max_cutbacks or max_newton, linear_solver=klu, or let it move there by adding inertia";
