@@ -24,7 +24,8 @@ extern "C" {
  * exact if the residual is at most quadratic in p, as for Young's modulus, a density, a load, damping, a muscle's
  * peak stress. For other parameters, such as Poisson's ratio, the thickness of contact or a rest position, all four
  * give fourth order. A difference of 1e-6 of p is appropriate: it leaves round-off below 1e-7, and a larger one would
- * cross kinks of the residual, where contact begins or an eigenvalue is clamped. */
+ * cross kinks of the residual, where contact begins or an eigenvalue is clamped. Results have no derivative with
+ * respect to a thickness that equals a pair's distance at rest: a larger one excludes the pair from contact. */
 typedef struct flesh_parameter {
   const flesh_system *systems[4];
   double difference;
