@@ -52,14 +52,6 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->part.x, state->v, self->part.energies, stats);
 }
 
-/* Returns whether solves took at most so many iterations in an almost quadratic potential. The next solve will then,
- * too, and an extrapolated first iterate helps; where bodies are tangled or collide, extrapolation may lead astray. */
-static int were_easy(int most, const flesh_solve_stats *before, const flesh_solve_stats *after)
-{
-  return after->newton - before->newton <= most && after->projections == before->projections &&
-         after->backtracks == before->backtracks;
-}
-
 /* Returns whether the row is the method's own or the stand-in of its kind: backward Euler, where it takes a step, is
  * neither. */
 static int is_own(const flesh_integrator *self, const flesh_method_row *row)
@@ -401,18 +393,6 @@ static int count_energy(flesh_integrator *self, const trial *trial, const flesh_
   return FLESH_NOT_CONVERGED;
 }
 
-/* Counts the steps in a row that were easy to solve or lead out of a tangle, including the one of so many stages that
- * has led to x. Steps with one iteration a stage resolve the motion, even if tets are inverted. */
-static void count_easy(flesh_integrator *self, int stages, const flesh_solve_stats *before, const flesh_solve_stats *after,
-                       const double *x)
-{
-  const int one = after->newton - before->newton <= stages, easy = were_easy(5 * stages, before, after);
-  int *count = &self->memory.easy, most = FLESH_EASY_STEPS - flesh_error_control_flies(&self->control);
-  if (*count < 0) *count = flesh_recovery_is_tangled(&self->recovery, x) ? -FLESH_TANGLED_STEPS : *count + 1;
-  else if (!one && (!easy || flesh_recovery_is_inverted(&self->recovery, x))) *count = 0;
-  else *count = *count < most ? *count + 1 : most;
-}
-
 int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const flesh_piece *piece,
                    const flesh_cutbacks *cutbacks, flesh_solve_stats *stats)
 {
@@ -438,11 +418,8 @@ int flesh_integrator_attempt(flesh_integrator *self, const flesh_method_row *row
   if (!status) status = tell_taken(self, row, part, trial.from, trial.to, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
-  if (row->stages || is_controlled(self, &trial) || self->memory.easy < 0)
-    count_easy(self, energy.stages ? energy.stages : 1, &before_solve, stats, state->x);
-  if (self->first.extrapolation.n)
-    flesh_extrapolation_remember(&self->first.extrapolation, self->nonlinear->u,
-                                 self->evaluation->serial, state->t, part->h, were_easy(8, &before_solve, stats));
+  const int counts = row->stages || is_controlled(self, &trial) || self->memory.easy < 0;
+  flesh_integrator_remember_solves(self, counts ? (energy.stages ? energy.stages : 1) : 0, part->h, state, &before_solve, stats);
   self->watch.serial = self->evaluation->serial; /* it was met */
   status = flesh_step_energy_judge(&energy, state, stats);
   if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);

@@ -36,6 +36,11 @@ static inline double flesh_before(double t, double event) { return t < event ? t
 void flesh_integrator_guess(flesh_integrator *integrator, const flesh_method_row *row, const flesh_state *state,
                             const flesh_stage *stage, double h, const double *guesses[3]);
 
+/* Remembers the accepted step of h to the state for first iterates to come, and counts it as easy or not if it has `stages`
+ * (0: it does not count). The statistics are those before and after its solves. */
+void flesh_integrator_remember_solves(flesh_integrator *integrator, int stages, double h, const flesh_state *state,
+                                      const flesh_solve_stats *before, const flesh_solve_stats *after);
+
 /* Tries the part cutbacks->part of a piece by `row`, the method's own or backward Euler in its stead, and takes the state
  * to its end. A status > 0 has changed nothing; `blocked` and the control's refusal then say why. */
 int flesh_integrator_attempt(flesh_integrator *integrator, const flesh_method_row *row, flesh_state *state,

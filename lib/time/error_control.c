@@ -1,4 +1,4 @@
-/* error_control.c: the one place where local errors choose steps.
+/* error_control.c: how large local errors are, and which steps they refuse.
  *
  * The error e of positions that a step estimates is filtered through the last stage,
  *   || (M + g^2 K)^-1 M e ||_M / (local L),   || e ||_M^2 = e.M e / m,
@@ -28,11 +28,7 @@
  * the error of its velocities, times h, counts W times, and as an impulse.
  *
  * Where internal variables change at the end of a step, as those of a weld that breaks, forces may have been others for all
- * of it. Their impulse counts like that of contact.
- *
- * The next step is h 0.9 e^(-0.7/k) e_before^(0.4/k), k = q + 1 (a PI controller: Gustafsson 1991, Hairer & Wanner 1996,
- * IV.2), within [0.2, 2] times the last. After refusals in a row k is what these show (Gustafsson 1994, ACM Transactions on
- * Mathematical Software 20): the error of a collision hardly falls with h until steps resolve it. */
+ * of it. Their impulse counts like that of contact. */
 #include "time/error_control.h"
 
 #include <math.h>
@@ -47,7 +43,6 @@
 #include "system/velocity_scale.h"
 
 static const double share = 0.1, share_of_second = 0.2; /* error of a step over the tolerance, at tolerance 1; order 2 */
-static const double safety = 0.9, shortest = 0.2, longest = 2, longest_first = 10, after_failure = 0.25;
 static const double depth = 0.5;             /* of the error allowed, the share of residuals (history.md) */
 /* A residual changes the momentum of a free body for good, which its vibrations do not show. The residual is at most
  * this many tolerances of the load, whose effect on such a body then changes by that share. */
@@ -63,17 +58,11 @@ static const double of_held = 0.25;          /* of the way, in logarithms, that 
 /* Constrained dofs are where they are prescribed to be, whatever the step. Their error, multiplied by this factor,
  * shows whether the step resolves their motion, and so the work of that. */
 static const double of_prescribed = 12;
-static const double least_error = 1e-6;      /* least error that lengthens a step */
-static const double least_power = 0.1;
-static const double rounded = 0.01; /* of a brief step: an unjudged step below it is rounding, and the next is doubled */
-/* A refusal by energy adds REFUSAL to `gains`; each step without a refusal subtracts 1. DEEPEST: the highest power of
- * `deeper`. */
-enum { REFUSAL = 8, MOST_GAINS = 6 * REFUSAL, DEEPEST = 3 };
+enum { DEEPEST = 3 };                        /* highest power of `deeper` */
 /* An unfiltered error that is larger than allowed, and than the filtered one, by these factors is of accelerations that
  * swing. Their part that turns with the body changes its momentum. */
 static const double swung = 5, swung_ratio = 10;
 static const double still = 1e-12;           /* motion within the body's period, over its length: rounding */
-static const double longer_steps = 1.3, shorter_steps = 0.6; /* factors when the table changes */
 
 static void clear_vectors(flesh_error_control *self)
 {
@@ -200,19 +189,6 @@ void flesh_error_control_start(flesh_error_control *self, const flesh_state *sta
   self->stands_in = 0;
 }
 
-double flesh_error_control_brief(const flesh_error_control *self, double h)
-{
-  return self->on ? fmin(h, cbrt(self->options.tolerance) * self->period) : h;
-}
-
-double flesh_error_control_propose(const flesh_error_control *self, double left)
-{
-  const double h = fmin(self->h > 0 ? self->h : left, self->options.max_step);
-  /* Take all of `left` if the error there may be as large as allowed; not almost all, which would leave a sliver.
-   * `left` is rounded. */
-  return h >= safety * left && left * (1 - 1e-9) <= self->options.max_step ? left : fmin(h, left / 2);
-}
-
 /* Returns how much the impulses of a step may be off by, so that all add up to the tolerance. */
 static double impulses_of(const flesh_error_control *self)
 {
@@ -237,7 +213,7 @@ void flesh_error_control_set_target(flesh_error_control *self, const flesh_shift
    * ratio. Residuals of many steps add up like errors, but less coherently: two thirds of the power. In free flight
    * they add up like impulses. */
   const double g = 1 / sqrt(shift->a), fewer = cbrt(fmin(self->before, 1) / (self->times * self->times));
-  const double part = fewer * pow(deeper, fmin(self->gains / REFUSAL, DEEPEST)) * depth;
+  const double part = fewer * pow(deeper, fmin(self->gains / FLESH_GAINS_OF_REFUSAL, DEEPEST)) * depth;
   const double most = self->largest > 1 ? self->impulses / impulses_of(self) : 0;
   const double last = flesh_part_weights_of_residuals(&self->weights, g, most, self->force);
   if (self->weights.count > 1) flesh_nonlinear_set_weights(self->nonlinear, self->force);
@@ -248,10 +224,6 @@ double flesh_error_control_slip(const flesh_error_control *self)
 {
   return self->weights.flies > 0 ? 1 : fmax(1, self->impulses / self->local);
 }
-
-int flesh_error_control_keeps_gaining(const flesh_error_control *self) { return self->gains >= MOST_GAINS; }
-
-int flesh_error_control_misleads(const flesh_error_control *self) { return self->swings || self->gains > REFUSAL; }
 
 double flesh_error_control_gap(const flesh_error_control *self, const flesh_shift *shift, int swings)
 {
@@ -395,55 +367,4 @@ double flesh_error_control_imbalance(flesh_error_control *self, const uint8_t *f
   for (int d = 0; d < self->n && fixed; d++)
     if (fixed[d]) self->force[d] = 0;
   return !status && filter(self, &product, stats) ? product / 2 : NAN;
-}
-
-void flesh_error_control_change(flesh_error_control *self, int longer)
-{
-  self->h *= longer ? longer_steps : shorter_steps;
-  self->before = 1;
-}
-
-/* Returns the length of the step after one that was accepted, over that one's. */
-static double change(const flesh_error_control *self, double h)
-{
-  if (isnan(self->error)) return h < rounded * flesh_error_control_brief(self, self->period) ? longest : 1;
-  const double error = fmax(self->error, least_error);
-  const double factor = safety * pow(error, -0.7 / self->falls) * pow(self->before, 0.4 / self->falls);
-  const double most = self->rejected + self->failed > 0 ? 1 : self->first ? longest_first : longest;
-  return fmax(shortest, fmin(most, factor));
-}
-
-/* Returns the power of h with which errors fall, by the last two attempts if both were refused for their errors. */
-static double shown_power(const flesh_error_control *self, double h)
-{
-  if (!(self->refused_h > h && self->error > 0)) return self->falls;
-  return fmax(least_power, fmin(self->falls, log(self->error / self->refused_error) / log(h / self->refused_h)));
-}
-
-void flesh_error_control_learn(flesh_error_control *self, double h)
-{
-  if (self->refusal != FLESH_REFUSED_BY_NOTHING) {
-    const int by_error = self->refusal == FLESH_REFUSED_BY_ERROR;
-    self->rejected += self->refusal != FLESH_REFUSED_BY_SOLVE;
-    if (self->refusal == FLESH_REFUSED_BY_ENERGY && self->gains < MOST_GAINS) self->gains += REFUSAL;
-    self->failed += self->refusal == FLESH_REFUSED_BY_SOLVE;
-    self->h = h * (by_error && self->error < INFINITY ? fmax(shortest, safety * pow(self->error, -1 / shown_power(self, h)))
-                                                      : self->refusal == FLESH_REFUSED_BY_ENERGY ? 0.5 : after_failure);
-    if (self->refusal != FLESH_REFUSED_BY_ENERGY) self->before = 1;
-    self->refused_h = by_error ? h : 0;
-    self->refused_error = self->error;
-    return;
-  }
-  self->weights.forget = h;
-  if (h >= 0.9 * self->h) self->h = h * change(self, h);
-  else if (!isnan(self->error)) {
-    /* An output or an event has cut the step if it is shorter than was wanted: no controller has made that change, and
-     * only the error tells what is allowed. */
-    const double factor = safety * pow(fmax(self->error, least_error), -1 / self->falls);
-    self->h = factor < longest ? h * factor : fmax(self->h, h * longest);
-  }
-  if (!isnan(self->error)) self->before = fmax(self->error, least_error);
-  if (!self->rejected && !isnan(self->error) && self->gains > 0) self->gains--;
-  self->first = self->rejected = self->failed = 0;
-  self->refused_h = 0;
 }

@@ -17,6 +17,8 @@ typedef enum flesh_refusal {
   FLESH_REFUSED_BY_SOLVE
 } flesh_refusal;
 
+enum { FLESH_GAINS_OF_REFUSAL = 8 }; /* gains by a step that is refused for its energy */
+
 typedef struct flesh_error_control {
   int on;                         /* 0: nothing below is allocated or used */
   flesh_adaptive_options options;
@@ -46,7 +48,7 @@ typedef struct flesh_error_control {
   double refused_h, refused_error; /* of the attempt before, if its error was too large; else refused_h is 0 */
   int rejected, failed;           /* numbers of attempts since the last step that was accepted */
   int stands_in;                  /* the method's stand-in takes all steps until the next start */
-  int gains;                      /* 8 for each step that was refused for its energy, less 1 for each that was not */
+  int gains;                      /* FLESH_GAINS_OF_REFUSAL for each step so refused, less 1 for each that was not */
 } flesh_error_control;
 
 /* Sets the options, without the other ranks. FLESH_ERR_MEMORY. */

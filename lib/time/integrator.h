@@ -1,4 +1,4 @@
-/* integrator.h: the parts of an integrator, shared by its life (integrator.c), its steps in time (steps.c), its
+/* integrator.h: the parts of an integrator, shared by its life (integrator.c), its steps in time (steps.c, start.c), its
  * equilibria (equilibrium.c), and runs, which ask it for near pairs; by nothing else. */
 #ifndef FLESH_TIME_INTEGRATOR_H
 #define FLESH_TIME_INTEGRATOR_H
