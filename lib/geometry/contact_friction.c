@@ -34,28 +34,34 @@ static void find_directions(const flesh_contact_closest *at, double t[2][3])
   if (at->dimension < 2) flesh_vec3_cross(at->normal, t[0], t[1]);
 }
 
-/* Subtracts the velocity that the rotation of the pair's triangle, of its last three nodes, gives the gap along t. With
- * the orthonormal vectors e along a side, m in the plane and N normal to it, e and m being the sums of e_a and m_a times
- * positions, the rates of rotation about e, m and N are N . sum m_a v_a, -N . sum e_a v_a and m . sum e_a v_a. */
+/* Subtracts the velocities that a rotation of the pair gives the gap along the tangents: d w . (n x t_i). Two of its
+ * edges, with lengths l, directions u and velocities of their ends that differ by g, rotate at the rate w for which the
+ * sum of |w x u - g/l|^2 is least: M w is the sum of u x g/l, M that of I - u u^T. */
 static void subtract_turn(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
-                          const double t[3], double slip[12])
+                          double t[2][3], double slip[2][12])
 {
-  const double *A = x + 3 * (size_t)pair->nodes[1], *B = x + 3 * (size_t)pair->nodes[2],
-               *C = x + 3 * (size_t)pair->nodes[3];
-  double e[3], m[3], N[3], axis[3];
-  for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], m[c] = C[c] - A[c];
-  const double side = sqrt(flesh_vec3_dot(e, e)), along = flesh_vec3_dot(e, m) / (side * side);
-  for (int c = 0; c < 3; c++) m[c] -= along * e[c];
-  const double height = sqrt(flesh_vec3_dot(m, m));
-  if (!(height > 1e-10 * side)) return;
-  for (int c = 0; c < 3; c++) e[c] /= side, m[c] /= height;
-  flesh_vec3_cross(e, m, N);
-  flesh_vec3_cross(at->normal, t, axis);
-  const double e_a[3] = {-1 / side, 1 / side, 0}, m_a[3] = {(along - 1) / height, -along / height, 1 / height};
-  const double by_e = flesh_vec3_dot(axis, e), by_m = flesh_vec3_dot(axis, m), by_N = flesh_vec3_dot(axis, N);
-  for (int a = 0; a < 3; a++)
-    for (int c = 0; c < 3; c++)
-      slip[3 + 3 * a + c] -= at->distance * ((by_e * m_a[a] - by_m * e_a[a]) * N[c] + by_N * e_a[a] * m[c]);
+  static const int edges[2][2][2] = {{{1, 2}, {1, 3}}, {{0, 1}, {2, 3}}}; /* of a triangle, or the two that are near */
+  const int(*ends)[2] = edges[pair->owner < 0];
+  double u[2][3], length[2], M[9] = {2, 0, 0, 0, 2, 0, 0, 0, 2}, inverse[9], axis[3], turn[3], arm[3];
+  for (int e = 0; e < 2; e++) {
+    const double *from = x + 3 * (size_t)pair->nodes[ends[e][0]], *to = x + 3 * (size_t)pair->nodes[ends[e][1]];
+    for (int c = 0; c < 3; c++) u[e][c] = to[c] - from[c];
+    length[e] = sqrt(flesh_vec3_dot(u[e], u[e]));
+    for (int c = 0; c < 3; c++) u[e][c] /= length[e];
+    for (int k = 0; k < 9; k++) M[k] -= u[e][k / 3] * u[e][k % 3];
+  }
+  if (!(flesh_mat3_inverse(M, inverse) > 1e-12)) return; /* parallel edges */
+  for (int i = 0; i < 2; i++) {
+    flesh_vec3_cross(at->normal, t[i], axis);
+    flesh_mat3_times(inverse, axis, turn);
+    for (int e = 0; e < 2; e++) {
+      flesh_vec3_cross(turn, u[e], arm);
+      for (int c = 0; c < 3; c++) {
+        slip[i][3 * ends[e][0] + c] += at->distance * arm[c] / length[e];
+        slip[i][3 * ends[e][1] + c] -= at->distance * arm[c] / length[e];
+      }
+    }
+  }
 }
 
 void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact_closest *at, const double *x,
@@ -65,15 +71,10 @@ void flesh_contact_slip_find(const flesh_contact_pair *pair, const flesh_contact
   find_directions(at, t);
   memcpy(found->nodes, pair->nodes, sizeof found->nodes);
   memset(found->slip, 0, sizeof found->slip);
-  for (int i = 0; i < 2; i++) {
+  for (int i = 0; i < 2; i++)
     for (int a = 0; a < at->count; a++)
-      for (int c = 0; c < 3; c++) {
-        double *slip = &found->slip[i][3 * at->corner[a] + c];
-        *slip = at->share[a] * t[i][c];
-        if (i < at->dimension) *slip += at->distance * at->turn[i][a] * at->normal[c];
-      }
-    if (i >= at->dimension && pair->owner >= 0) subtract_turn(pair, at, x, t[i], found->slip[i]);
-  }
+      for (int c = 0; c < 3; c++) found->slip[i][3 * at->corner[a] + c] = at->share[a] * t[i][c];
+  subtract_turn(pair, at, x, t, found->slip);
 }
 
 int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x)

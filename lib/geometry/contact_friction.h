@@ -4,11 +4,11 @@
  * with f(y) = 2 y/e - (y/e)^2 below the slip speed e and 1 above, as in contact.h. It derives from a potential in v as
  * long as the lagged state stays fixed.
  *
- * u_i is the sum of c_a t_i . v_a + d alpha_ia n . v_a over the nodes, with shares c, tangents t, turns alpha, normal n
- * and distance d of the nearest points (contact_closest.h). The second term removes the velocity that a rotation of the
- * features gives the gap, so that rigid rotations do not slip and the forces have no moment at the lagged positions. An
- * edge or a node that a point is near rotates as one of its triangles. Where the end of an edge is near another edge,
- * the term is left out. */
+ * u_i is the sum of c_a t_i . v_a over the nodes, less d w . (n x t_i), with shares c, tangents t, normal n and
+ * distance d of the nearest points (contact_closest.h). The second term is the velocity that the rotation of the features,
+ * at the rate w, gives the gap, so that rigid rotations do not slip and the forces have no moment at the lagged positions.
+ * w is that of the two edges that are near each other, or of the triangle, one with the edge or node that a point is
+ * near. */
 #ifndef FLESH_GEOMETRY_CONTACT_FRICTION_H
 #define FLESH_GEOMETRY_CONTACT_FRICTION_H
 
