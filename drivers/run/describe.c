@@ -1,7 +1,7 @@
-/* describe.c: tells which bodies touch, which parts of surfaces are let apart and which never touch; finds loads on
- * single nodes, by the nodes that their residual touches; counts steps, evaluated at their ends, within which loads and
- * motions begin, turn or end more than once; and estimates how far four-node tets lock: by a linear solve on the scene's
- * mesh if that is cheap compared with the run, else from a table. */
+/* describe.c: tells which bodies touch, which parts of surfaces are let apart and which never touch, and how hard surfaces
+ * that start close are pushed apart; finds loads on single nodes, by the nodes that their residual touches; counts steps,
+ * evaluated at their ends, within which loads and motions begin, turn or end more than once; and estimates how far
+ * four-node tets lock: by a linear solve on the scene's mesh if that is cheap compared with the run, else from a table. */
 #include "run/describe.h"
 
 #include <math.h>
@@ -77,12 +77,27 @@ static void describe_left_out(const flesh_scene *scene, const flesh_effect *effe
           X[3 * (size_t)found.node], X[3 * (size_t)found.node + 1], X[3 * (size_t)found.node + 2]);
 }
 
+/* Prints how hard surfaces that start closer than half of the thickness, as they seldom rest, are pushed apart. */
+static void describe_push(const flesh_scene *scene, const flesh_effect *effect, FILE *stream)
+{
+  if (!flesh_is_surface_contact(effect)) return;
+  const flesh_state *start = &scene->start;
+  const double thickness = ((const flesh_surface_contact *)effect->data)->law.thickness;
+  const flesh_point point = flesh_point_at(start->t, start->x, start->v, start->v);
+  double values[4]; /* gap, pairs and force; where bodies separate, also how many do */
+  effect->operations->figures->report(effect, &point, values);
+  if (values[0] >= thickness / 2) return;
+  fprintf(stream, "contact: surfaces start %.3g m from each other, within half of the thickness of %.3g m: its barrier pushes "
+          "them apart with %.3g N; a smaller `thickness` avoids that\n", values[0], thickness, values[2]);
+}
+
 void flesh_describe_touching(const flesh_scene *scene, FILE *stream)
 {
   const flesh_system *system = flesh_scene_system(scene);
   describe_bodies(scene, stream);
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     describe_left_out(scene, flesh_system_effect(system, k), stream);
+    describe_push(scene, flesh_system_effect(system, k), stream);
     describe_ignored(scene, flesh_system_effect(system, k), scene->start.x, stream);
   }
 }

@@ -135,6 +135,14 @@ END
     expect 0 "$flesh" run ring.yaml --set effects.contact.thickness=1e-3 --out out/ring && ! grep -q 'faced' stdout.txt
 }
 
+# A thickness of more than twice the gap at the start, whose barrier throws bodies apart, is reported.
+surfaces_that_start_close_are_told() {
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set effects.contact.thickness=1.25 --set time.end=1/60 --out out/close &&
+    has stdout.txt 'contact: surfaces start 0.6 m from each other, within half of the thickness of 1.25 m: its barrier' &&
+    expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set effects.contact.thickness=1 --set time.end=1/60 --out out/close &&
+    ! grep -q 'surfaces start' stdout.txt
+}
+
 # The written scene runs again, to the same bits.
 a_scene_with_contact_repeats() {
   expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
@@ -196,4 +204,4 @@ esac
 run_tests loose_tolerances_gain_no_energy jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball \
   a_scene_that_touches_checks a_crumb_beside_a_bar_checks bodies_are_told_to_pass_through_each_other \
   bodies_that_begin_crossed_are_refused bodies_that_begin_crossed_are_let_apart gaps_that_never_close_are_told \
-  a_scene_with_contact_repeats bad_contacts_are_refused
+  surfaces_that_start_close_are_told a_scene_with_contact_repeats bad_contacts_are_refused
