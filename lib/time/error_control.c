@@ -286,12 +286,12 @@ static void count_momentum(flesh_error_control *self, const double *momentum)
   for (int d = 0; d < self->n; d++) self->e[d] += self->force[d] - momentum[d];
 }
 
-/* Returns how far the velocity error e/h of the nodes that touch something, and are not fixed, leads astray. Overwrites
- * `filtered`. */
+/* Returns how far the velocity error e/h of the nodes that touch something, and are not fixed, leads astray, and what has just
+ * been met. Overwrites `filtered`. */
 static double drift_by_impulses(flesh_error_control *self, const uint8_t *fixed, double h)
 {
   for (int d = 0; d < self->n; d++) self->filtered[d] = self->touching[d / 3] && !(fixed && fixed[d]) ? self->e[d] / h : 0;
-  return counted(self, self->filtered, 1, 0);
+  return hypot(counted(self, self->filtered, 1, 0), flesh_part_weights_met(&self->weights, h, self->mass));
 }
 
 /* Returns in how many radians a filtered error adds up, or 0, from its frequency w by Rayleigh's quotient, f.(K + M/g^2) f =

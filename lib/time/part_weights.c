@@ -1,10 +1,9 @@
 /* part_weights.c: how often errors of each connected part of a body count.
  *
- * If nothing holds a part that may touch something, along one axis at least or about its pins, each bounce also turns
- * errors of its vibrations into momentum, which carries the part on for a time T. A bounce at the speed v excites
- * vibrations of v P, 2 pi P being the part's period: an error of the share s of these is an error s v of the velocity,
- * which leads the part s v T = (s v P) T/P astray. So errors count T/P times. A part that welds and joints tie to a
- * held part is held, too.
+ * If nothing holds a part that may touch something, along one axis at least or about its pins, each bounce also turns errors
+ * of its vibrations into momentum, which carries the part on for a time T. A bounce at the speed v excites vibrations of v P,
+ * 2 pi P being the part's period: an error of the share s of these is an error s v of the velocity, which leads the part s v
+ * T = (s v P) T/P astray. So errors count T/P times. A part that welds and joints tie to a held part is held, too.
  *
  * T is the time in which the part goes its own length L at the largest speed so far, L/v: a part that has come to rest is no
  * reason for shorter steps. Where parts can touch only each other, v is relative to their mean. But a load that accelerates
@@ -12,6 +11,9 @@
  * the one before, after 2 v/(g (1 - r)): bodies that fall low are soon at rest again. So are bodies that are pressed between
  * others, by forces that cancel each other: g is the acceleration by these forces, where that is larger. A bounce lasts for
  * half a period, within which its speed is remembered.
+ *
+ * Contact begins between stages, and those after it may see smooth forces: a falling coil passed in one step through dozens
+ * of bounces, whose error was 60 times its estimate. So a tenth of the first impulse of a held part counts as an error.
  *
  * Errors of positions count at most 20 times, as a stiff part's vibrations need not be resolved. But errors of impulses are
  * momentum all the same, and lead the part astray for T; so do those by residuals and friction if it flies on for hundreds of
@@ -35,7 +37,7 @@ static const double lengths = 3;     /* own lengths that a stiff part flies on f
 static const double most_steps = 1000; /* steps whose residuals add up, at most */
 static const double bounces = 4;     /* 1/(1 - r), chosen on blocks that slide and that lie on each other */
 static const double unseen = 0.1;    /* share of the error that a step may make: smaller vibrations make no error of it */
-static const double pi = 3.141592653589793;
+static const double unresolved = 0.1; /* share of an impulse that may be an error where contact begins */
 enum { SUMS = 21 }; /* over a part */
 
 int flesh_part_weights_create(const flesh_rigid_parts *parts, flesh_part_weights *weights)
@@ -221,22 +223,19 @@ static int clamps(const double *gram)
 static void find_turning(flesh_part_weights *weights, const uint8_t *fixed)
 {
   int held = 0;
-  for (int p = 0; p < weights->count; p++) {
-    weights->of[p].turns = 0;
-    held |= weights->of[p].held > 0;
-  }
+  for (int p = 0; p < weights->count; p++) weights->of[p].turns = 0;
+  for (int p = 0; p < weights->count; p++) held |= weights->of[p].held > 0;
   if (!held) return;
   const flesh_rigid_parts *parts = weights->parts;
   const double *X = flesh_mesh_positions(parts->mesh);
   double centre[3];
   clear_sums(weights, 0);
   for (int p = 0; p < weights->count; p++) {
-    const flesh_part_weight *first = &weights->of[weights->tied[p]];
     flesh_rigid_parts_extent(parts, weights->tied[p], X, centre);
     for (int k = parts->first[p]; k < parts->first[p + 1]; k++) {
       const int i = parts->nodes[k];
       double d[3];
-      for (int c = 0; c < 3; c++) d[c] = (X[3 * i + c] - centre[c]) / first->length;
+      for (int c = 0; c < 3; c++) d[c] = (X[3 * i + c] - centre[c]) / weights->of[weights->tied[p]].length;
       for (int c = 0; c < 3 && i < parts->own; c++)
         if (fixed[3 * i + c]) add_constraint(d, c, weights->sums + SUMS * weights->tied[p]);
     }
@@ -274,7 +273,7 @@ void flesh_part_weights_hold(flesh_part_weights *weights, const flesh_system *sy
 void flesh_part_weights_clear_contact(flesh_part_weights *weights)
 {
   for (int p = 0; p < weights->count; p++)
-    for (int k = 0; k < 4; k++) weights->of[p].push[k] = 0;
+    for (int k = 0; k < 5; k++) weights->of[p].push[k] = 0;
   weights->stages = 0;
 }
 
@@ -282,11 +281,32 @@ void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces)
 {
   for (int i = 0; i < weights->parts->own; i++) {
     const int p = flesh_part_of(weights, i);
+    const double *force = forces + 3 * i;
     if (p < 0) continue;
-    for (int c = 0; c < 3; c++) weights->of[p].push[c] += forces[3 * i + c];
-    weights->of[p].push[3] += sqrt(flesh_vec3_dot(forces + 3 * i, forces + 3 * i));
+    for (int c = 0; c < 3; c++) weights->of[p].push[c] += force[c];
+    weights->of[p].push[3] += sqrt(flesh_vec3_dot(force, force));
+    for (int c = 0; c < 3; c++)
+      if (!weights->parts->constrained[3 * i + c]) weights->of[p].push[4] += force[c] * force[c] / weights->parts->mass[i];
   }
   weights->stages++;
+}
+
+void flesh_part_weights_accept(flesh_part_weights *weights, double h)
+{
+  weights->forget = h;
+  for (int p = 0; p < weights->count; p++) weights->sums[p] = weights->of[p].push[3];
+  flesh_team_largest(weights->parts->team, weights->count, weights->sums);
+  for (int p = 0; p < weights->count; p++) weights->of[p].touched = weights->sums[p] > 0;
+}
+
+double flesh_part_weights_met(const flesh_part_weights *weights, double h, double mass)
+{
+  double square = 0;
+  for (int p = 0; p < weights->count; p++)
+    if (!weights->of[p].touched && weights->of[p].held > weights->of[p].turns)
+      square += pow(unresolved * h * weights->of[p].drifts, 2) * weights->of[p].push[4] / (weights->stages * mass);
+  flesh_team_sum(weights->parts->team, 1, &square);
+  return sqrt(square);
 }
 
 /* Adds up a part's sums [SUMS]: mass, load, forces of contact, the sum of their sizes, and m v v. */
@@ -328,7 +348,7 @@ static void weigh(flesh_part_weight *part, const figures *f, double h, double fo
   double speed, along;
   find_speeds(f, &speed, &along);
   part->fastest = fmax(part->fastest, speed);
-  part->lately = fmax(along, part->lately * exp(-forget / (pi * part->period)));
+  part->lately = fmax(along, part->lately * exp(-forget / (3.141592653589793 * part->period)));
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
   const double flight = fmax(0, fmin(far, low) - stiff * part->period);

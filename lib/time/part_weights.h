@@ -13,7 +13,9 @@ typedef struct flesh_part_weight {
   double turns;          /* 1: held, but free to rotate; 0 */
   double fastest;        /* m/s, largest root mean square speed so far */
   double lately;         /* m/s, likewise, along its load if there is one, and of recent steps only */
-  double push[4];        /* N, sums over the last step's stages of this rank's contact forces, and of their sizes */
+  double push[5];        /* sums over the last step's stages and this rank's nodes of contact forces, N, of their sizes,
+                          * N, and of their squares over masses, N^2/kg, without constrained dofs */
+  double touched;        /* 1: contact pushed the part in the last step accepted; 0 */
   double times;          /* weight of the part's errors of positions */
   double drifts;         /* s, time for which an error of its velocity leads the part astray: at least its period */
   double flies;          /* s, time for which a stiff part flies on; 0: it is not stiff, or flights do not count */
@@ -56,6 +58,11 @@ double flesh_part_weights_aim(flesh_part_weights *weights, const flesh_system *s
 /* Begin a step, in which nothing pushes so far; take in forces of contact [3*nodes], N, of one of its stages. */
 void flesh_part_weights_clear_contact(flesh_part_weights *weights);
 void flesh_part_weights_touch(flesh_part_weights *weights, const double *forces);
+/* Takes in that the step was accepted; h is its length, s. Collective. */
+void flesh_part_weights_accept(flesh_part_weights *weights, double h);
+/* Returns how far, m, by root mean square over the body of that mass, kg, errors of impulses lead held parts astray that
+ * contact did not push in the step before this one of h s. Collective. */
+double flesh_part_weights_met(const flesh_part_weights *weights, double h, double mass);
 /* Computes weighted [3*nodes] = errors e times their weights: of positions, m, or, with `velocities`, m/s, each times
  * the time for which it leads its part astray. */
 void flesh_part_weights_count(const flesh_part_weights *weights, const double *e, int velocities, double *weighted);

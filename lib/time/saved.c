@@ -10,7 +10,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 22, ORDER = 0x01020304 };
+enum { FORMAT = 23, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];

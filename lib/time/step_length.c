@@ -69,7 +69,7 @@ void flesh_error_control_learn(flesh_error_control *self, double h)
     self->refused_error = self->error;
     return;
   }
-  self->weights.forget = h;
+  flesh_part_weights_accept(&self->weights, h);
   if (h >= 0.9 * self->h) self->h = h * change(self, h);
   else if (!isnan(self->error)) {
     /* An output or an event has cut the step if it is shorter than was wanted: no controller has made that change, and
