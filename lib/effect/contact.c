@@ -11,7 +11,6 @@
 #include "flesh/contact.h"
 #include "geometry/obstacle.h"
 #include "geometry/obstacle_bounds.h"
-#include "geometry/slip.h"
 #include "math/eig3.h"
 #include "math/mat3.h"
 
@@ -248,17 +247,15 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
   }
 }
 
-/* Adds d2 Psi / dv2, which is positive semi-definite, or its secant to rest. */
-static void add_friction(const contact *self, const node_friction *of_node, double scale, int to_rest, double *block)
+/* Adds d2 Psi / dv2, or what the matrix of this number expects of it; both are positive semi-definite. */
+static void add_friction(const contact *self, const node_friction *of_node, double scale,
+                         const flesh_slip_expected *expected, int matrix, double *block)
 {
-  const double e = self->slip_speed, y = of_node->speed, ratio = flesh_slip_ratio(y, e);
-  /* At rest the limit is isotropic, so no direction is needed. */
-  const double bend = y > 0 && !to_rest ? flesh_slip_fall(y, e) / (y * y) : 0;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      block[3 * i + j] += scale * of_node->force *
-                          (ratio * ((i == j) - of_node->normal[i] * of_node->normal[j]) +
-                           bend * of_node->u[i] * of_node->u[j]);
+  const double e = self->slip_speed, ratio = flesh_slip_ratio(of_node->speed, e);
+  double stiffness[9];
+  flesh_slip_stiffness(expected, matrix, of_node->u, e, stiffness);
+  for (int k = 0; k < 9; k++)
+    block[k] += scale * of_node->force * (stiffness[k] - ratio * of_node->normal[k / 3] * of_node->normal[k % 3]);
 }
 
 static void jacobian_of_part(void *data, int task)
@@ -266,8 +263,7 @@ static void jacobian_of_part(void *data, int task)
   const job *j = data;
   const contact *self = j->self;
   const flesh_shift *shift = j->shift;
-  const int to_rest = flesh_environment_of(j->point)->slips_to_rest;
-  const void *predicted = flesh_environment_of(j->point)->tangents ? NULL : flesh_environment_of(j->point)->predicted;
+  void *predicted = flesh_environment_of(j->point)->tangents ? NULL : flesh_environment_of(j->point)->predicted;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
     if (k == box && is_inactive(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
@@ -284,7 +280,11 @@ static void jacobian_of_part(void *data, int task)
     }
     if (!j->has_friction || shift->v == 0) continue;
     const node_friction of_node = friction_of(self, &j->frame, &j->lagged, j->point, k);
-    if (of_node.force > 0) add_friction(self, &of_node, shift->v, to_rest, block);
+    if (!(of_node.force > 0)) continue;
+    int matrix = 0;
+    flesh_slip_expected *expected = predicted ? flesh_contact_slip(self, predicted, k, &matrix) : NULL;
+    if (expected) flesh_slip_expect(expected, matrix, of_node.u, of_node.normal, self->slip_speed);
+    add_friction(self, &of_node, shift->v, expected, matrix, block);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "flesh/effect.h"
 #include "flesh/ranks.h"
 #include "geometry/contact_core.h"
+#include "geometry/slip.h"
 
 /* Measures of the surface, from which the default thickness and stiffness and the core's weight are computed. On a part
  * of a body they are this rank's sums. */
@@ -65,6 +66,10 @@ size_t flesh_contact_predictions(const flesh_effect *effect);
 /* Returns the factor for the Hessian of the barrier `at` the k-th node: the secant to the predicted force divided by
  * the tangent; 1 without a prediction. */
 double flesh_contact_softness(const flesh_contact *contact, const void *predicted, int k, const flesh_barrier *at);
+
+/* Returns what matrices expect of the friction of the k-th node, and the number of the last one; NULL: there is no
+ * prediction yet. */
+flesh_slip_expected *flesh_contact_slip(const flesh_contact *contact, void *predicted, int k, int *matrix);
 
 double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x);
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],

@@ -12,13 +12,21 @@ typedef flesh_contact contact;
 
 typedef struct predictions {
   int update; /* number of the last update */
-  flesh_contact_secant_node nodes[]; /* [count] */
+  flesh_contact_secant_node nodes[]; /* [count], then the friction of each node, if there is friction */
 } predictions;
 
 size_t flesh_contact_predictions(const flesh_effect *effect)
 {
   const contact *self = effect->data;
-  return sizeof(predictions) + (size_t)self->count * sizeof(flesh_contact_secant_node);
+  const size_t of_node = sizeof(flesh_contact_secant_node) + (self->friction > 0 ? sizeof(flesh_slip_expected) : 0);
+  return sizeof(predictions) + (size_t)self->count * of_node;
+}
+
+flesh_slip_expected *flesh_contact_slip(const contact *self, void *predicted, int k, int *matrix)
+{
+  predictions *all = predicted;
+  *matrix = all->update;
+  return all->update > 0 ? (flesh_slip_expected *)(all->nodes + self->count) + k : NULL;
 }
 
 typedef struct job {

@@ -15,8 +15,6 @@ typedef struct flesh_environment {
   const struct flesh_clearance *clearance;
   /* The run's cache of features near each other; NULL: every call finds them again. */
   const struct flesh_proximity *proximity;
-  /* 1: friction has the stiffness of its secant to rest (geometry/slip.h), because a step of a solve was cut. */
-  int slips_to_rest;
   int tangents; /* 1: derivatives of contact are true tangents too, not secants to where a solve may end */
   /* [3*n] positions relative to a node, for a body so far from the origin that x lacks digits of its shape; NULL: x is
    * exact enough. Effects that depend only on differences of positions may use these. */

@@ -101,8 +101,8 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
   const int has_friction = ((const contact *)effect->data)->friction > 0 && shift->v != 0;
   if (shift->x == 0 && !has_friction) return FLESH_OK;
   int status = open_near(effect, point, 1, &self, &own);
+  const int matrix = status ? 0 : flesh_surface_near_expect(self, point);
   if (!status && shift->x != 0 && !(status = flesh_surface_near_reserve(self, self->set.count))) {
-    flesh_surface_near_expect(self, point->x, flesh_environment_of(point)->tangents);
     flesh_contact_set_hessians(&self->set, point->x, shift->x, shift->filter, point->threads, self->hessians);
     for (int k = 0; k < self->set.count; k++) {
       const flesh_contact_pair *pair = &self->set.pairs[k];
@@ -119,8 +119,7 @@ static int surface_contact_jacobian(const flesh_effect *effect, const flesh_poin
     }
   const int friction_pairs = self && has_friction ? self->friction.count : 0;
   if (!status && friction_pairs && !(status = flesh_surface_near_reserve(self, friction_pairs))) {
-    flesh_contact_friction_hessians(&self->friction, point->v, shift->v, flesh_environment_of(point)->slips_to_rest,
-                                    self->hessians);
+    flesh_contact_friction_hessians(&self->friction, point->v, shift->v, matrix, self->hessians);
     for (int k = 0; k < friction_pairs; k++)
       add_blocks(K, 4, self->friction.pairs[k].nodes, self->hessians + 144 * (size_t)k);
   }

@@ -213,8 +213,8 @@ double flesh_surface_near_limiting_distance(flesh_surface_near *near, const doub
 /* Updates near->friction to the lagged positions, if there is friction. May leave near->set at those. */
 int flesh_surface_near_update_friction(flesh_surface_near *near, const flesh_point *point);
 /* Makes the Hessians of near->set, which is that at x, those of secants to the predicted forces if they were predicted
- * for x, else tangents; tangents everywhere if `tangents` is set. */
-void flesh_surface_near_expect(flesh_surface_near *near, const double *x, int tangents);
+ * for the point, and returns the number of that prediction. Else, and if the point asks for tangents, returns 0. */
+int flesh_surface_near_expect(flesh_surface_near *near, const flesh_point *point);
 /* Follows a run of an effect that separates to x [3*n] at time t. If a step led there (`accepted`), features that have
  * come apart touch from now on; otherwise the run begins there, unless it was there before. *changed: whether this
  * changes the energy at x. FLESH_UNDEFINED if a position is not finite; FLESH_ERR_MEMORY. */

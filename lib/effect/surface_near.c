@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/team.h"
+#include "effect/environment.h"
 #include "effect/surface_contact.h"
 #include "geometry/continuous_collision.h"
 #include "linear/block_matrix.h"
@@ -180,10 +181,13 @@ int flesh_surface_near_update_friction(near *self, const flesh_point *point)
   return FLESH_OK;
 }
 
-void flesh_surface_near_expect(near *self, const double *x, int tangents)
+int flesh_surface_near_expect(near *self, const flesh_point *point)
 {
-  const int predicted = !tangents && self->secant_known && flesh_surface_near_is_at(self, x, self->x_predicted);
+  const int predicted = !flesh_environment_of(point)->tangents && self->secant_known &&
+                        flesh_surface_near_is_at(self, point->x, self->x_predicted) &&
+                        flesh_surface_near_is_at(self, point->lagged.x, self->x_secant);
   flesh_contact_secant_apply(predicted ? &self->secant : NULL, &self->set);
+  return predicted ? self->secant.updates : 0;
 }
 
 int flesh_surface_near_reserve(near *self, int hessians)

@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/memory.h"
-#include "geometry/slip.h"
 #include "math/mat3.h"
 
 void flesh_contact_friction_clear(flesh_contact_friction *friction)
@@ -93,6 +92,7 @@ int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_
       positive += force;
       flesh_friction_pair *found = friction->pairs + friction->count++;
       found->force = force;
+      found->expected = (flesh_slip_expected){0};
       flesh_contact_slip_find(set->pairs + next, &at, x, found);
     }
     const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
@@ -143,19 +143,18 @@ void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, con
   }
 }
 
-void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
-                                     int to_rest, double *hessians)
+void flesh_contact_friction_hessians(flesh_contact_friction *friction, const double *v, double scale, int matrix,
+                                     double *hessians)
 {
   const double e = friction->slip_speed;
   for (int k = 0; k < friction->count; k++) {
-    const flesh_friction_pair *pair = friction->pairs + k;
-    double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
+    flesh_friction_pair *pair = friction->pairs + k;
+    double u[3] = {0}, stiffness[9], B[2][2], *H = hessians + 144 * (size_t)k;
     slip_of(pair, v, u);
-    const double speed = hypot(u[0], u[1]), ratio = flesh_slip_ratio(speed, e),
-                 along = to_rest ? 0 : flesh_slip_fall(speed, e), one = speed > 0 ? 1 / speed : 0;
+    if (matrix > 0) flesh_slip_expect(&pair->expected, matrix, u, NULL, e);
+    flesh_slip_stiffness(&pair->expected, matrix, u, e, stiffness);
     for (int i = 0; i < 2; i++)
-      for (int j = 0; j < 2; j++)
-        B[i][j] = scale * pair->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));
+      for (int j = 0; j < 2; j++) B[i][j] = scale * pair->force * stiffness[3 * i + j];
     memset(H, 0, 144 * sizeof *H);
     for (int p = 0; p < 12; p++)
       for (int q = 0; q < 12; q++)

@@ -13,12 +13,14 @@
 #define FLESH_GEOMETRY_CONTACT_FRICTION_H
 
 #include "geometry/contact_set.h"
+#include "geometry/slip.h"
 #include "linear/block_matrix.h"
 
 typedef struct flesh_friction_pair {
   int nodes[4];
   double force;         /* N, mu times the normal force */
   double slip[2][12];   /* u_i is the sum of slip[i] * v over the nodes' components */
+  flesh_slip_expected expected;
 } flesh_friction_pair;
 
 typedef struct flesh_contact_friction {
@@ -56,8 +58,8 @@ int flesh_contact_friction_turn(const flesh_contact_friction *friction, const fl
                                 const double *v, flesh_block_add add, void *to);
 
 /* Computes scale times d r / d v [144*count] of every pair, in the order of its nodes and padded with 0; positive
- * semi-definite. `to_rest`: uses the secants to rest instead of the tangents (slip.h). */
-void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
-                                     int to_rest, double *hessians);
+ * semi-definite. With what the matrix of this number expects (slip.h); 0: the tangents. */
+void flesh_contact_friction_hessians(flesh_contact_friction *friction, const double *v, double scale, int matrix,
+                                     double *hessians);
 
 #endif

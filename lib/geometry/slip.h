@@ -3,9 +3,11 @@
  *
  * Its stiffness is f/y across the slip and f' along it, which is 0 above e. If a point slips in the iterate but sticks
  * in the solution, Newton's iteration therefore moves it to where it slips backwards, as fast as all other forces push
- * it, and a line search cuts the step of the whole body because of this one point. The secant to rest, f/y also along
- * the slip, is never less than the stiffness on the way to rest, and a step with it never overshoots (half-quadratic
- * minimisation: Geman & Reynolds 1992). It converges more slowly if points do slip. */
+ * it, and a line search cuts the step of the whole body because of this one point. So the force is an unknown of its own,
+ * F = f d with |d| <= 1, and Newton's method solves y F = f u (Chan, Golub & Mulet 1999, for images; Nocedal & Wright 2006,
+ * section 19.3). That has the stiffness f/y + (f' - f/y) (u d^T + d u^T)/(2 y), made symmetric, which is positive
+ * semi-definite. d is what the last matrix predicted, cut to 1: u/y where it predicted right, which is the tangent.
+ * Before the first matrix it is 0: the secant to rest, with which no step goes beyond rest. */
 #ifndef FLESH_GEOMETRY_SLIP_H
 #define FLESH_GEOMETRY_SLIP_H
 
@@ -20,5 +22,19 @@ static inline double flesh_slip_ratio(double y, double e) { return y < e ? (2 - 
 
 /* Returns f' - f/y <= 0: the stiffness along the slip minus its secant to rest. */
 static inline double flesh_slip_fall(double y, double e) { return y < e ? -y / (e * e) : -1 / y; }
+
+/* Expected friction of a point, for the matrices of a solve. Initialise with {0}. */
+typedef struct flesh_slip_expected {
+  double u[3], d[3]; /* slip at the last matrix, m/s, and d there */
+  int matrix;        /* number of the last matrix; 0: none */
+} flesh_slip_expected;
+
+/* Expects a force at the slip u [3], which is orthogonal to `normal` (NULL: that is constant), for the matrix of this
+ * number, unless that is done. Numbers grow by one within a solve, by more between solves. */
+void flesh_slip_expect(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e);
+
+/* Computes the stiffness [9] in s/m at the slip u: with d, if that was expected there for the matrix of this number, or
+ * the tangent. `self` may be NULL. */
+void flesh_slip_stiffness(const flesh_slip_expected *self, int matrix, const double u[3], double e, double stiffness[9]);
 
 #endif

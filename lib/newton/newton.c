@@ -13,10 +13,6 @@
 #include "system/ranks.h"
 #include "system/velocity_scale.h"
 
-/* Number of matrices that use friction's secant to rest after a step that the line search has cut. With none, one, two and
- * three, jelly_drop takes 919, 912, 949 and 976 iterations by backward Euler, 2692, 2444, 2489 and 2668 by bdf2. */
-enum { SECANT_MATRICES = 2 };
-
 static const double most_operations = 1e10; /* limit for a tangent's factorisation: some 20 s */
 
 /* One iteration: its starting point, and the step in the making. */
@@ -68,7 +64,6 @@ static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
 
 static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
 {
-  self->equations.evaluation.environment.slips_to_rest = self->iterations.secant_matrices > 0;
   self->tangent.known = 0;
   int status = flesh_direction_assemble(&self->direction, u, filter);
   if (!status) flesh_matrix_policy_assembled(&self->policy);
@@ -141,7 +136,6 @@ static int search(flesh_newton *self, iteration *it)
   if (status) return status == FLESH_NOT_CONVERGED && follows ? FLESH_NOT_POSITIVE : status;
   flesh_newton_iterations *known = &self->iterations;
   known->follow_curvature = choose_follow(self, step);
-  known->secant_matrices = step->cut < 1 ? SECANT_MATRICES : known->secant_matrices > 0 ? known->secant_matrices - 1 : 0;
   known->model_ratio = step->model_ratio;
   return FLESH_OK;
 }

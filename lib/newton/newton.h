@@ -62,7 +62,6 @@ typedef struct flesh_newton_iterations {
   const double *weights; /* [n] weights of the residual in the step's linear solves, borrowed; NULL: ones */
   int must_filter;       /* K turned out indefinite when it was factored */
   int follow_curvature;  /* the next direction follows negative curvature, if there is any */
-  int secant_matrices;   /* number of coming matrices that use secants of friction, because a step had to be cut */
   double model_ratio;    /* actual over predicted decrease of the last filtered step; NaN: not known */
   flesh_watchdog watchdog;
   int moved_nothing;     /* the last step was cut although even the whole step was below the last digit of positions */

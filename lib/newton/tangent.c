@@ -40,7 +40,6 @@ int flesh_newton_factor_tangent(flesh_newton *self, const double *u)
   self->tangent.known = self->tangent.has_pivots = self->tangent.indefinite = 0;
   const int before = environment->tangents;
   environment->tangents = 1;
-  environment->slips_to_rest = 0;
   int status = flesh_direction_assemble(&self->direction, u, FLESH_FILTER_NONE);
   environment->tangents = before;
   flesh_matrix_policy_assembled(&self->policy);

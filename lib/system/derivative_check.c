@@ -191,17 +191,18 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
 }
 
 /* Checks what solves assemble for an effect that predicts its forces: the derivative where it predicts the present forces,
- * as at the start of a solve, and a function of the point alone until the next prediction. */
+ * as where the last matrix was almost here, and a function of the point alone until the next prediction. */
 static int check_predicted(check *c, const flesh_shift *shift, double *worst)
 {
   const size_t bytes = 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows];
   double *x_lag = c->x_lag, *before = flesh_malloc(bytes);
-  if (!before) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+  int status = before ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   c->x_lag = (double *)c->x; /* read only */
-  flesh_point point = moved(c, shift, 0);
-  flesh_effect_private_of(c->effect)->predict(c->effect, &point);
-  int status = assemble(c, shift, 0);
-  memcpy(before, c->K.values, bytes);
+  for (double s = 1e-12; s >= 0 && !status; s -= 1e-12) {
+    flesh_effect_private_of(c->effect)->predict(c->effect, (flesh_point[]){moved(c, shift, s)});
+    status = assemble(c, shift, s);
+  }
+  if (!status) memcpy(before, c->K.values, bytes);
   if (!status) assemble(c, shift, step_lengths[STEP_LENGTHS - 1]); /* it may have no value there */
   if (!status) status = assemble(c, shift, 0);
   if (!status && memcmp(before, c->K.values, bytes)) *worst = INFINITY;
