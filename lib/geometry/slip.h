@@ -4,10 +4,10 @@
  * Its stiffness is f/y across the slip and f' along it, which is 0 above e. If a point slips in the iterate but sticks
  * in the solution, Newton's iteration therefore moves it to where it slips backwards, as fast as all other forces push
  * it, and a line search cuts the step of the whole body because of this one point. So the force is an unknown of its own,
- * F = f d with |d| <= 1, and Newton's method solves y F = f u (Chan, Golub & Mulet 1999, for images; Nocedal & Wright 2006,
- * section 19.3). That has the stiffness f/y + (f' - f/y) (u d^T + d u^T)/(2 y), made symmetric, which is positive
- * semi-definite. d is what the last matrix predicted, cut to 1: u/y where it predicted right, which is the tangent.
- * Before the first matrix it is 0: the secant to rest, with which no step goes beyond rest. */
+ * F = f d with |d| <= 1, and Newton's method solves y F = f u (Chan, Golub & Mulet 1999, SIAM Journal on Scientific
+ * Computing 20, for images). Made symmetric, the stiffness is then f/y + (f' - f/y) (u d^T + d u^T)/(2 y), which is
+ * positive semi-definite. d is what the last matrix predicted, cut to 1: u/y where it predicted right, which gives the
+ * tangent. For the first matrix of a solve it is 0: the secant to rest, with which no step goes beyond rest. */
 #ifndef FLESH_GEOMETRY_SLIP_H
 #define FLESH_GEOMETRY_SLIP_H
 
