@@ -296,11 +296,16 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
   return self->iterations.must_filter ? FLESH_OK : status;
 }
 
-/* Whether the step was a whole Newton step and so short that its inertia, as a residual, is at the target. Forces stiffer
+/* A step that lowers the potential by this factor more than its matrix predicts was too short, as those with the secants
+ * of friction. */
+static const double more_than_predicted = 1.25;
+
+/* Whether the step was a whole Newton step, not too short, and its inertia, as a residual, is at the target. Forces stiffer
  * than inertia, as of contact and friction, leave larger residuals, which would move nothing either. */
 static int converges_by_step(flesh_newton *self, const flesh_step *step)
 {
   if (!(self->goal.target > 0 && self->goal.node_mass > 0) || step->kind != FLESH_DIRECTION_NEWTON || step->length != 1) return 0;
+  if (self->search.gain > more_than_predicted * step->predicted) return 0;
   const double inertia = self->goal.node_mass * self->equations.stage.shift.a;
   return fmax(inertia * flesh_equations_norm(&self->equations, step->p), self->direction.residual) <= self->policy.target;
 }
