@@ -249,11 +249,11 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
 
 /* Adds d2 Psi / dv2, or what the matrix of this number expects of it; both are positive semi-definite. */
 static void add_friction(const contact *self, const node_friction *of_node, double scale,
-                         const flesh_slip_expected *expected, int matrix, double *block)
+                         flesh_slip_expected *expected, int matrix, double *block)
 {
   const double e = self->slip_speed, ratio = flesh_slip_ratio(of_node->speed, e);
   double stiffness[9];
-  flesh_slip_stiffness(expected, matrix, of_node->u, e, stiffness);
+  flesh_slip_stiffness(expected, matrix, of_node->u, of_node->normal, e, stiffness);
   for (int k = 0; k < 9; k++)
     block[k] += scale * of_node->force * (stiffness[k] - ratio * of_node->normal[k / 3] * of_node->normal[k % 3]);
 }
@@ -283,7 +283,6 @@ static void jacobian_of_part(void *data, int task)
     if (!(of_node.force > 0)) continue;
     int matrix = 0;
     flesh_slip_expected *expected = predicted ? flesh_contact_slip(self, predicted, k, &matrix) : NULL;
-    if (expected) flesh_slip_expect(expected, matrix, of_node.u, of_node.normal, self->slip_speed);
     add_friction(self, &of_node, shift->v, expected, matrix, block);
   }
 }

@@ -1,4 +1,5 @@
-/* contact_secants.c: predicts the gaps to an obstacle at which a solve will end (geometry/contact_secant.h). */
+/* contact_secants.c: predicts the gaps to an obstacle at which a solve will end (geometry/contact_secant.h), and has the
+ * memory for friction's predictions (geometry/slip.h). */
 #include <math.h>
 
 #include "effect/contact.h"

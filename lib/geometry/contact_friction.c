@@ -151,8 +151,7 @@ void flesh_contact_friction_hessians(flesh_contact_friction *friction, const dou
     flesh_friction_pair *pair = friction->pairs + k;
     double u[3] = {0}, stiffness[9], B[2][2], *H = hessians + 144 * (size_t)k;
     slip_of(pair, v, u);
-    if (matrix > 0) flesh_slip_expect(&pair->expected, matrix, u, NULL, e);
-    flesh_slip_stiffness(&pair->expected, matrix, u, e, stiffness);
+    flesh_slip_stiffness(&pair->expected, matrix, u, NULL, e, stiffness);
     for (int i = 0; i < 2; i++)
       for (int j = 0; j < 2; j++) B[i][j] = scale * pair->force * stiffness[3 * i + j];
     memset(H, 0, 144 * sizeof *H);

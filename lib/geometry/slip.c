@@ -15,9 +15,9 @@ static void find_stiffness(const double u[3], const double *d, double e, double 
   for (int k = 0; k < 9; k++) stiffness[k] = ratio * (k % 4 == 0) + bend * (u[k / 3] * d[k % 3] + d[k / 3] * u[k % 3]);
 }
 
-void flesh_slip_expect(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e)
+/* Predicts d at the slip u for the matrix of this number. */
+static void expect(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e)
 {
-  if (self->matrix == matrix) return;
   const int expects = self->matrix > 0 && self->matrix == matrix - 1;
   const double y = sqrt(flesh_vec3_dot(u, u)), force = flesh_slip_ratio(y, e) * y;
   double stiffness[9], change[3], d[3] = {0};
@@ -38,8 +38,10 @@ void flesh_slip_expect(flesh_slip_expected *self, int matrix, const double u[3],
   memcpy(self->d, d, sizeof self->d);
 }
 
-void flesh_slip_stiffness(const flesh_slip_expected *self, int matrix, const double u[3], double e, double stiffness[9])
+void flesh_slip_stiffness(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e,
+                          double stiffness[9])
 {
-  const int expected = self && matrix > 0 && self->matrix == matrix && !memcmp(self->u, u, sizeof self->u);
-  find_stiffness(u, expected ? self->d : NULL, e, stiffness);
+  const int predicts = self && matrix > 0;
+  if (predicts && self->matrix != matrix) expect(self, matrix, u, normal, e);
+  find_stiffness(u, predicts && !memcmp(self->u, u, sizeof self->u) ? self->d : NULL, e, stiffness);
 }

@@ -29,12 +29,10 @@ typedef struct flesh_slip_expected {
   int matrix;        /* number of the last matrix; 0: none */
 } flesh_slip_expected;
 
-/* Expects a force at the slip u [3], which is orthogonal to `normal` (NULL: that is constant), for the matrix of this
- * number, unless that is done. Numbers grow by one within a solve, by more between solves. */
-void flesh_slip_expect(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e);
-
-/* Computes the stiffness [9] in s/m at the slip u: with d, if that was expected there for the matrix of this number, or
- * the tangent. `self` may be NULL. */
-void flesh_slip_stiffness(const flesh_slip_expected *self, int matrix, const double u[3], double e, double stiffness[9]);
+/* Computes the stiffness [9] in s/m, row-major, at the slip u [3] in m/s, which is orthogonal to `normal` (NULL: normals
+ * do not change), for the matrix of this number. Numbers grow by one within a solve, by more between solves. The first call
+ * for a number predicts d; at another u, and if `self` is NULL or the number 0, the stiffness is the tangent. */
+void flesh_slip_stiffness(flesh_slip_expected *self, int matrix, const double u[3], const double *normal, double e,
+                          double stiffness[9]);
 
 #endif

@@ -348,7 +348,7 @@ static void weigh(flesh_part_weight *part, const figures *f, double h, double fo
   double speed, along;
   find_speeds(f, &speed, &along);
   part->fastest = fmax(part->fastest, speed);
-  part->lately = fmax(along, part->lately * exp(-forget / (3.141592653589793 * part->period)));
+  part->lately = fmax(along, part->lately * exp(-forget / (M_PI * part->period)));
   const double press = find_press(f), far = part->length / part->fastest;
   const double low = press > 0 ? 2 * bounces * (part->lately / press + h) : INFINITY;
   const double flight = fmax(0, fmin(far, low) - stiff * part->period);
